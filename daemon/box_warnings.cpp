@@ -43,12 +43,32 @@ void addStiffness(const rt::Tick& tick, const rt::LiveParameters& live, Warnings
       by_mass ? "set handle.device_mass_kg if the device is heavier, or " : "or "));
 }
 
+/// Adds warnings about a device that does not do what it says.
+void addClaims(const rt::Tick& tick, Warnings& list) {
+  const rt::VelocitySource source = tick.handle.velocity_source;
+  if (source == rt::VelocitySource::distrusted || source == rt::VelocitySource::contradicted) {
+    list.emplace_back(
+        "the handle claims a velocity that its positions contradict: one estimated from these is used until it "
+        "is reconnected (correct unit, sign and timing of the velocity in the device or its bridge, or let it "
+        "claim none)");
+  }
+  constexpr double kNotable_s = 0.003;
+  if (tick.hidden_latency_s > kNotable_s) {
+    list.push_back(
+        fmt::format("forces act {:.0f} ms later than the handle's driver can tell, which lowers the largest "
+                    "stiffness (shorten what delays them, or add this to handle.device_latency_s if it is "
+                    "known and constant)",
+                    tick.hidden_latency_s * 1e3));
+  }
+}
+
 void addHandle(const drivers::HandleStatus& handle, const rt::Tick& tick, const rt::LiveParameters& live,
                Warnings& list) {
   if (handle.state != drivers::HandlePresence::present && !handle.detail.empty()) {
     list.push_back(fmt::format("handle {}: {}", nameOf(handle.state), handle.detail));
   }
   addStiffness(tick, live, list);
+  addClaims(tick, list);
   if (!handle.advice.empty()) list.push_back("handle: " + handle.advice);
 }
 

@@ -19,6 +19,17 @@ constexpr auto wordsOf(HandleCondition) {
   return words<HandleCondition>("ready", "clutched", "not_calibrated");
 }
 
+/// Where the velocity of a measurement comes from.
+enum class VelocitySource : std::uint8_t {
+  device,        ///< the device claims it, and its positions agree
+  positions,     ///< estimated from the positions, because the device claims none
+  distrusted,    ///< the same, because the positions contradicted what it claimed earlier in this session
+  contradicted,  ///< the same, because the positions contradict what it claims now
+};
+constexpr auto wordsOf(VelocitySource) {
+  return words<VelocitySource>("device", "positions", "distrusted", "contradicted");
+}
+
 /// The newest measurement of the handle.
 struct HandleState {
   Vec3 position_m_in_world;        ///< position of the HIP
@@ -33,8 +44,7 @@ struct HandleState {
   /// Time from writing the command most recently sent to the device until it was sent; 0: none sent yet.
   std::int64_t command_latency_ns = 0;
   bool damps = false;  ///< the device damps contact by itself, see HandleCommand::contact_damping_n_s_per_m
-  /// The device claims a velocity that its positions contradict; the one here is estimated from these.
-  bool contradicts = false;
+  VelocitySource velocity_source = VelocitySource::device;
   /// The device exerts forces over a link that cannot tell how late: the loop measures it (latency_probe.h).
   bool probes = false;
 };

@@ -50,7 +50,10 @@ rt::HandleState HandleFrame::stateOf(const HandleMeasurement& measurement) {
   state.session = session_;
   state.buttons = measurement.buttons;
   state.delay_s = measurement.delay_s + device_latency_s_;
-  state.contradicts = contradicted;
+  state.velocity_source = contradicted  ? rt::VelocitySource::contradicted
+                          : !claimed    ? rt::VelocitySource::positions
+                          : distrusted_ ? rt::VelocitySource::distrusted
+                                        : rt::VelocitySource::device;
   state.command_latency_ns = measurement.command_latency_ns;
   state.damps = measurement.damps;
   state.probes = measures_latency_ && measurement.over_link;

@@ -17,7 +17,7 @@ concept MaybeConst = std::same_as<std::remove_const_t<Type>, Record>;
 template <MaybeConst<rt::HandleState> Handle>
 void visitHandleFields(Handle& handle, auto& visit) {
   auto& [position, velocity, sequence, time_ns, session, condition, buttons, delay_s, command_latency_ns,
-         damps, contradicts, probes] = handle;
+         damps, velocity_source, probes] = handle;
   visit("handle_position_m_in_world", position);
   visit("handle_velocity_m_per_s_in_world", velocity);
   visit("handle_sequence", sequence);
@@ -28,7 +28,7 @@ void visitHandleFields(Handle& handle, auto& visit) {
   visit("handle_delay_s", delay_s);
   visit("handle_command_latency_ns", command_latency_ns);
   visit("handle_damps", damps);
-  visit("handle_contradicts", contradicts);
+  visit("handle_velocity_source", velocity_source);
   visit("handle_probes", probes);
 }
 

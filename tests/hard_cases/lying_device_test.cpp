@@ -144,7 +144,8 @@ Outcome press(const Case& c) {
     hand.move(force);
     given_j += dot(force, hand.place_m - before);
     outcome.given_j = std::max(outcome.given_j, given_j);
-    outcome.contradicted = outcome.contradicted || result.handle.contradicts;
+    outcome.contradicted =
+        outcome.contradicted || result.handle.velocity_source == rt::VelocitySource::contradicted;
     outcome.hidden_latency_s = result.hidden_latency_s;
     if (result.mode != rt::Mode::holding) continue;
     outcome.held = result.cause;

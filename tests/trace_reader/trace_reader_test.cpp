@@ -155,7 +155,7 @@ void expectHandle(Members& members, const rt::HandleState& handle) {
   members.number("handle_delay_s", handle.delay_s);
   members.number("handle_command_latency_ns", handle.command_latency_ns);
   members.flag("handle_damps", handle.damps);
-  members.flag("handle_contradicts", handle.contradicts);
+  members.enumerator("handle_velocity_source", handle.velocity_source);
   members.flag("handle_probes", handle.probes);
 }
 

@@ -76,7 +76,10 @@ Json calibrationOf(const Json& status, std::optional<double> ceiling_n_per_m) {
           {"margin", numberOrNull(next / least)},
           {"distanceM", numberOrNull(numberAt(status, "law.distanceM"))},
           {"surfaceNoiseM", numberOrNull(numberAt(status, "tick.surfaceNoiseM"))},
-          {"noiseFrames", numberOrNull(numberAt(status, "stiffness.noiseFrames"))}};
+          {"noiseFrames", numberOrNull(numberAt(status, "stiffness.noiseFrames"))},
+          {"latencyS", numberOrNull(numberAt(status, "deviceLatency.latencyS"))},
+          {"hiddenLatencyS", numberOrNull(numberAt(status, "tick.hiddenLatencyS"))},
+          {"massKg", numberOrNull(numberAt(status, "deviceLatency.massKg"))}};
 }
 
 std::string calibrationText(const Json& calibration, std::size_t columns) {
@@ -94,7 +97,14 @@ std::string calibrationText(const Json& calibration, std::size_t columns) {
   text += fmt::format("\nsurface noise {} mm", fixed(1e3 * numberAt(calibration, "surfaceNoiseM"), 2));
   if (const double distance_m = numberAt(calibration, "distanceM"); !std::isnan(distance_m))
     text += fmt::format(" at {} m", fixed(distance_m, 2));
-  return text + fmt::format(", from {} frames\n", fixed(numberAt(calibration, "noiseFrames"), 0));
+  text += fmt::format(", from {} frames\n", fixed(numberAt(calibration, "noiseFrames"), 0));
+  const double latency_s = numberAt(calibration, "latencyS");
+  if (std::isnan(latency_s)) return text;
+  return text + fmt::format(
+                    "forces act {} ms after their command, {} ms of which the driver cannot tell; device and "
+                    "hand move as {} g\n",
+                    fixed(1e3 * latency_s, 0), fixed(1e3 * numberAt(calibration, "hiddenLatencyS"), 0),
+                    fixed(1e3 * numberAt(calibration, "massKg"), 0));
 }
 
 }  // namespace hapticd::tools
