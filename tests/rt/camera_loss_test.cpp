@@ -34,6 +34,11 @@ class CameraLoss : public testing::Test {
     for (int i = 0; i < ticks; ++i) tick = core.at(offset_m);
     return tick;
   }
+  /// Engages while pressed, and waits until the fixtures have grown to there.
+  void engage() {
+    core.engage(kPressed);
+    hold(1500);
+  }
   static double forceOf(const Tick& tick) { return norm(tick.command_force_n_in_world); }
 
   FixtureCore core;
@@ -41,7 +46,7 @@ class CameraLoss : public testing::Test {
 
 TEST_F(CameraLoss, LeavesAShapeAsItIs) {
   core.add(FixtureKind::plane, floor());
-  core.engage(kPressed);
+  engage();
   const Tick before = hold(1);
   ASSERT_GT(forceOf(before), 1);
   const Tick lost = lose(2000);
@@ -57,7 +62,7 @@ TEST_F(CameraLoss, LeavesAShapeAsItIs) {
 TEST_F(CameraLoss, EndsAFixtureThatIsToFadeAndLetsItBeginAnew) {
   core.add(FixtureKind::plane, floor(-0.1));
   core.add(FixtureKind::plane, floor()).fades_without_depth = true;
-  core.engage(kPressed);
+  engage();
   const double pressed_n = forceOf(hold(1));
   ASSERT_GT(pressed_n, 1);
   lose(0);
@@ -79,7 +84,7 @@ TEST_F(CameraLoss, HoldsWhereNothingIsToGoOn) {
   core.add(FixtureKind::plane, floor()).fades_without_depth = true;
   rt::Fixture& off = core.add(FixtureKind::plane, floor());
   off.enabled = false;
-  core.engage(kPressed);
+  engage();
   const Tick lost = lose(kFade_ticks);
   EXPECT_EQ(lost.mode, Mode::holding);
   EXPECT_EQ(lost.cause, Cause::depth_stale);
@@ -96,7 +101,7 @@ TEST_F(CameraLoss, IsNoReasonToEngage) {
 
 TEST_F(CameraLoss, DoesNotHideWhatIsWorse) {
   core.add(FixtureKind::plane, floor());
-  core.engage(kPressed);
+  engage();
   lose(10);
   core.rig.overran = true;
   EXPECT_EQ(hold(64).cause, Cause::overrun_burst);

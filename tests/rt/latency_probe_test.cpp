@@ -74,7 +74,8 @@ TEST(LatencyProbe, SaysNothingOfADeviceThatDoesNotMove) {
       command_n = probe.step({.position_m = jitter_m, .command_n = command_n, .period_s = kHandTick_s});
     }
     EXPECT_EQ(probe.result().number, 1U);
-    EXPECT_FALSE(probe.result().conclusive) << seed << " " << probe.result().explained;
+    EXPECT_FALSE(probe.result().conclusive)
+        << seed << " explained " << probe.result().explained << ", mass " << probe.result().mass_kg;
   }
 }
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tests/support/path_work.h"
-#include "tests/unit/rt/fixture_rig.h"
+#include "tests/unit/rt/random_fixtures.h"
 
 // Random sets of overlapping, nested and tangent fixtures against what defines them: the force is the
 // negative gradient of a sum of energies, one for each fixture, so the hand never gets more than it gave, and
@@ -16,127 +16,7 @@
 namespace hapticd::test {
 namespace {
 
-using rt::Fixture;
-using rt::FixtureKind;
-using rt::FixtureSide;
-using rt::Shape;
-using rt::ShapeKind;
 using rt::Vec3;
-
-/// The paths of the hand stay in a ball of about this radius around the origin.
-constexpr double kRoom_m = 0.06;
-
-FixtureKind kindOf(ShapeKind kind) {
-  switch (kind) {
-    case ShapeKind::plane:
-      return FixtureKind::plane;
-    case ShapeKind::sphere:
-      return FixtureKind::sphere;
-    case ShapeKind::box:
-      return FixtureKind::box;
-    case ShapeKind::capsule:
-      return FixtureKind::capsule;
-    case ShapeKind::cone:
-      break;
-  }
-  return FixtureKind::cone;
-}
-
-/// A shape whose boundary passes near the hand.
-Shape anyShape(RandomShapes& random) {
-  Shape shape{.kind = static_cast<ShapeKind>(static_cast<int>(random.between(0, 4.999)))};
-  shape.position_m_in_world = random.place(kRoom_m);
-  shape.axis_in_world = random.direction();
-  shape.rotation = random.rotation();
-  shape.radius_m = random.between(0.005, 0.06);
-  shape.length_m = random.between(0, 0.08);
-  shape.half_size_m = {random.between(0.0005, 0.05), random.between(0.002, 0.05),
-                       random.between(0.002, 0.05)};
-  const double half_angle = random.between(0.2, 1.3);
-  shape.half_angle_sine = std::sin(half_angle);
-  shape.half_angle_cosine = std::cos(half_angle);
-  return shape;
-}
-
-double logBetween(RandomShapes& random, double least, double most) {
-  return std::exp(random.between(std::log(least), std::log(most)));
-}
-
-bool isFree(const Fixture& fixture, const Vec3& place) {
-  const double distance = distanceFrom(fixture.shape, place).distance_m;
-  return fixture.side == FixtureSide::in ? distance < -fixture.clearance_m : distance > fixture.clearance_m;
-}
-
-/// Adds a random fixture that exerts no force at `start`.
-void addAny(FixtureRig& rig, RandomShapes& random, const Vec3& start) {
-  const double stiffness = logBetween(random, 20, 5000);
-  const double max_force_n = logBetween(random, 0.2, 20);
-  const double kind = random.between(0, 1);
-  std::size_t index = 0;
-  if (kind < 0.8) {
-    for (;;) {
-      Fixture candidate;
-      candidate.shape = anyShape(random);
-      candidate.side = random.between(0, 1) < 0.2 ? FixtureSide::in : FixtureSide::out;
-      const bool nested = rig.set->count > 0 && random.between(0, 1) < 0.3;
-      if (nested) {  // a margin around one that is there already, or of the same boundary
-        const Fixture& other =
-            (*rig.set).fixtures[static_cast<std::size_t>(random.between(0, rig.set->count - 1e-9))];
-        if (!rt::isGuidance(other.kind)) {
-          candidate.shape = other.shape;
-          candidate.side = other.side;
-          candidate.clearance_m = random.between(0, 1) < 0.5 ? 0 : random.between(0, 0.01);
-        }
-      }
-      const Shape& shape = candidate.shape;
-      const double least_m = std::min({shape.half_size_m.x, shape.half_size_m.y, shape.half_size_m.z});
-      if (candidate.side == FixtureSide::in && std::min(least_m, shape.radius_m) <= candidate.clearance_m)
-        continue;
-      if (!isFree(candidate, start)) continue;
-      index = rig.add(kindOf(shape.kind), shape, stiffness);
-      rig[index].side = candidate.side;
-      rig[index].clearance_m = candidate.clearance_m;
-      break;
-    }
-  } else if (kind < 0.9) {
-    const Vec3 place = random.place(kRoom_m);
-    index = rig.add(FixtureKind::point, {.kind = ShapeKind::sphere, .position_m_in_world = place}, stiffness);
-    rig[index].deadband_m = norm(place - start) + 0.001;
-  } else {
-    // through the start, so that it exerts no force there
-    const Vec3 first = random.place(kRoom_m);
-    index = rig.addPath({first, 2 * start - first, random.place(kRoom_m), random.place(kRoom_m)}, 0.01,
-                        stiffness);
-    rig[index].deadband_m = 0.01;
-  }
-  rig[index].max_force_n = max_force_n;
-}
-
-/// A closed path through `start`, smooth, of about four times kRoom_m.
-class ClosedPath {
- public:
-  ClosedPath(RandomShapes& random, const Vec3& start) : start_(start) {
-    for (int k = 0; k < kHarmonics; ++k) {
-      cosine_[k] = random.place(kRoom_m / (k + 1));
-      sine_[k] = random.place(kRoom_m / (k + 1));
-    }
-  }
-  /// `turn`: 0..1.
-  Vec3 at(double turn) const {
-    Vec3 place = start_;
-    for (int k = 0; k < kHarmonics; ++k) {
-      const double angle = 2 * std::numbers::pi * (k + 1) * turn;
-      place += (std::cos(angle) - 1) * cosine_[k] + std::sin(angle) * sine_[k];
-    }
-    return place;
-  }
-
- private:
-  static constexpr int kHarmonics = 3;
-  Vec3 start_;
-  Vec3 cosine_[kHarmonics];
-  Vec3 sine_[kHarmonics];
-};
 
 /// A random set, and the hand at a place where none of its members exerts a force.
 struct RandomSet {
