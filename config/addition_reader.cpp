@@ -22,6 +22,8 @@ namespace {
 constexpr std::string_view kLabelImage = "label_image";
 constexpr std::size_t kLongestText = std::size_t{1} << 20;
 constexpr std::size_t kMaxErrors = 100;
+/// A quaternion may be this far from length 1: three digits are enough, and what is none is found.
+constexpr double kUnitTolerance = 1e-3;
 
 /// Reads the members of one fixture or region.
 template <typename Owner>
@@ -168,6 +170,24 @@ class ItemReader {
   void assign(const YamlMember& member, const Field& field, const VectorMember<Owner>& place) {
     if (const auto vector = vectorIn(member.line, member.value, field, "")) owner_.*place.member = *vector;
   }
+  void assign(const YamlMember& member, const Field& field, const QuaternionMember<Owner>& place) {
+    const auto numbers = numbersIn<4>(member.line, member.value, field, "");
+    if (!numbers) return;
+    if (node_.find(place.vector) != nullptr) {
+      report(member.line, field.name,
+             fmt::format("is given together with {}, which says the same", place.vector),
+             "delete one of the two");
+      skipped_.insert(field.name);
+      return;
+    }
+    const auto [x, y, z, w] = *numbers;
+    const double length = std::sqrt(x * x + y * y + z * z + w * w);
+    if (!(std::abs(length - 1) <= kUnitTolerance)) {
+      return refuse(member.line, field,
+                    fmt::format("has the length {:.6g}, and a rotation has the length 1", length));
+    }
+    owner_.*place.rotation_deg = rotationOf({x / length, y / length, z / length, w / length});
+  }
   void assign(const YamlMember& member, const Field& field, std::vector<rt::Vec3> Owner::*place) {
     const YamlNode& list = member.value;
     if (list.type != YamlNode::Type::list) return refuse(member.line, field, "is not a list of points");
@@ -201,19 +221,29 @@ class ItemReader {
     return std::nullopt;
   }
 
-  std::optional<rt::Vec3> vectorIn(int line, const YamlNode& node, const Field& field,
-                                   const std::string& which) {
-    if (node.type != YamlNode::Type::list || node.count != 3) {
-      refuse(line, field, fmt::format("{}is not a list of three numbers", which));
+  template <std::size_t kCount>
+  std::optional<std::array<double, kCount>> numbersIn(int line, const YamlNode& node, const Field& field,
+                                                      const std::string& which) {
+    static_assert(kCount == 3 || kCount == 4);
+    if (node.type != YamlNode::Type::list || node.count != kCount) {
+      refuse(line, field,
+             fmt::format("{}is not a list of {} numbers", which, kCount == 3 ? "three" : "four"));
       return std::nullopt;
     }
-    std::array<double, 3> numbers{};
+    std::array<double, kCount> numbers{};
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       const auto number = numberIn(line, node.items[i], field, which);
       if (!number) return std::nullopt;
       numbers[i] = *number;
     }
-    return rt::Vec3{numbers[0], numbers[1], numbers[2]};
+    return numbers;
+  }
+
+  std::optional<rt::Vec3> vectorIn(int line, const YamlNode& node, const Field& field,
+                                   const std::string& which) {
+    const auto numbers = numbersIn<3>(line, node, field, which);
+    if (!numbers) return std::nullopt;
+    return rt::Vec3{(*numbers)[0], (*numbers)[1], (*numbers)[2]};
   }
 
   /// Whether a member that decides which others there are could not be read or is missing.
@@ -273,6 +303,7 @@ class ItemReader {
     owner_.*place = from.*place;
   }
   void copy(const WordMember<Owner>& place, const Owner& from) { place.set(owner_, place.get(from)); }
+  void copy(const QuaternionMember<Owner>&, const Owner&) {}  // the vector of angles is copied
   void copy(const VectorMember<Owner>& place, const Owner& from) {
     owner_.*place.member = from.*place.member;
   }
@@ -389,9 +420,10 @@ std::vector<Owner> withOrigins(std::vector<Owner> owners, const std::vector<Owne
 }
 
 template <typename Owner>
-std::expected<Owner, AdditionError> changedBy(const Owner& owner, std::string_view members) {
+std::expected<Owner, std::vector<AdditionError>> changedBy(const Owner& owner, std::string_view members) {
   const auto fail = [&owner](std::string what, std::string remedy) {
-    return std::unexpected(additionError(nounOf(owner), owner.name, "", std::move(what), std::move(remedy)));
+    return std::unexpected(
+        std::vector{additionError(nounOf(owner), owner.name, "", std::move(what), std::move(remedy))});
   };
   if (members.size() > kLongestText) return fail("the change is longer than 1 MiB", "shorten it");
   const YamlFile file = readYamlNode(members);
@@ -400,8 +432,10 @@ std::expected<Owner, AdditionError> changedBy(const Owner& owner, std::string_vi
   std::vector<PlacedAdditionError> errors;
   ItemReader<Owner> reader(file.lists.front().node, owner, std::string(nounOf(owner)), true, true);
   Owner result = reader.read(errors);
-  if (!errors.empty()) return std::unexpected(std::move(errors.front().error));
-  return result;
+  if (errors.empty()) return result;
+  std::vector<AdditionError> all;
+  for (PlacedAdditionError& error : errors) all.push_back(std::move(error.error));
+  return std::unexpected(std::move(all));
 }
 
 std::expected<SceneAdditions, std::vector<AdditionError>> additionsOf(std::string_view text,
@@ -472,12 +506,13 @@ std::expected<SceneAdditions, std::vector<AdditionError>> modelAdditionsFromText
   return additionsOf(text, name, true);
 }
 
-std::expected<FixtureSettings, AdditionError> changed(const FixtureSettings& fixture,
-                                                      std::string_view members) {
+std::expected<FixtureSettings, std::vector<AdditionError>> changed(const FixtureSettings& fixture,
+                                                                   std::string_view members) {
   return changedBy(fixture, members);
 }
 
-std::expected<RegionSettings, AdditionError> changed(const RegionSettings& region, std::string_view members) {
+std::expected<RegionSettings, std::vector<AdditionError>> changed(const RegionSettings& region,
+                                                                  std::string_view members) {
   return changedBy(region, members);
 }
 
