@@ -44,7 +44,10 @@ class ItemReader {
   Owner read(std::vector<PlacedAdditionError>& errors) {
     if (node_.type != YamlNode::Type::map) {
       if (node_.type != YamlNode::Type::refused) {
-        report(node_.line, "", "is not a mapping of members", "write it as `{name: value, ...}`");
+        report(node_.line, "",
+               node_.type == YamlNode::Type::null ? "is empty (null), not a mapping of members"
+                                                  : "is not a mapping of members",
+               "write it as `{name: value, ...}`");
       }
       std::ranges::move(errors_, std::back_inserter(errors));
       return owner_;
@@ -122,7 +125,7 @@ class ItemReader {
   const std::string* scalarOf(const YamlMember& member, const Field& field) {
     if (member.value.type == YamlNode::Type::scalar) return &member.value.text;
     refuse(member.line, field,
-           member.value.type == YamlNode::Type::null  ? "has no value"
+           member.value.type == YamlNode::Type::null  ? "has no value (null)"
            : member.value.type == YamlNode::Type::map ? "is a mapping"
                                                       : "is a list");
     return nullptr;
