@@ -76,14 +76,14 @@ struct LawStatus {
 
 /// What one virtual fixture does.
 struct FixtureConduct {
-  std::string name;
+  std::string name{};
   double configured_n_per_m = 0;  ///< its stiffness, as it is configured
   double stiffness_n_per_m = 0;   ///< in effect; 0: it does not act
   double force_n = 0;             ///< exerted on the hand, before handle.force_scale
   /// Of the HIP from its boundary, negative inside a forbidden region, or from path or point; not a number:
   /// not known.
   double distance_m = std::numeric_limits<double>::quiet_NaN();
-  rt::Breach breach;  ///< the newest that has ended
+  rt::Breach breach{};  ///< the newest that has ended
 };
 
 /// The virtual fixtures, as people see them.

@@ -27,8 +27,8 @@ class StructureCheck final : public nlohmann::json_sax<Json> {
   }
   bool parse_error(std::size_t position, const std::string&, const Json::exception& error) override {
     constexpr int kNumberTooLarge = 406;
-    if (error.id == kNumberTooLarge) return refuse("a number in it is too large");
-    return refuse("it is not valid JSON: see what is before byte " + std::to_string(position + 1));
+    if (error.id == kNumberTooLarge) return refuse("it has a number that is too large");
+    return refuse("not valid JSON from byte " + std::to_string(position) + " on");
   }
 
   std::string takeProblem() { return std::move(problem_); }

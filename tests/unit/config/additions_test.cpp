@@ -173,6 +173,30 @@ TEST(Additions, AreReadInEveryFormOfLists) {
   EXPECT_EQ(flow->fixtures[0].points_m, (std::vector<rt::Vec3>{{0, 0, 0}, {0.1, 0, 0}}));
 }
 
+TEST(Additions, ANullIsNoValueHoweverItIsWritten) {
+  for (const char* const null : {"null", "Null", "NULL", "~", ""}) {
+    for (const char* const form :
+         {"fixtures: [{{name: a, kind: sphere, position_m: [0, 0, 0], radius_m: {}}}]",
+          "{{\"fixtures\": [{{\"name\": \"a\", \"kind\": \"sphere\", \"radius_m\": {}, \"position_m\":[0, 0, "
+          "0]}}]}}",
+          "fixtures:\n  - name: a\n    kind: sphere\n    radius_m: {}\n    position_m: [0, 0, 0]\n"}) {
+      const std::string text = fmt::format(fmt::runtime(form), null);
+      const auto read = additionsFromText(text, "text");
+      ASSERT_FALSE(read) << text;
+      EXPECT_EQ(read.error().size(), 1U) << text << "\n" << allTexts(read.error());
+      EXPECT_EQ(read.error().front().field, "radius_m");
+      EXPECT_EQ(read.error().front().error.what, "has no value (null)");
+    }
+  }
+  const auto nulls = additionsFromText(R"({"fixtures":[null,null]})", "text");
+  ASSERT_FALSE(nulls);
+  EXPECT_EQ(
+      allTexts(nulls.error()),
+      "text:1: fixture 1 of the list: is empty (null), not a mapping of members (write it as `{name: value, "
+      "...}`)\ntext:1: fixture 2 of the list: is empty (null), not a mapping of members (write it as `{name: "
+      "value, ...}`)\n");
+}
+
 TEST(Additions, MayBeEmpty) {
   for (const char* const text : {"", "{}", "fixtures:\nregions: []\nlabel_image:\n", "fixtures: ~\n"}) {
     const auto read = additionsFromText(text, "text");

@@ -117,7 +117,7 @@ TEST_F(EventsTest, RefusesAnUnknownKindAndNamesAllThatThereAre) {
                        {{"parameter", "kinds"},
                         {"allowed",
                          "any of mode, camera, handle, warning, engage, disengage, clear_fault, parameter, "
-                         "profile, calibration, trace, mark, configuration, reload, stop, fixture, region"}}),
+                         "profile, calibration, trace, mark, configuration, reload, stop, fixture, region, breach"}}),
             client.json());
 }
 
