@@ -69,6 +69,7 @@ class FieldChecks {
   bool isSame(const WordMember<Owner>& member, const Owner& other) const {
     return member.get(owner_) == member.get(other);
   }
+  bool isSame(const QuaternionMember<Owner>&, const Owner&) const { return true; }
   bool isSame(const VectorMember<Owner>& member, const Owner& other) const {
     return owner_.*member.member == other.*member.member;
   }
@@ -98,6 +99,7 @@ class FieldChecks {
   void checkMember(const Field& field, const WordMember<Owner>& member) {
     if (member.get(owner_) >= member.words.size()) refuse(field, "the value", "is not an allowed choice");
   }
+  void checkMember(const Field&, const QuaternionMember<Owner>&) {}  // the vector of angles is checked
   void checkMember(const Field& field, const VectorMember<Owner>& member) {
     const rt::Vec3& vector = owner_.*member.member;
     if (!checkComponents(field, vector, vectorText(vector))) return;

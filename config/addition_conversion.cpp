@@ -139,6 +139,7 @@ rt::Fixture converted(const FixtureSettings& fixture, const Frame& frame) {
   result.max_force_n = fixture.max_force_n;
   result.fade_in_s = fixture.fade_in_s;
   result.escape_force_n = fixture.escape_force_n;
+  result.fades_without_depth = effectiveOnCameraLoss(fixture) == OnCameraLoss::fade;
   return result;
 }
 
@@ -181,6 +182,37 @@ std::size_t indexOf(const std::string& name, const std::vector<Settings>& list, 
 }
 
 }  // namespace
+
+OnCameraLoss effectiveOnCameraLoss(const FixtureSettings& fixture) {
+  if (fixture.on_camera_loss != OnCameraLoss::automatic) return fixture.on_camera_loss;
+  return fixture.kind == rt::FixtureKind::standoff ? OnCameraLoss::fade : OnCameraLoss::keep;
+}
+
+rt::Vec3 rotationOf(const Quaternion& orientation) {
+  const auto [x, y, z, w] = orientation;
+  const Rotation r{1 - 2 * (y * y + z * z), 2 * (x * y - z * w),     2 * (x * z + y * w),
+                   2 * (x * y + z * w),     1 - 2 * (x * x + z * z), 2 * (y * z - x * w),
+                   2 * (x * z - y * w),     2 * (y * z + x * w),     1 - 2 * (x * x + y * y)};
+  const double yaw = std::atan2(r[3], r[0]);
+  const double pitch = std::atan2(-r[6], std::hypot(r[0], r[3]));
+  // What is left when the yaw is undone: exact also where a pitch of 90 degrees leaves the yaw undefined.
+  const double sine = std::sin(yaw);
+  const double cosine = std::cos(yaw);
+  const double roll = std::atan2(sine * r[2] - cosine * r[5], cosine * r[4] - sine * r[1]);
+  return (1 / kRadPerDeg) * rt::Vec3{roll, pitch, yaw};
+}
+
+Quaternion orientationOf(const rt::Vec3& rotation_deg) {
+  const rt::Vec3 half = (kRadPerDeg / 2) * rotation_deg;
+  const double sr = std::sin(half.x);
+  const double cr = std::cos(half.x);
+  const double sp = std::sin(half.y);
+  const double cp = std::cos(half.y);
+  const double sy = std::sin(half.z);
+  const double cy = std::cos(half.z);
+  return {sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy, cr * cp * sy - sr * sp * cy,
+          cr * cp * cy + sr * sp * sy};
+}
 
 void toFixtureSet(const std::vector<FixtureSettings>& fixtures, const std::vector<FixtureSettings>& before,
                   const rt::PoseParameters& T_world_camera, rt::FixtureSet& set) {

@@ -122,13 +122,17 @@ const std::array kFixtureFields = std::to_array<AdditionField<Fixture>>({
      "lengths of the edges"},
     {"rotation_deg", "deg", vector(&Fixture::rotation_deg, angles), -360, 360, isOf<box>, never<Fixture>,
      "roll, pitch and yaw about the fixed axes x, y and z of the frame, in this order"},
+    {"orientation_xyzw", "", QuaternionMember<Fixture>{&Fixture::rotation_deg, "rotation_deg"}, -1, 1,
+     isOf<box>, never<Fixture>,
+     "the rotation as a unit quaternion, instead of rotation_deg"},
     {"radius_m", "m", &Fixture::radius_m, kLeastSize_m, kFarthest_m,
      isOf<sphere, capsule>, isOf<sphere, capsule>,
      "radius"},
     {"half_angle_deg", "deg", &Fixture::half_angle_deg, 1, 85, isOf<cone>, never<Fixture>,
      "angle between the axis and the side of the cone"},
     {"points_m", "m", &Fixture::points_m, -kFarthest_m, kFarthest_m, isOf<path>, isOf<path>,
-     "2 to 256 points of the path, neighbours at least 0.0005 m apart, no turn over 175 degrees"},
+     "2 to 256 points of the path, neighbours at least 0.0005 m apart, no turn over 175 degrees; closed where "
+     "the last is the first"},
     {"allow_crossing", "", &Fixture::allow_crossing, 0, 0, isOf<path>, never<Fixture>,
      "whether the path may come within 0.001 m of itself"},
     {"bend_radius_m", "m", &Fixture::bend_radius_m, 0.0005, 0.1, isOf<path>, never<Fixture>,
@@ -147,6 +151,9 @@ const std::array kFixtureFields = std::to_array<AdditionField<Fixture>>({
      "time over which the fixture begins to act", Looser::higher},
     {"escape_force_n", "N", &Fixture::escape_force_n, 0, 40, isGuide, never<Fixture>,
      "above this force the guidance gives way; 0: never"},
+    {"on_camera_loss", "", wordsFor<&Fixture::on_camera_loss, Fixture, OnCameraLoss>(rt::kWords<OnCameraLoss>), 0, 0,
+     always<Fixture>, never<Fixture>,
+     "whether it goes on acting while the camera is lost; auto: fade for a standoff, keep for others"},
 });
 
 const std::array kRegionFields = std::to_array<AdditionField<Region>>({
@@ -171,6 +178,9 @@ const std::array kRegionFields = std::to_array<AdditionField<Region>>({
     {"rotation_deg", "deg", vector(&Region::rotation_deg, angles), -360, 360,
      isShaped<rt::ShapeKind::box>, never<Region>,
      "roll, pitch and yaw about the fixed axes x, y and z of the frame, in this order"},
+    {"orientation_xyzw", "", QuaternionMember<Region>{&Region::rotation_deg, "rotation_deg"}, -1, 1,
+     isShaped<rt::ShapeKind::box>, never<Region>,
+     "the rotation as a unit quaternion, instead of rotation_deg"},
     {"radius_m", "m", &Region::radius_m, kLeastSize_m, kFarthest_m,
      isShaped<rt::ShapeKind::sphere, rt::ShapeKind::capsule>,
      isShaped<rt::ShapeKind::sphere, rt::ShapeKind::capsule>,
@@ -258,6 +268,9 @@ std::string rangeOf(const AdditionField<Owner>& field) {
           [&](const VectorMember<Owner>& member) {
             return member.use == direction ? "[x, y, z], any length except zero"
                                            : numbers("[x, y, z], each {}");
+          },
+          [](const QuaternionMember<Owner>& member) {
+            return fmt::format("[x, y, z, w] of length 1, without {}", member.vector);
           }},
       field.member);
 }

@@ -34,11 +34,20 @@ struct VectorMember {
   VectorUse use;
 };
 
+/// Another way to give a vector of angles: a unit quaternion [x, y, z, w]. It is read only, and what is
+/// written is the vector.
+template <typename Owner>
+struct QuaternionMember {
+  rt::Vec3 Owner::*rotation_deg;
+  std::string_view vector;  ///< name of the member with the angles
+};
+
 /// One member.
 template <typename Owner>
 struct AdditionField {
   using Member = std::variant<std::string Owner::*, bool Owner::*, int Owner::*, double Owner::*,
-                              std::vector<rt::Vec3> Owner::*, WordMember<Owner>, VectorMember<Owner>>;
+                              std::vector<rt::Vec3> Owner::*, WordMember<Owner>, VectorMember<Owner>,
+                              QuaternionMember<Owner>>;
 
   std::string_view name;
   std::string_view unit;  ///< empty for pure numbers and words

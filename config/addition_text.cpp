@@ -35,13 +35,19 @@ struct ValueText {
     return fmt::format("\"{}\"", member.words[member.get(owner)]);
   }
   std::string operator()(const VectorMember<Owner>& member) const { return valueText(owner.*member.member); }
+  std::string operator()(const QuaternionMember<Owner>&) const { return ""; }
 };
+
+template <typename Owner>
+bool isWritten(const AdditionField<Owner>& field, const Owner& owner) {
+  return field.used(owner) && !std::holds_alternative<QuaternionMember<Owner>>(field.member);
+}
 
 template <typename Owner>
 std::string objectText(const Owner& owner) {
   std::vector<std::string> members;
   for (const AdditionField<Owner>& field : fieldsOf(owner)) {
-    if (!field.used(owner)) continue;
+    if (!isWritten(field, owner)) continue;
     members.push_back(
         fmt::format("\"{}\": {}", field.name, std::visit(ValueText<Owner>{owner}, field.member)));
   }
@@ -55,7 +61,7 @@ std::string listText(std::string_view name, const std::vector<Owner>& owners) {
   for (const Owner& owner : owners) {
     std::string_view mark = "- ";
     for (const AdditionField<Owner>& field : fieldsOf(owner)) {
-      if (!field.used(owner)) continue;
+      if (!isWritten(field, owner)) continue;
       std::string value = std::visit(ValueText<Owner>{owner}, field.member);
       if (std::holds_alternative<WordMember<Owner>>(field.member)) value = value.substr(1, value.size() - 2);
       text += fmt::format("  {}{}: {}\n", mark, field.name, value);

@@ -42,4 +42,12 @@ const char* textOf(rt::Cause cause) {
   return "";
 }
 
+const char* textOf(rt::Mode mode, rt::Cause cause) {
+  if (mode == rt::Mode::engaged && cause == rt::Cause::depth_stale)
+    return "the camera is lost: only the fixtures act that go on without depth";
+  if (mode == rt::Mode::engaged && cause == rt::Cause::surface_too_near)
+    return "the surface is too near for the camera: only the fixtures act that go on without depth";
+  return textOf(cause);
+}
+
 }  // namespace hapticd::config

@@ -25,12 +25,13 @@ enum class EventKind {
   stop,
   fixture,  ///< a virtual fixture was added, changed, enabled, disabled or removed
   region,   ///< a tissue region likewise, or an estimator began to feed it
+  breach,   ///< the HIP has been inside a forbidden region
 };
 
 constexpr auto wordsOf(EventKind) {
   return rt::words<EventKind>("mode", "camera", "handle", "warning", "engage", "disengage", "clear_fault",
                               "parameter", "profile", "calibration", "trace", "mark", "configuration",
-                              "reload", "stop", "fixture", "region");
+                              "reload", "stop", "fixture", "region", "breach");
 }
 
 }  // namespace hapticd::config

@@ -25,6 +25,16 @@ constexpr auto wordsOf(FixtureFrame) {
   return rt::words<FixtureFrame>("world", "camera");
 }
 
+/// What becomes of a fixture's force while the camera is lost.
+enum class OnCameraLoss : std::uint8_t {
+  automatic,  ///< fade for stand-offs, whose surface is lost with the camera; keep for all others
+  keep,       ///< it goes on acting
+  fade,       ///< it ends, as that of the force law does
+};
+constexpr auto wordsOf(OnCameraLoss) {
+  return rt::words<OnCameraLoss>("auto", "keep", "fade");
+}
+
 /// Whose a fixture or region is: a reload of the configuration changes its own only.
 enum class Origin : std::uint8_t { configuration, profile, client };
 constexpr auto wordsOf(Origin) {
@@ -64,6 +74,7 @@ struct FixtureSettings {
   double max_force_n = 2;
   double fade_in_s = 0.5;
   double escape_force_n = 0;  ///< guidance
+  OnCameraLoss on_camera_loss = OnCameraLoss::automatic;
   OriginMark origin{};
 
   friend bool operator==(const FixtureSettings&, const FixtureSettings&) = default;
@@ -113,6 +124,21 @@ const FixtureSettings* widestStandoff(const std::vector<FixtureSettings>& fixtur
 /// Returns its clearance, or 0.
 double standoffClearance_m(const std::vector<FixtureSettings>& fixtures);
 
+/// Returns `keep` or `fade`, also where the fixture says `auto`.
+OnCameraLoss effectiveOnCameraLoss(const FixtureSettings& fixture);
+
+/// Rotation as a unit quaternion: how a box is turned in its frame.
+struct Quaternion {
+  double x = 0;
+  double y = 0;
+  double z = 0;
+  double w = 1;
+};
+/// Converts between the two forms of a box's orientation; roll, pitch and yaw are about the fixed axes, in
+/// this order. `orientation`: of length 1.
+rt::Vec3 rotationOf(const Quaternion& orientation);
+Quaternion orientationOf(const rt::Vec3& rotation_deg);
+
 /// What is wrong with a fixture or region.
 struct AdditionError {
   std::string name;   ///< of the fixture or region; empty: it has none
@@ -127,9 +153,10 @@ std::expected<SceneAdditions, std::vector<AdditionError>> additionsFromText(std:
                                                                             const std::string& name);
 /// Applies members given in a YAML (or JSON) mapping to a fixture or region, which keeps all others.
 /// Errors: as above; for an unknown member the nearest names.
-std::expected<FixtureSettings, AdditionError> changed(const FixtureSettings& fixture,
-                                                      std::string_view members);
-std::expected<RegionSettings, AdditionError> changed(const RegionSettings& region, std::string_view members);
+std::expected<FixtureSettings, std::vector<AdditionError>> changed(const FixtureSettings& fixture,
+                                                                   std::string_view members);
+std::expected<RegionSettings, std::vector<AdditionError>> changed(const RegionSettings& region,
+                                                                  std::string_view members);
 /// Checks ranges, numbers, unique names and capacity. Errors: all of them.
 std::vector<AdditionError> checkTogether(const SceneAdditions& additions);
 

@@ -73,6 +73,8 @@ class MemberChange {
     return ofShape(before_.*member.member == after_.*member.member);
   }
 
+  std::optional<std::string> textOf(const QuaternionMember<FixtureSettings>&) const { return std::nullopt; }
+
   std::optional<std::string> ofNumbers(double before, double after) const {
     if (!field_.looser) return ofShape(before == after);
     if (!isLooser(*field_.looser, before, after)) return std::nullopt;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "config/addition_checks.h"
 #include "config/value_text.h"
@@ -42,12 +43,17 @@ double segmentDistance_m(const Vec3& p1, const Vec3& q1, const Vec3& p2, const V
   return norm((p1 + s * d1) - (p2 + t * d2));
 }
 
-std::optional<PathProblem> crossing(std::span<const Vec3> points_m) {
+/// `closed`: the last point is the first one.
+std::optional<PathProblem> crossing(std::span<const Vec3> points_m, bool closed) {
   const std::size_t segments = points_m.size() - 1;
+  std::vector<double> along_m{0};  // length of the path up to each point
+  for (std::size_t i = 0; i < segments; ++i)
+    along_m.push_back(along_m.back() + norm(points_m[i + 1] - points_m[i]));
   for (std::size_t i = 0; i + 2 < segments; ++i) {
-    double gap_m = 0;
     for (std::size_t j = i + 2; j < segments; ++j) {
-      gap_m += norm(points_m[j] - points_m[j - 1]);
+      const double forwards_m = along_m[j] - along_m[i + 1];
+      const double around_m = along_m[segments] - along_m[j + 1] + along_m[i];
+      const double gap_m = closed ? std::min(forwards_m, around_m) : forwards_m;
       // Near each other along the path, segments are near each other in space too without any crossing.
       const double least_m = std::min(kCrossingDistance_m, gap_m / 2);
       const double distance_m = segmentDistance_m(points_m[i], points_m[i + 1], points_m[j], points_m[j + 1]);
@@ -56,7 +62,11 @@ std::optional<PathProblem> crossing(std::span<const Vec3> points_m) {
           fmt::format("the path crosses itself: the segments from point {} to {} and from {} to {} are "
                       "{:.2g} m apart",
                       i + 1, i + 2, j + 1, j + 2, distance_m),
-          "move the points apart by more than 0.001 m, or set allow_crossing to true"};
+          i == 0 && j + 1 == segments && !closed
+              ? "to make it a closed path, end it in its first point; otherwise move the points apart by "
+                "more "
+                "than 0.001 m, or set allow_crossing to true"
+              : "move the points apart by more than 0.001 m, or set allow_crossing to true"};
     }
   }
   return std::nullopt;
@@ -64,7 +74,10 @@ std::optional<PathProblem> crossing(std::span<const Vec3> points_m) {
 
 }  // namespace
 
-std::optional<PathProblem> pathProblem(std::span<const Vec3> points_m, bool allow_crossing) {
+std::optional<PathProblem> pathProblem(std::span<const Vec3> given_m, bool allow_crossing) {
+  const bool closed = rt::isClosedPath(given_m);
+  std::vector<Vec3> points_m(given_m.begin(), given_m.end());
+  if (closed) points_m.back() = points_m.front();
   for (std::size_t i = 0; i + 1 < points_m.size(); ++i) {
     const double distance_m = norm(points_m[i + 1] - points_m[i]);
     if (distance_m >= rt::kLeastPointDistance_m) continue;
@@ -72,14 +85,15 @@ std::optional<PathProblem> pathProblem(std::span<const Vec3> points_m, bool allo
                        fmt::format("delete one of the two, or move them at least {} m apart",
                                    numberText(rt::kLeastPointDistance_m))};
   }
-  for (std::size_t i = 1; i + 1 < points_m.size(); ++i) {
-    const double turn_deg = angleBetween_deg(points_m[i] - points_m[i - 1], points_m[i + 1] - points_m[i]);
+  for (std::size_t i = 1; i + (closed ? 0 : 1) < points_m.size(); ++i) {
+    const Vec3 onward = i + 1 < points_m.size() ? points_m[i + 1] - points_m[i] : points_m[1] - points_m[0];
+    const double turn_deg = angleBetween_deg(points_m[i] - points_m[i - 1], onward);
     if (turn_deg <= kSharpestTurn_deg) continue;
     return PathProblem{fmt::format("the path turns by {:.1f} degrees at point {}", turn_deg, i + 1),
                        fmt::format("add a point beside it, so that no turn exceeds {} degrees",
                                    numberText(kSharpestTurn_deg))};
   }
-  return allow_crossing ? std::nullopt : crossing(points_m);
+  return allow_crossing ? std::nullopt : crossing(points_m, closed);
 }
 
 }  // namespace hapticd::config

@@ -72,7 +72,7 @@ class SourceWalk {
       } else if (in_list_ && isDash()) {
         behind_name_ = true;
         ++at_;
-      } else if (!passSign()) {
+      } else if (!passSign() && !passNull()) {
         return failHere();
       }
     }
@@ -104,6 +104,18 @@ class SourceWalk {
     if (!kSigns.contains(sign)) return false;
     if (sign == '\n') behind_name_ = false;
     ++at_;
+    return true;
+  }
+
+  /// Skips a word that the parser reads as no value, as it does '~'.
+  bool passNull() {
+    if (!(kBlanks.contains(before()) || std::string_view("\n:,[{").contains(before()))) return false;
+    const std::string_view rest = restOfLine();
+    const std::string_view word = rest.substr(0, 4);
+    if (word != "null" && word != "Null" && word != "NULL") return false;
+    if (rest.size() > 4 && !kBlanks.contains(rest[4]) && !std::string_view(",]}").contains(rest[4]))
+      return false;
+    at_ += word.size();
     return true;
   }
 

@@ -19,6 +19,12 @@ namespace {
 /// A position is seen by the pixels whose rays come this near.
 constexpr double kRayDistance_m = 0.002;
 
+/// Share of the fixtures' forces that is exerted: none while the box is not engaged. The stiffness limit,
+/// which is also in Tick::gain, is in these forces already.
+double exertedShare(const rt::Tick& tick) {
+  return tick.stiffness_gain > 0 ? tick.gain / tick.stiffness_gain : 0;
+}
+
 }  // namespace
 
 AddedScene::AddedScene(rt::ControlChannels& channels, const rt::DepthModel& depth_model,
@@ -101,19 +107,25 @@ std::string AddedScene::warning(const rt::DepthModelParameters& camera) const {
       sets_->tissue.label_width_px, sets_->tissue.label_height_px, camera.width_px, camera.height_px);
 }
 
-FixtureStatus AddedScene::fixtureStatus(const rt::Tick& tick, double warning_m) const {
+FixtureStatus AddedScene::fixtureStatus(const rt::LoopState& loop, double warning_m) const {
+  const rt::Tick& tick = loop.tick;
   const auto& fixtures = additions_.fixtures;
+  const double share = exertedShare(tick);
   FixtureStatus status;
   status.generation = generations().fixtures;
   status.count = fixtures.size();
   status.enabled =
       static_cast<std::uint64_t>(std::ranges::count_if(fixtures, &config::FixtureSettings::enabled));
-  status.force_n = rt::norm(tick.fixture_force_n_in_world);
-  status.guidance_force_n = rt::norm(tick.guidance_force_n_in_world);
+  status.force_n = share * rt::norm(tick.fixture_force_n_in_world);
+  status.guidance_force_n = share * rt::norm(tick.guidance_force_n_in_world);
   // Places in an older set may mean other fixtures.
   if (tick.fixture_generation != status.generation) return status;
-  for (std::size_t i = 0; i < fixtures.size(); ++i) {
-    if ((tick.fixtures_in_contact >> i & 1U) != 0) status.in_contact.push_back(fixtures[i].name);
+  for (std::size_t i = 0; i < fixtures.size() && i < rt::kMaxFixtures; ++i) {
+    const bool exerts = share > 0 && (tick.fixtures_in_contact >> i & 1U) != 0;
+    if (exerts) status.in_contact.push_back(fixtures[i].name);
+    const rt::FixtureState& state = loop.fixtures[i];
+    status.each.push_back({fixtures[i].name, fixtures[i].stiffness_n_per_m, state.stiffness_n_per_m,
+                           share * state.force_n, state.distance_m, state.breach});
   }
   if (tick.nearest_fixture < 0 || static_cast<std::size_t>(tick.nearest_fixture) >= fixtures.size())
     return status;

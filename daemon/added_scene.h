@@ -41,7 +41,7 @@ class AddedScene {
     return {sets_ ? sets_->fixtures.generation : 0, regions_generation_};
   }
   /// `warning_m`: nearer than that to a forbidden region is a warning.
-  FixtureStatus fixtureStatus(const rt::Tick& tick, double warning_m) const;
+  FixtureStatus fixtureStatus(const rt::LoopState& loop, double warning_m) const;
   TissueStatus tissueStatus(const rt::Tick& tick) const;
   /// The region that covers a position, as an index; nothing: none does.
   std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const;

@@ -75,8 +75,32 @@ void EventLog::onStatus(const BoxStatus& status) {
             EventKind::handle,
             {{"HANDLE", nameOf(state)}, {"DEVICE", status.handle.identity}}});
   }
+  logBreaches(status);
   logTrace(status.trace);
   logWarnings(status.warnings);
+}
+
+/// A breach is known by when it began, because a fixture that is removed and added again counts anew.
+void EventLog::logBreaches(const BoxStatus& status) {
+  for (const FixtureConduct& fixture : status.fixtures.each) {
+    const rt::Breach& breach = fixture.breach;
+    std::int64_t& logged_ns = breaches_[fixture.name];
+    if (breach.number == 0 || breach.entered_ns <= logged_ns) continue;
+    logged_ns = breach.entered_ns;
+    const rt::Vec3& place = breach.entered_m_in_world;
+    const double age_s = static_cast<double>(status.loop.tick.planned_ns - breach.entered_ns) * 1e-9;
+    write_({Priority::info,
+            fmt::format(
+                "the HIP was in the forbidden region of fixture {} for {:.2f} s, at most {:.1f} mm deep; "
+                "it entered {:.1f} s ago at ({:.4f}, {:.4f}, {:.4f}) m in the world",
+                fixture.name, breach.duration_s, breach.depth_m * 1e3, age_s, place.x, place.y, place.z),
+            EventKind::breach,
+            {{"FIXTURE", fixture.name},
+             {"ENTERED_AGE_S", fmt::format("{:.3f}", age_s)},
+             {"ENTERED_M", fmt::format("{:.5f} {:.5f} {:.5f}", place.x, place.y, place.z)},
+             {"DURATION_S", fmt::format("{:.3f}", breach.duration_s)},
+             {"DEPTH_M", fmt::format("{:.5f}", breach.depth_m)}}});
+  }
 }
 
 void EventLog::logWarnings(const std::vector<std::string>& warnings) {

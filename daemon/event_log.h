@@ -12,7 +12,8 @@
 
 namespace hapticd::daemon {
 
-/// Logs changes that nobody requested: of the mode, the camera, the handle, the warnings and the trace.
+/// Logs what nobody requested: changes of the mode, the camera, the handle, the warnings and the trace, and
+/// breaches of forbidden regions.
 /// Thread: control thread only.
 class EventLog {
  public:
@@ -30,6 +31,7 @@ class EventLog {
  private:
   void logTrace(const TraceStatus& trace);
   void logMode(const rt::Tick& tick, Clock::time_point now);
+  void logBreaches(const BoxStatus& status);
   void logWarnings(const std::vector<std::string>& warnings);
 
   Write write_;
@@ -41,7 +43,8 @@ class EventLog {
   drivers::CameraState camera_ = drivers::CameraState::absent;
   drivers::HandlePresence handle_ = drivers::HandlePresence::present;
   TraceStatus trace_;
-  std::uint64_t trace_news_ = 0;  // number of the newest one in the log
+  std::uint64_t trace_news_ = 0;                  // number of the newest one in the log
+  std::map<std::string, std::int64_t> breaches_;  // by fixture: entered_ns of the newest one in the log
   std::map<std::string, std::string>
       warnings_;  // the key is the text without its numbers, which change all the time
 };

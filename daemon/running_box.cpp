@@ -334,7 +334,7 @@ BoxStatus RunningBox::condition() {
   status.handle = handle_->status();
   status.leds = {leds_->status(), led_patterns_};
   status.trace = trace_.status();
-  status.fixtures = added_scene_.fixtureStatus(status.loop.tick, settings_.proximity.warning_m);
+  status.fixtures = added_scene_.fixtureStatus(status.loop, settings_.proximity.warning_m);
   status.tissue = added_scene_.tissueStatus(status.loop.tick);
   status.tissue.feed = feed_status_;
   status.warnings = warnings(status);

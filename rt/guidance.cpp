@@ -26,10 +26,21 @@ constexpr std::uint32_t kSearchedPerTick = 32;
 /// How much faster than the HIP the place on the path may move: on the inner side of a bend it has to.
 constexpr double kFollow = 2;
 
+/// Ends of a closed path meet within this.
+constexpr double kMeets_m = 1e-6;
+
+/// Whether the last element of a path continues in the first.
+bool isClosed(std::span<const PathElement> elements) noexcept {
+  const Vec3 end = placeOn(elements.back(), elements.back().length_m).place_m_in_world;
+  return norm(end - elements.front().start_m_in_world) < kMeets_m;
+}
+
 /// Moves the place on the path to the nearest one within `most_m` of arc length.
 void follow(std::span<const PathElement> elements, const Vec3& hip, double most_m,
             GuidanceMemory& memory) noexcept {
   double left_m = most_m;
+  const bool closed = isClosed(elements);
+  const auto last = static_cast<std::uint32_t>(elements.size() - 1);
   // Every element takes arc length, except that it is bounded here for those that are very short.
   constexpr int kMostElements = 16;
   for (int i = 0; i < kMostElements && left_m > 0; ++i) {
@@ -38,15 +49,16 @@ void follow(std::span<const PathElement> elements, const Vec3& hip, double most_
     const double step = std::clamp(target - memory.along_m, -left_m, left_m);
     memory.along_m += step;
     left_m -= std::abs(step);
-    if (memory.along_m <= 0 && memory.element > 0 && target <= 0) {
-      const PathElement& previous = elements[memory.element - 1];
-      if (!(nearestOn(previous, hip) < previous.length_m)) return;
-      --memory.element;
-      memory.along_m = previous.length_m;
-    } else if (memory.along_m >= element.length_m && memory.element + 1 < elements.size() &&
+    if (memory.along_m <= 0 && (closed || memory.element > 0) && target <= 0) {
+      const std::uint32_t previous = memory.element > 0 ? memory.element - 1 : last;
+      if (!(nearestOn(elements[previous], hip) < elements[previous].length_m)) return;
+      memory.element = previous;
+      memory.along_m = elements[previous].length_m;
+    } else if (memory.along_m >= element.length_m && (closed || memory.element < last) &&
                target >= element.length_m) {
-      if (!(nearestOn(elements[memory.element + 1], hip) > 0)) return;
-      ++memory.element;
+      const std::uint32_t next = memory.element < last ? memory.element + 1 : 0;
+      if (!(nearestOn(elements[next], hip) > 0)) return;
+      memory.element = next;
       memory.along_m = 0;
     } else {
       return;
@@ -107,7 +119,7 @@ Offset offsetOf(const GuidanceInput& input, const GuidanceMemory& memory) noexce
   const bool beyond_start = memory.element == 0 && memory.along_m <= 0 && ahead_m < 0;
   const bool beyond_end =
       memory.element + 1 == input.elements.size() && memory.along_m >= element.length_m && ahead_m > 0;
-  const bool beyond = beyond_start || beyond_end;
+  const bool beyond = (beyond_start || beyond_end) && !isClosed(input.elements);
   return {beyond ? offset - ahead_m * place.tangent_in_world : offset, place.tangent_in_world};
 }
 

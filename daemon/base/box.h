@@ -74,18 +74,31 @@ struct LawStatus {
   double hand_stiffness_n_per_m = 0;
 };
 
+/// What one virtual fixture does.
+struct FixtureConduct {
+  std::string name{};
+  double configured_n_per_m = 0;  ///< its stiffness, as it is configured
+  double stiffness_n_per_m = 0;   ///< in effect; 0: it does not act
+  double force_n = 0;             ///< exerted on the hand, before handle.force_scale
+  /// Of the HIP from its boundary, negative inside a forbidden region, or from path or point; not a number:
+  /// not known.
+  double distance_m = std::numeric_limits<double>::quiet_NaN();
+  rt::Breach breach{};  ///< the newest that has ended
+};
+
 /// The virtual fixtures, as people see them.
 struct FixtureStatus {
   std::uint64_t generation = 0;         ///< of the set of fixtures
   std::uint64_t count = 0;              ///< all of them
   std::uint64_t enabled = 0;            ///< those that are enabled
-  std::vector<std::string> in_contact;  ///< names of those that hold the HIP back or guide it
+  std::vector<std::string> in_contact;  ///< names of those that exert a force
   std::string nearest;                  ///< name of the nearest forbidden region; empty: none, or not known
   /// From the HIP to its boundary, negative inside the forbidden region; infinite: none, or not known.
   double distance_m = std::numeric_limits<double>::infinity();
-  bool warning = false;         ///< distance_m is below proximity.warning_m
-  double force_n = 0;           ///< magnitude of the force of all forbidden regions
-  double guidance_force_n = 0;  ///< magnitude of the force of all guidance fixtures
+  bool warning = false;              ///< distance_m is below proximity.warning_m
+  double force_n = 0;                ///< magnitude of the force that all forbidden regions exert
+  double guidance_force_n = 0;       ///< magnitude of the force that all guidance fixtures exert
+  std::vector<FixtureConduct> each;  ///< empty: the force loop has not taken over this set yet
 };
 
 /// Counters of the measured stiffness that estimators feed.

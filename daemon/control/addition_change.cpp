@@ -5,18 +5,18 @@
 
 #include <algorithm>
 #include <iterator>
-#include <optional>
 #include <string_view>
 #include <utility>
 
 #include "config/nearest_names.h"
 #include "config/value_text.h"
+#include "rt/fixture.h"
+#include "rt/tissue.h"
 
 namespace hapticd::daemon {
 namespace {
 
 using config::AdditionError;
-using Problem = std::optional<AdditionError>;
 
 constexpr const char* kDefinitionRemedy =
     "give an object with the members that the configuration has, see man 5 hapticd.yaml";
@@ -32,6 +32,7 @@ struct ListOf<config::FixtureSettings> {
   static constexpr const char* kWord = "fixture";
   static constexpr auto kEvent = config::EventKind::fixture;
   static constexpr auto kMember = &config::SceneAdditions::fixtures;
+  static constexpr std::size_t kMost = rt::kMaxFixtures;
 };
 template <>
 struct ListOf<config::RegionSettings> {
@@ -39,6 +40,7 @@ struct ListOf<config::RegionSettings> {
   static constexpr const char* kWord = "region";
   static constexpr auto kEvent = config::EventKind::region;
   static constexpr auto kMember = &config::SceneAdditions::regions;
+  static constexpr std::size_t kMost = rt::kMaxTissueRegions;
 };
 
 AdditionError problem(const std::string& name, std::string field, std::string what, std::string remedy) {
@@ -65,56 +67,142 @@ std::string textOf(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-template <typename T>
-Problem removeFrom(std::vector<T>& items, const std::vector<std::string>& names) {
-  for (const std::string& name : names) {
-    const auto found = std::ranges::find(items, name, &T::name);
-    if (found == items.end()) return unknownName(items, name);
-    items.erase(found);
-  }
-  return std::nullopt;
+/// Returns what an element of a list is, where it should be something else.
+const char* typeOf(const Json& json) {
+  if (json.is_null()) return "null";
+  if (json.is_boolean()) return "a truth value";
+  if (json.is_number()) return "a number";
+  if (json.is_string()) return "a text";
+  return json.is_array() ? "a list" : "an object";
 }
 
+/// A change of a list with everything that is wrong with it.
 template <typename T>
-Problem changeIn(std::vector<T>& items, const std::vector<Json>& changes) {
-  for (const Json& change : changes) {
-    const std::string name = nameIn(change);
-    if (name.empty()) return problem("", "name", "names nothing to change", "give the name with each change");
-    const auto found = std::ranges::find(items, name, &T::name);
-    if (found == items.end()) return unknownName(items, name);
-    Json members = change;
-    members.erase("name");
-    auto changed = config::changed(*found, textOf(members));
-    if (!changed) return changed.error();
-    *found = std::move(*changed);
+class ListChange {
+ public:
+  explicit ListChange(config::SceneAdditions& additions)
+      : items_(additions.*ListOf<T>::kMember), label_image_(additions.label_image) {}
+
+  std::vector<AdditionError> apply(const AdditionChange& change) {
+    remove(change.remove);
+    alter(change.change);
+    add(change.add);
+    return std::move(problems_);
   }
-  return std::nullopt;
-}
+
+ private:
+  static constexpr std::size_t kMost = ListOf<T>::kMost;
+
+  void report(const std::string& name, std::string field, std::string what, std::string remedy) {
+    problems_.push_back(problem(name, std::move(field), std::move(what), std::move(remedy)));
+  }
+  /// Returns whether a list has more elements than there can be, which are not looked at then.
+  bool isTooLong(const std::vector<Json>& list, const char* verb) {
+    if (list.size() <= kMost) return false;
+    report("", "",
+           fmt::format("the call names {} {}s to {}, and there are at most {}", list.size(), ListOf<T>::kWord,
+                       verb, kMost),
+           "name each of them once");
+    return true;
+  }
+  static std::string placeOf(std::size_t index, const char* list) {
+    return fmt::format("{} {} of the list '{}'", ListOf<T>::kWord, index + 1, list);
+  }
+  auto find(const std::string& name) { return std::ranges::find(items_, name, &T::name); }
+
+  void remove(const std::vector<Json>& names) {
+    if (isTooLong(names, "remove")) return;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (!names[i].is_string()) {
+        report("", "", fmt::format("{} is {}, not a name", placeOf(i, "remove"), typeOf(names[i])),
+               "give the names as texts");
+      } else if (const auto found = find(names[i].get<std::string>()); found != items_.end()) {
+        items_.erase(found);
+      } else {
+        problems_.push_back(unknownName(items_, names[i].get<std::string>()));
+      }
+    }
+  }
+
+  void alter(const std::vector<Json>& changes) {
+    if (isTooLong(changes, "change")) return;
+    for (std::size_t i = 0; i < changes.size(); ++i) {
+      const std::string name = nameIn(changes[i]);
+      if (!changes[i].is_object()) {
+        report("", "", fmt::format("{} is {}, not an object", placeOf(i, "change"), typeOf(changes[i])),
+               "give an object with the name and the members to change");
+      } else if (name.empty()) {
+        report("", "name", fmt::format("{} names nothing to change", placeOf(i, "change")),
+               "give the name with each change");
+      } else if (const auto found = find(name); found == items_.end()) {
+        problems_.push_back(unknownName(items_, name));
+      } else {
+        Json members = changes[i];
+        members.erase("name");
+        auto changed = config::changed(*found, textOf(members));
+        if (changed) {
+          *found = std::move(*changed);
+        } else {
+          std::ranges::move(changed.error(), std::back_inserter(problems_));
+        }
+      }
+    }
+  }
+
+  void add(const std::vector<Json>& definitions) {
+    if (definitions.empty()) return;
+    const std::size_t count = items_.size() + definitions.size();
+    if (count > kMost) {
+      report(
+          nameIn(definitions[kMost - std::min(kMost, items_.size())]), "",
+          fmt::format("there would be {} {}s, and at most {} are possible", count, ListOf<T>::kWord, kMost),
+          fmt::format("remove {}", count - kMost));
+    }
+    std::vector<Json> objects;
+    for (std::size_t i = 0; i < std::min(definitions.size(), kMost); ++i) {
+      if (definitions[i].is_object()) {
+        objects.push_back(definitions[i]);
+      } else {
+        report("", "", fmt::format("{} is {}, not a definition", placeOf(i, "add"), typeOf(definitions[i])),
+               kDefinitionRemedy);
+      }
+    }
+    Json text = {{ListOf<T>::kName, objects}};
+    if (!label_image_.empty()) text["label_image"] = label_image_;
+    auto read = config::additionsFromText(textOf(text), kSource);
+    if (!read) {
+      for (AdditionError& error : read.error()) problems_.push_back(withPlace(std::move(error)));
+      for (const Json& definition : objects) {
+        if (const std::string name = nameIn(definition); find(name) != items_.end())
+          report(name, "name", fmt::format("there is a {} of this name already", ListOf<T>::kWord),
+                 "give each its own name");
+      }
+      return;
+    }
+    std::vector<T>& added = (*read).*ListOf<T>::kMember;
+    for (T& item : added) item.origin.value = config::Origin::client;
+    std::ranges::move(added, std::back_inserter(items_));
+  }
+
+  /// Says in the text which one it is, where it has no name.
+  static AdditionError withPlace(AdditionError error) {
+    const std::size_t place = error.error.where.find(": ");
+    if (!error.name.empty() || place == std::string::npos) return error;
+    error.error.what = fmt::format("{} {}", error.error.where.substr(place + 2), error.error.what);
+    return error;
+  }
+
+  static constexpr const char* kSource = "the call";
+
+  std::vector<T>& items_;
+  const std::string& label_image_;
+  std::vector<AdditionError> problems_;
+};
 
 template <typename T>
-Problem addTo(std::vector<T>& items, const std::vector<Json>& definitions, const std::string& label_image) {
-  if (definitions.empty()) return std::nullopt;
-  for (const Json& definition : definitions) {
-    if (!definition.is_object()) return problem("", "", "is no definition", kDefinitionRemedy);
-  }
-  Json text = {{ListOf<T>::kName, definitions}};
-  if (!label_image.empty()) text["label_image"] = label_image;
-  auto read = config::additionsFromText(textOf(text), "the call");
-  if (!read) return read.error().front();
-  std::vector<T>& added = (*read).*ListOf<T>::kMember;
-  for (T& item : added) item.origin.value = config::Origin::client;
-  std::ranges::move(added, std::back_inserter(items));
-  return std::nullopt;
-}
-
-template <typename T>
-Problem apply(config::SceneAdditions& additions, const AdditionChange& change) {
-  std::vector<T>& items = additions.*ListOf<T>::kMember;
-  if (Problem wrong = removeFrom(items, change.remove)) return wrong;
-  if (Problem wrong = changeIn(items, change.change)) return wrong;
-  if (Problem wrong = addTo(items, change.add, additions.label_image)) return wrong;
-  if (auto problems = config::checkTogether(additions); !problems.empty()) return problems.front();
-  return std::nullopt;
+std::vector<AdditionError> apply(config::SceneAdditions& additions, const AdditionChange& change) {
+  auto problems = ListChange<T>(additions).apply(change);
+  return problems.empty() ? config::checkTogether(additions) : problems;
 }
 
 std::string cut(std::string text) {
@@ -172,13 +260,12 @@ void addDifferences(const std::vector<T>& before, const std::vector<T>& after,
 
 }  // namespace
 
-std::expected<config::SceneAdditions, AdditionError> changedAdditions(const config::SceneAdditions& before,
-                                                                      AdditionList list,
-                                                                      const AdditionChange& change) {
+std::expected<config::SceneAdditions, std::vector<AdditionError>> changedAdditions(
+    const config::SceneAdditions& before, AdditionList list, const AdditionChange& change) {
   config::SceneAdditions after = before;
-  const Problem wrong = list == AdditionList::fixtures ? apply<config::FixtureSettings>(after, change)
-                                                       : apply<config::RegionSettings>(after, change);
-  if (wrong) return std::unexpected(*wrong);
+  auto problems = list == AdditionList::fixtures ? apply<config::FixtureSettings>(after, change)
+                                                 : apply<config::RegionSettings>(after, change);
+  if (!problems.empty()) return std::unexpected(std::move(problems));
   return after;
 }
 

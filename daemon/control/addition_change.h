@@ -16,14 +16,14 @@ enum class AdditionList { fixtures, regions };
 
 /// What a call asks to change in a list, in this order.
 struct AdditionChange {
-  std::vector<std::string> remove;  ///< names
-  std::vector<Json> change;         ///< each an object with the name and the members to change
-  std::vector<Json> add;            ///< each an object with the members of a definition
+  std::vector<Json> remove;  ///< names
+  std::vector<Json> change;  ///< each an object with the name and the members to change
+  std::vector<Json> add;     ///< each an object with the members of a definition
 };
 
 /// Returns the additions with one list changed.
-/// Errors: the first problem; `before` is not touched.
-std::expected<config::SceneAdditions, config::AdditionError> changedAdditions(
+/// Errors: all problems, also of elements of another type; `before` is not touched.
+std::expected<config::SceneAdditions, std::vector<config::AdditionError>> changedAdditions(
     const config::SceneAdditions& before, AdditionList list, const AdditionChange& change);
 
 /// How a fixture or region differs from what it was.

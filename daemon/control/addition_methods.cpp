@@ -27,22 +27,37 @@ OrderedJson definitionOf(const auto& item) {
   return OrderedJson::parse(config::jsonOf(item), nullptr, false);
 }
 
-Reply refusal(AdditionList list, const config::AdditionError& error) {
-  const bool fixture = list == AdditionList::fixtures;
-  return {fixture ? "io.hapticd.Control.FixtureRefused" : "io.hapticd.Control.RegionRefused",
-          {{fixture ? "fixture" : "region", error.name},
-           {"field", error.field.empty() ? OrderedJson() : OrderedJson(error.field)},
-           {"reason", error.error.what},
-           {"remedy", error.error.remedy}}};
+OrderedJson problemJson(const char* name_field, const config::AdditionError& error) {
+  return {{name_field, error.name},
+          {"field", error.field.empty() ? OrderedJson() : OrderedJson(error.field)},
+          {"reason", error.error.what},
+          {"remedy", error.error.remedy}};
 }
 
-/// A list of objects; none if it is absent. Errors: InvalidParameter, also for more than `most` objects.
-std::expected<std::vector<Json>, Reply> objectsField(const Call& call, const char* name, std::size_t most) {
+/// `errors`: at least one.
+Reply refusal(AdditionList list, const std::vector<config::AdditionError>& errors) {
+  constexpr std::size_t kMostProblems = 100;
+  const bool fixture = list == AdditionList::fixtures;
+  OrderedJson parameters = problemJson(fixture ? "fixture" : "region", errors.front());
+  OrderedJson& problems = parameters["problems"] = OrderedJson::array();
+  for (std::size_t i = 0; i < std::min(errors.size(), kMostProblems); ++i)
+    problems.push_back(problemJson("name", errors[i]));
+  return {fixture ? "io.hapticd.Control.FixtureRefused" : "io.hapticd.Control.RegionRefused",
+          std::move(parameters)};
+}
+
+/// How a box is turned, for clients that reckon with quaternions.
+OrderedJson orientationJson(bool is_box, const rt::Vec3& rotation_deg) {
+  if (!is_box) return {};
+  const auto [x, y, z, w] = config::orientationOf(rotation_deg);
+  return OrderedJson::array({x, y, z, w});
+}
+
+/// A list, whose elements are not checked; empty if it is absent. Errors: InvalidParameter.
+std::expected<std::vector<Json>, Reply> listField(const Call& call, const char* name) {
   const Json* const json = field(call, name);
   if (!json) return std::vector<Json>();
-  const bool objects = json->is_array() && json->size() <= most &&
-                       std::ranges::all_of(*json, [](const Json& item) { return item.is_object(); });
-  if (!objects) return std::unexpected(invalidParameter(name));
+  if (!json->is_array()) return std::unexpected(invalidParameter(name));
   return json->get<std::vector<Json>>();
 }
 
@@ -62,14 +77,14 @@ std::expected<double, Reply> requiredNumber(const Call& call, const char* name) 
   return **number;
 }
 
-std::expected<AdditionChange, Reply> changeOf(const Call& call, std::size_t most) {
-  auto remove = textsField(call, "remove", most);
+std::expected<AdditionChange, Reply> changeOf(const Call& call) {
+  auto remove = listField(call, "remove");
   if (!remove) return std::unexpected(remove.error());
-  auto change = objectsField(call, "change", most);
+  auto change = listField(call, "change");
   if (!change) return std::unexpected(change.error());
-  auto add = objectsField(call, "add", most);
+  auto add = listField(call, "add");
   if (!add) return std::unexpected(add.error());
-  return AdditionChange{remove->value_or(std::vector<std::string>()), std::move(*change), std::move(*add)};
+  return AdditionChange{std::move(*remove), std::move(*change), std::move(*add)};
 }
 
 /// InvalidParameter for the first of these fields that is there and no finite number.
@@ -111,7 +126,7 @@ Reply refusal(const StiffnessFeed::Refusal& refused) {
                    return Reply{"io.hapticd.Control.FeedLimited", {{"limit", StiffnessFeed::kMostPerSecond}}};
                  },
                  [](const StiffnessFeed::Outside&) { return Reply{"io.hapticd.Control.OutsideRegions"}; },
-                 [](const config::AdditionError& error) { return refusal(AdditionList::regions, error); }},
+                 [](const config::AdditionError& error) { return refusal(AdditionList::regions, {error}); }},
       refused);
 }
 
@@ -149,15 +164,23 @@ void AdditionMethods::listFixtures(const Call&, const Caller& caller, Replies& r
   const FixtureStatus status = context_.box.status().fixtures;
   OrderedJson entries = OrderedJson::array();
   for (const config::FixtureSettings& fixture : context_.box.additions().fixtures) {
-    const bool nearest = fixture.name == status.nearest;
+    const auto conduct = std::ranges::find(status.each, fixture.name, &FixtureConduct::name);
+    const bool known = conduct != status.each.end();
+    const bool is_box = fixture.kind == rt::FixtureKind::box;
     entries.push_back(
         {{"name", fixture.name},
          {"origin", nameOf(fixture.origin.value)},
          {"definition", definitionOf(fixture)},
          {"enabled", fixture.enabled},
          {"inContact", std::ranges::find(status.in_contact, fixture.name) != status.in_contact.end()},
-         {"nearest", nearest},
-         {"distanceM", nearest ? OrderedJson(status.distance_m) : OrderedJson()}});
+         {"nearest", fixture.name == status.nearest},
+         {"distanceM",
+          known && std::isfinite(conduct->distance_m) ? OrderedJson(conduct->distance_m) : OrderedJson()},
+         {"forceN", known ? OrderedJson(conduct->force_n) : OrderedJson()},
+         {"stiffnessNPerM", known ? OrderedJson(conduct->stiffness_n_per_m) : OrderedJson()},
+         {"breaches", known ? OrderedJson(conduct->breach.number) : OrderedJson()},
+         {"onCameraLoss", rt::wordOf(config::effectiveOnCameraLoss(fixture))},
+         {"orientationXyzw", orientationJson(is_box, fixture.rotation_deg)}});
   }
   replies.finish(
       caller.connection,
@@ -168,10 +191,12 @@ void AdditionMethods::listRegions(const Call&, const Caller& caller, Replies& re
   const TissueStatus status = context_.box.status().tissue;
   OrderedJson entries = OrderedJson::array();
   for (const config::RegionSettings& region : context_.box.additions().regions) {
+    const bool is_box = region.place == rt::TissuePlace::shape && region.shape == rt::ShapeKind::box;
     entries.push_back({{"name", region.name},
                        {"origin", nameOf(region.origin.value)},
                        {"definition", definitionOf(region)},
-                       {"inContact", region.name == status.in_contact}});
+                       {"inContact", region.name == status.in_contact},
+                       {"orientationXyzw", orientationJson(is_box, region.rotation_deg)}});
   }
   replies.finish(
       caller.connection,
@@ -180,8 +205,7 @@ void AdditionMethods::listRegions(const Call&, const Caller& caller, Replies& re
 
 void AdditionMethods::changeList(AdditionList list, const Call& call, const Caller& caller,
                                  Replies& replies) {
-  const auto change =
-      changeOf(call, list == AdditionList::fixtures ? rt::kMaxFixtures : rt::kMaxTissueRegions);
+  const auto change = changeOf(call);
   if (!change) return replies.finish(caller.connection, change.error());
   if (const Json* generation = field(call, "generation")) {
     if (!generation->is_number_integer())
@@ -218,7 +242,9 @@ void AdditionMethods::apply(AdditionList list, const AdditionChange& change, con
   config::Settings settings = context_.box.settings();
   settings.additions = *after;
   if (const auto conflicts = config::checkTogether(settings); !conflicts.empty()) {
-    return replies.finish(caller.connection, refusal(list, {"", "", conflicts.front()}));
+    std::vector<config::AdditionError> problems;
+    for (const config::Error& conflict : conflicts) problems.push_back({"", "", conflict});
+    return replies.finish(caller.connection, refusal(list, problems));
   }
   const std::uint64_t directive = context_.box.applyAdditions(*after);
   logAdditions(context_, caller, "", before, *after);

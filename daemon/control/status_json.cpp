@@ -210,9 +210,21 @@ OrderedJson controlJson(const ControlStatus& control) {
           {"logEntriesLost", log_entries_lost}, {"notificationsLost", notifications_lost}};
 }
 
+OrderedJson conductJson(const FixtureConduct& conduct) {
+  const auto& [name, configured_n_per_m, stiffness_n_per_m, force_n, distance_m, breach] = conduct;
+  return {{"name", name},
+          {"distanceM", finiteOrNull(distance_m)},
+          {"forceN", force_n},
+          {"stiffnessNPerM", stiffness_n_per_m},
+          {"configuredStiffnessNPerM", configured_n_per_m},
+          {"breaches", breach.number}};
+}
+
 OrderedJson fixturesJson(const FixtureStatus& fixtures) {
   const auto& [generation, count, enabled, in_contact, nearest, distance_m, warning, force_n,
-               guidance_force_n] = fixtures;
+               guidance_force_n, each] = fixtures;
+  OrderedJson conducts = OrderedJson::array();
+  for (const FixtureConduct& conduct : each) conducts.push_back(conductJson(conduct));
   return {{"generation", generation},
           {"count", count},
           {"enabled", enabled},
@@ -221,7 +233,8 @@ OrderedJson fixturesJson(const FixtureStatus& fixtures) {
           {"distanceM", finiteOrNull(distance_m)},
           {"warning", warning},
           {"forceN", force_n},
-          {"guidanceForceN", guidance_force_n}};
+          {"guidanceForceN", guidance_force_n},
+          {"each", std::move(conducts)}};
 }
 
 OrderedJson tissueJson(const TissueStatus& tissue) {

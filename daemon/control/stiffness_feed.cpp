@@ -65,7 +65,7 @@ auto StiffnessFeed::take(const Sample& sample, Clock::time_point now) -> std::ex
   }
   config::RegionSettings& region = regions_[*place];
   const auto checked = config::changed(region, membersOf(sample));
-  if (!checked) return std::unexpected(checked.error());
+  if (!checked) return std::unexpected(checked.error().front());
   const auto [found, is_new] = means_.try_emplace(region.name);
   Mean& past = found->second;
   const bool begins = is_new || now - past.newest >= kPause;

@@ -25,8 +25,10 @@ class StructureCheck final : public nlohmann::json_sax<Json> {
   bool key(string_t& name) override {
     return names_.back().insert(name).second || refuse("the name '" + name + "' appears twice");
   }
-  bool parse_error(std::size_t, const std::string&, const Json::exception& error) override {
-    return refuse(error.what());
+  bool parse_error(std::size_t position, const std::string&, const Json::exception& error) override {
+    constexpr int kNumberTooLarge = 406;
+    if (error.id == kNumberTooLarge) return refuse("it has a number that is too large");
+    return refuse("not valid JSON from byte " + std::to_string(position) + " on");
   }
 
   std::string takeProblem() { return std::move(problem_); }

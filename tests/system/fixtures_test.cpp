@@ -3,6 +3,10 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
 #include "tests/support/file_content.h"
 #include "tests/system/daemon_under_test.h"
 
@@ -93,6 +97,120 @@ TEST_F(Fixtures, SurviveInAProfileAndAReloadOfAConfigurationWithoutThem) {
   EXPECT_EQ(output({"fixture", "list", "--names"}), "nerve\n");
   output({"reload"});
   EXPECT_TRUE(contains(output({"fixture", "list"}), "profile"));
+}
+
+TEST_F(Fixtures, ThatAreBadAreAllNamedAtOnce) {
+  const std::string file = home.path() / "bad.yaml";
+  std::ofstream(file) << "fixtures:\n"
+                         "  - {name: flat, kind: sphere, position_m: [0, 0, 0], radius_m: 0}\n"
+                         "  - {name: odd, kind: egg}\n"
+                         "  - {name: open, kind: sphere, position_m: null, radius_m: 0.1}\n";
+  const std::string of_file = refusal({"fixture", "import", file});
+  for (const char* part : {"flat: radius_m", "odd: kind", "open: position_m"})
+    EXPECT_TRUE(contains(of_file, part));
+  const json as_json = json::parse(refusal({"--json", "fixture", "import", file}));
+  EXPECT_EQ(as_json["parameters"]["problems"].size(), 3U) << as_json;
+  addNerve();
+  const std::string of_call =
+      refusal({"fixture", "change", "nerve", "--radius-m", "0", "--max-force-n", "100"});
+  EXPECT_TRUE(contains(of_call, "nothing was changed: 2 problems\n"));
+  EXPECT_TRUE(
+      contains(of_call, "  fixture nerve, radius_m: 0 m is out of range (set radius_m to 0.0001..10 m)\n"));
+  EXPECT_TRUE(contains(of_call, "  fixture nerve, max_force_n: 100 N is out of range"));
+}
+
+TEST_F(Fixtures, NoneOfThemIsSaidToExertAForceWhileTheBoxIsIdle) {
+  // everywhere: the HIP is inside
+  output({"fixture", "add", "all", "--kind", "sphere", "--position-m", "0,0,-1", "--radius-m", "5"});
+  output({"disengage"});
+  ASSERT_TRUE(daemon.reaches([](const json& status) {
+    const json& each = status["fixtures"]["each"];
+    return status["mode"] == "idle" && status["tick"]["gain"] == 0 && !each.empty() &&
+           each[0]["distanceM"].is_number();
+  }));
+  const json fixtures = daemon.status()["fixtures"];
+  EXPECT_LT(fixtures["each"][0]["distanceM"], -4);
+  EXPECT_EQ(fixtures["each"][0]["forceN"], 0);
+  EXPECT_EQ(fixtures["forceN"], 0);
+  EXPECT_TRUE(fixtures["inContact"].empty());
+  EXPECT_FALSE(contains(output({"status", "--all"}), "in contact: all"));
+  EXPECT_FALSE(contains(output({"fixture", "list"}), "in contact"));
+}
+
+TEST_F(Fixtures, OfGuidanceShowTheStiffnessInEffectBesideTheConfiguredOne) {
+  output({"set", "force.stiffness_n_per_m=300"});
+  output(
+      {"fixture", "add", "aim", "--kind", "point", "--position-m", "0,0,-0.9", "--stiffness-n-per-m", "250"});
+  const auto entry = [this] { return json::parse(output({"--json", "fixture", "show", "aim"})); };
+  ASSERT_TRUE(test::becomesTrue([&] {
+    return std::abs(entry()["stiffnessNPerM"].get<double>() - 100) < 0.1;
+  })) << entry()
+      << "a third of force.stiffness_n_per_m";
+  EXPECT_EQ(entry()["definition"]["stiffness_n_per_m"], 250);
+  EXPECT_TRUE(contains(output({"fixture", "list"}), "100 of 250 N/m"));
+  EXPECT_GT(entry()["distanceM"], 0.01) << "guidance has a distance, too";
+}
+
+/// The hand strokes along x, and the half of the strokes at x < 0 is forbidden, by a spring too soft to
+/// matter.
+TEST(FixtureBreaches, AreEventsWithPlaceDurationAndDepth) {
+  const DaemonHome home;
+  const std::string strokes =
+      std::string(test::kWallYaml) +
+      "fixtures: [{name: half, kind: plane, position_m: [0, 0, 0], normal: [1, 0, 0], stiffness_n_per_m: 1, "
+      "max_force_n: 0.05}]\n";
+  Daemon daemon(home, strokes,
+                {"simulated_handle.stroke_m=0.03", "simulated_handle.stroke_period_s=3",
+                 "simulated_handle.press_s=600", "control.engage_at_start=true"});
+  ASSERT_TRUE(daemon.answers());
+  ASSERT_TRUE(daemon.reaches([](const json& status) {
+    const json& each = status["fixtures"]["each"];
+    return !each.empty() && each[0]["breaches"] >= 2;
+  }));
+  const auto events = [&home] {
+    std::vector<json> all;
+    std::istringstream lines(home.control({"--json", "events", "--kind", "breach", "-n", "2"}).output);
+    for (std::string line; std::getline(lines, line);)
+      all.push_back(json::parse(line, nullptr, false).value("event", json()));
+    return all;
+  };
+  ASSERT_TRUE(test::becomesTrue([&] { return events().size() == 2; }));
+  for (const json& event : events()) {
+    const json fields = event.value("fields", json::object());
+    EXPECT_EQ(fields.value("fixture", ""), "half") << event;
+    const auto numberOf = [&fields](const char* name) { return std::stod(fields.value(name, "nan")); };
+    EXPECT_GT(numberOf("depth_m"), 1e-4) << event;
+    EXPECT_LT(numberOf("depth_m"), 0.04) << "the stroke " << event;
+    EXPECT_GT(numberOf("duration_s"), 0.1) << event;
+    EXPECT_GT(numberOf("entered_age_s"), 0.49 + numberOf("duration_s"))
+        << "outside for half a second " << event;
+    EXPECT_NEAR(numberOf("entered_m"), 0, 0.02) << "its first number, x: at the boundary " << event;
+  }
+}
+
+TEST(FixturesWithoutCamera, GoOnOrEndAsEachSays) {
+  const DaemonHome home;
+  std::vector<std::string> command = home.command(
+      std::string(test::kWallYaml) +
+          "fixtures: [{name: all, kind: sphere, position_m: [0, 0, -1], radius_m: 5}]\n",
+      {"control.engage_at_start=true", "control.allow_fault_injection=true", "safety.depth_timeout_s=0.5"});
+  const std::string script = home.path() / "faults";
+  std::ofstream(script) << "2 600 frozen_camera\n";
+  command.insert(command.end(), {"--inject", script});
+  Daemon daemon(home, command);
+  ASSERT_TRUE(daemon.answers());
+  ASSERT_TRUE(daemon.reaches([](const json& status) {
+    return status["mode"] == "engaged" && status["cause"] == "depth_stale" &&
+           status["tick"]["depthShare"] == 0;
+  }));
+  EXPECT_GT(daemon.status()["fixtures"]["each"][0]["forceN"], 0);
+  EXPECT_TRUE(contains(home.control({"status"}).output,
+                       "engaged: the camera is lost: only the fixtures act that go on without depth"));
+  EXPECT_EQ(home.control({"fixture", "change", "all", "--on-camera-loss", "fade"}).ending, exitedWith(0));
+  EXPECT_TRUE(daemon.reaches([](const json& status) {
+    return status["mode"] == "holding" && status["cause"] == "depth_stale" && status["tick"]["gain"] == 0;
+  }));
+  EXPECT_TRUE(contains(home.control({"status"}).output, "holding: the newest depth frame is too old"));
 }
 
 TEST_F(Fixtures, TissueRegionsGetTheirStiffness) {

@@ -108,14 +108,16 @@ test('every mode and cause of the interface has words, and every cause that hold
     const { modeInWords, causeInWords } = await import('/words.js');
     const causes = ['no_scene', 'depth_stale', 'handle_stale', 'handle_invalid', 'force_not_finite', 'handle_too_fast',
       'handle_clutched', 'handle_not_calibrated', 'handle_replaced', 'outside_workspace', 'inside_surface',
-      'overrun_burst', 'surface_too_near'];
+      'overrun_burst', 'surface_too_near', 'handle_inconsistent', 'energy_debt'];
     return {
       modes: ['starting', 'idle', 'engaged', 'holding', 'faulted'].map((mode) => modeInWords(mode).text),
       causes: causes.map((cause) => causeInWords('holding', cause)),
+      engaged: ['depth_stale', 'surface_too_near'].map((cause) => causeInWords('engaged', cause)),
     };
   });
   for (const text of words.modes) assert.ok(text.endsWith('.'), text);
   for (const { text, remedy } of words.causes) assert.ok(text.endsWith('.') && remedy.length > 10, text);
+  for (const { text } of words.engaged) assert.ok(text.endsWith('only the fixtures act that go on without depth.'), text);
 });
 
 test('paused, the picture stands still while mode and warnings go on', async () => {

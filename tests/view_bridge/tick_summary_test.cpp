@@ -66,6 +66,25 @@ TEST(TickSummary, ShowsASingleTickAsItIs) {
               1e-12);  // rounding of the difference
 }
 
+TEST(TickSummary, ShowsTheForcesOfFixturesThatAreExerted) {
+  rt::Tick tick = proxyTick(1);
+  tick.fixtures_in_contact = 5;
+  tick.fixture_force_n_in_world = {0, 0, 4};
+  tick.guidance_force_n_in_world = {2, 0, 0};
+  tick.stiffness_gain = 0.5;
+  tick.gain = 0.25;  // half of the ramp
+  TickSummary ramping;
+  ramping.add(tick);
+  EXPECT_EQ(messageOf(ramping)["fixtureForce"], json({0, 0, 2}));
+  EXPECT_EQ(messageOf(ramping)["guidanceForce"], json({1, 0, 0}));
+  EXPECT_EQ(messageOf(ramping)["fixtureContacts"], 5);
+  tick.gain = 0;
+  TickSummary idle;
+  idle.add(tick);
+  EXPECT_EQ(messageOf(idle)["fixtureForce"], json({0, 0, 0}));
+  EXPECT_EQ(messageOf(idle)["fixtureContacts"], 0);
+}
+
 TEST(TickSummary, KeepsTheLargestValuesOfTicksThatNobodyIsShown) {
   TickSummary summary;
   rt::Tick peak = proxyTick(1);

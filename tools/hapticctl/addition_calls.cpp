@@ -73,10 +73,9 @@ int addAll(const CommandOptions& options, const AdditionList& list, const Json& 
 }
 
 int reportProblems(const std::vector<config::AdditionError>& problems, bool json) {
-  constexpr std::size_t kMostShown = 10;
-  const std::size_t shown = json ? 1 : std::min(problems.size(), kMostShown);
-  for (std::size_t i = 0; i < shown; ++i) report(problems[i].error, json);
-  return kFailed;
+  std::vector<config::Error> errors;
+  for (const config::AdditionError& problem : problems) errors.push_back(problem.error);
+  return report(errors, json);
 }
 
 }  // namespace hapticd::tools

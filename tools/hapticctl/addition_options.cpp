@@ -47,14 +47,14 @@ std::vector<std::string> split(const std::string& text, const char* separators) 
   return parts;
 }
 
-std::optional<Json> vectorIn(const std::string& text, const char* separators) {
+std::optional<Json> vectorIn(const std::string& text, const char* separators, std::size_t count = 3) {
   Json vector = Json::array();
   for (const std::string& part : split(text, separators)) {
     const auto number = numberIn(part);
     if (!number) return std::nullopt;
     vector.push_back(*number);
   }
-  if (vector.size() != 3) return std::nullopt;
+  if (vector.size() != count) return std::nullopt;
   return vector;
 }
 
@@ -128,6 +128,12 @@ Form formOf(const config::AdditionField<Owner>& field) {
                            {},
                            [](const std::string& text) { return vectorIn(text, ","); },
                            "three numbers, such as 0,0,-0.8"};
+                 },
+                 [&](const config::QuaternionMember<Owner>&) -> Form {
+                   return {"X,Y,Z,W",
+                           {},
+                           [](const std::string& text) { return vectorIn(text, ",", 4); },
+                           "four numbers, such as 0,0,0,1"};
                  }},
       field.member);
 }
@@ -204,9 +210,10 @@ void addFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members) 
 }
 
 void addTouchedFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members) {
-  static constexpr std::array<std::string_view, 12> kMeasured{
-      "name",  "kind",   "frame",        "position_m", "normal",         "axis",
-      "end_m", "size_m", "rotation_deg", "radius_m",   "half_angle_deg", "points_m"};
+  static constexpr std::array<std::string_view, 13> kMeasured{
+      "name",     "kind",           "frame",   "position_m",   "normal",
+      "axis",     "end_m",          "size_m",  "rotation_deg", "orientation_xyzw",
+      "radius_m", "half_angle_deg", "points_m"};
   for (const auto& field : config::fixtureFields()) {
     if (std::ranges::find(kMeasured, field.name) == kMeasured.end()) addMember(command, field, members);
   }

@@ -29,9 +29,26 @@ std::string memberText(const Json& value) {
   return text;
 }
 
-std::string listed(const Json& names) {
+/// "300 N/m", or "100 of 300 N/m" where less is in effect. A fixture that does not act has none in effect.
+std::string fixtureStiffnessText(double in_effect_n_per_m, double configured_n_per_m) {
+  const std::string configured = fixed(configured_n_per_m, 0) + " N/m";
+  const std::string in_effect = fixed(in_effect_n_per_m, 0);
+  const bool same = !(in_effect_n_per_m > 0) || in_effect == fixed(configured_n_per_m, 0);
+  return same ? configured : in_effect + " of " + configured;
+}
+
+/// "keep-off 1.47 N at 100 of 300 N/m" for each that exerts a force.
+std::string contactsText(const Json& status) {
   std::string text;
-  for (const Json& name : names) text += (text.empty() ? "" : ", ") + valueText(name);
+  for (const Json& name : listAt(status, "fixtures.inContact")) {
+    text += (text.empty() ? "" : ", ") + valueText(name);
+    for (const Json& conduct : listAt(status, "fixtures.each")) {
+      if (textAt(conduct, "name") != valueText(name)) continue;
+      text += fmt::format(" {} N at {}", fixed(numberAt(conduct, "forceN"), 2),
+                          fixtureStiffnessText(numberAt(conduct, "stiffnessNPerM"),
+                                               numberAt(conduct, "configuredStiffnessNPerM")));
+    }
+  }
   return text;
 }
 
@@ -70,11 +87,15 @@ std::string fixtureListText(const Json& reply, std::size_t columns) {
                {"OF"},
                {"STATE"},
                {"STIFFNESS", true},
+               {"FORCE", true},
                {"LARGEST FORCE", true},
                {"DISTANCE", true}});
   for (const Json& entry : listAt(reply, "fixtures")) {
     table.add({textAt(entry, "name"), textAt(entry, "definition.kind"), textAt(entry, "origin"),
-               stateOf(entry), fixed(numberAt(entry, "definition.stiffness_n_per_m"), 0) + " N/m",
+               stateOf(entry),
+               fixtureStiffnessText(numberAt(entry, "stiffnessNPerM"),
+                                    numberAt(entry, "definition.stiffness_n_per_m")),
+               fixed(numberAt(entry, "forceN"), 2) + " N",
                fixed(numberAt(entry, "definition.max_force_n"), 1) + " N",
                millimetres(numberAt(entry, "distanceM"))});
   }
@@ -105,9 +126,18 @@ std::string additionText(const Json& entry) {
   }
   text += fmt::format("{:<26}{}\n", "of", textAt(entry, "origin"));
   if (flagAt(entry, "inContact")) text += "in contact\n";
-  if (flagAt(entry, "nearest"))
-    text +=
-        fmt::format("nearest forbidden region, {} from the HIP\n", millimetres(numberAt(entry, "distanceM")));
+  const auto row = [&](const char* title, const std::string& value) {
+    text += fmt::format("{:<26}{}\n", title, value);
+  };
+  if (const double stiffness = numberAt(entry, "stiffnessNPerM"); stiffness > 0)
+    row("stiffness in effect", fixed(stiffness, 1) + " N/m");
+  if (const double force = numberAt(entry, "forceN"); !std::isnan(force))
+    row("force exerted", fixed(force, 2) + " N");
+  if (const double distance = numberAt(entry, "distanceM"); !std::isnan(distance))
+    row("distance of the HIP", millimetres(distance));
+  if (fieldAt(entry, "onCameraLoss")) row("while the camera is lost", textAt(entry, "onCameraLoss"));
+  if (numberAt(entry, "breaches") > 0) row("breaches", countAt(entry, "breaches"));
+  if (flagAt(entry, "nearest")) text += "nearest forbidden region\n";
   return text;
 }
 
@@ -119,8 +149,8 @@ std::string fixturesText(const Json& status) {
     text += fmt::format(", nearest {} at {}{}", nearest, millimetres(numberAt(status, "fixtures.distanceM")),
                         flagAt(status, "fixtures.warning") ? " (warning)" : "");
   }
-  if (const Json& names = listAt(status, "fixtures.inContact"); !names.empty())
-    text += ", in contact: " + listed(names);
+  if (const std::string contacts = contactsText(status); !contacts.empty())
+    text += ", in contact: " + contacts;
   return text + fmt::format(", {} N, guidance {} N", fixed(numberAt(status, "fixtures.forceN"), 2),
                             fixed(numberAt(status, "fixtures.guidanceForceN"), 2));
 }

@@ -47,14 +47,33 @@ constexpr std::array<Meaning, 5> kMeanings{{
      "use the control socket (--socket /run/hapticd/io.hapticd.Control); members of the group haptic may"},
 }};
 
-/// "nothing was changed: fixture nerve, radius_m: must be above 0" and what to do.
+/// "fixture nerve, radius_m: must be above 0".
+std::string additionProblemText(const char* noun, const std::string& name, const Json& problem) {
+  const std::string field = textAt(problem, "field");
+  return fmt::format("{}{}{}: {}", noun, name.empty() ? "" : " " + name, field == "-" ? "" : ", " + field,
+                     textAt(problem, "reason"));
+}
+
+/// All problems and what to do about each.
 std::string additionText(const char* noun, const Json& parameters) {
-  const std::string name = textAt(parameters, noun);
-  const std::string field = textAt(parameters, "field");
-  const std::string remedy = textAt(parameters, "remedy");
-  return fmt::format("nothing was changed: {}{}{}: {}{}", noun, name.empty() ? "" : " " + name,
-                     field == "-" ? "" : ", " + field, textAt(parameters, "reason"),
-                     remedy.empty() || remedy == "-" ? "" : "\n" + remedy);
+  const std::string nothing = "nothing was changed: ";
+  const Json& problems = listAt(parameters, "problems");
+  const auto remedyOf = [](const Json& problem) {
+    const std::string remedy = textAt(problem, "remedy");
+    return remedy == "-" ? "" : remedy;
+  };
+  if (problems.size() < 2) {
+    const std::string remedy = remedyOf(parameters);
+    return nothing + additionProblemText(noun, textAt(parameters, noun), parameters) +
+           (remedy.empty() ? "" : "\n" + remedy);
+  }
+  std::string text = fmt::format("{}{} problems", nothing, problems.size());
+  for (const Json& problem : problems) {
+    const std::string remedy = remedyOf(problem);
+    text += "\n  " + additionProblemText(noun, textAt(problem, "name"), problem) +
+            (remedy.empty() ? "" : " (" + remedy + ")");
+  }
+  return text;
 }
 
 std::string refusalText(const Json& parameters) {
@@ -140,6 +159,23 @@ int report(const ClientError& error, bool json) {
     fmt::print(stderr, "hapticctl: {}\n", errorText(error));
   }
   return reply ? kFailed : kNoConnection;
+}
+
+int report(const std::vector<config::Error>& errors, bool json) {
+  if (!json || errors.size() < 2) {
+    for (const config::Error& error : errors) report(error, json);
+    return kFailed;
+  }
+  Json problems = Json::array();
+  std::string message;
+  for (const config::Error& error : errors) {
+    problems.push_back(error.text());
+    message += (message.empty() ? "" : "\n") + error.text();
+  }
+  const Json document = {
+      {"error", "Failed"}, {"parameters", {{"problems", std::move(problems)}}}, {"message", message}};
+  fmt::print(stderr, "{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
+  return kFailed;
 }
 
 int report(const config::Error& error, bool json) {

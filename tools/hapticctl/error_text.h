@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "config/error.h"
 #include "tools/lib/client/varlink_client.h"
@@ -25,5 +26,7 @@ int report(const ClientError& error, bool json);
 
 /// Reports an error of this program, such as a file that cannot be written.
 int report(const config::Error& error, bool json);
+/// Reports several at once; with `json` as one object, with all of them in its parameters.
+int report(const std::vector<config::Error>& errors, bool json);
 
 }  // namespace hapticd::tools

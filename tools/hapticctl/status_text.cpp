@@ -20,10 +20,10 @@
 namespace hapticd::tools {
 namespace {
 
-/// The text of a cause's word in a reply; a newer daemon may know more causes.
-std::string causeText(const std::string& word) {
+/// The text of a cause's word in a reply; a newer daemon may know more modes and causes.
+std::string causeText(const std::string& mode_word, const std::string& word) {
   const std::optional<rt::Cause> cause = rt::withWord<rt::Cause>(word);
-  if (cause) return config::textOf(*cause);
+  if (cause) return config::textOf(rt::withWord<rt::Mode>(mode_word).value_or(rt::Mode::starting), *cause);
   return word == "-" ? "" : word;
 }
 
@@ -213,7 +213,8 @@ std::string folderText(const Json& status) {
 /// "  fixture 3.2 mm  guidance 0.15 N"; empty where there is no fixture near or acting.
 std::string nearFixtureText(const Json& reply) {
   const double distance_m = numberAt(reply, "status.tick.fixtureDistanceM");
-  const double guidance_n = lengthAt(reply, "status.tick.guidanceForceNInWorld");
+  const bool engaged = numberAt(reply, "status.tick.gain") > 0;
+  const double guidance_n = engaged ? lengthAt(reply, "status.tick.guidanceForceNInWorld") : 0;
   std::string text;
   if (!std::isnan(distance_m)) text += fmt::format("  fixture {:.1f} mm", distance_m * 1e3);
   if (guidance_n > 0) text += fmt::format("  guidance {:.2f} N", guidance_n);
@@ -241,7 +242,7 @@ std::string statusRow(std::string_view title, const std::string& text) {
 }
 
 std::string modeText(const Json& status) {
-  const std::string cause = causeText(textAt(status, "cause"));
+  const std::string cause = causeText(textAt(status, "mode"), textAt(status, "cause"));
   return textAt(status, "mode") + (cause.empty() ? "" : ": " + cause);
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <numbers>
 #include <string>
@@ -84,6 +85,24 @@ TEST(FixtureConversion, ComposesTheRotationOfABoxWithThatOfTheCamera) {
   expectNear({shape.rotation[0], shape.rotation[3], shape.rotation[6]}, {0, 1, 0});
   expectNear({shape.rotation[1], shape.rotation[4], shape.rotation[7]}, {0, 0, 1});
   expectNear({shape.rotation[2], shape.rotation[5], shape.rotation[8]}, {1, 0, 0});
+}
+
+TEST(FixtureConversion, OnlyWhatNeedsDepthFadesWhenTheCameraIsLostUnlessSomethingElseIsSaid) {
+  using enum OnCameraLoss;
+  FixtureSettings standoff{.name = "s", .kind = rt::FixtureKind::standoff, .clearance_m = 0.01};
+  FixtureSettings ball = sphere("b");
+  FixtureSettings point{.name = "p", .kind = rt::FixtureKind::point};
+  Set set;
+  const auto fades = [&](OnCameraLoss said) {
+    standoff.on_camera_loss = ball.on_camera_loss = point.on_camera_loss = said;
+    set.take({standoff, ball, point});
+    return std::array{set.at(0).fades_without_depth, set.at(1).fades_without_depth,
+                      set.at(2).fades_without_depth};
+  };
+  EXPECT_EQ(fades(automatic), (std::array{true, false, false}));
+  EXPECT_EQ(fades(keep), (std::array{false, false, false}));
+  EXPECT_EQ(fades(fade), (std::array{true, true, true}));
+  EXPECT_EQ(FixtureSettings{}.on_camera_loss, automatic);
 }
 
 TEST(FixtureConversion, PutsPathsBehindEachOtherWithoutGaps) {

@@ -48,6 +48,9 @@ TEST_P(AdditionRefusal, NamesTheFieldAndARemedy) {
 std::string sphere(const std::string& members) {
   return "fixtures: [{name: a, kind: sphere, position_m: [0, 0, 0], " + members + "}]";
 }
+std::string box(const std::string& members) {
+  return "fixtures: [{name: a, kind: box, position_m: [0, 0, 0], size_m: [1, 1, 1], " + members + "}]";
+}
 std::string path(const std::string& points, const std::string& members = "") {
   return "fixtures: [{name: a, kind: path, points_m: [" + points + "]" + members + "}]";
 }
@@ -152,6 +155,20 @@ const Refusal kValues[] = {
     {"HalfAngle",
      "fixtures: [{name: a, kind: cone, position_m: [0, 0, 0], axis: [0, 0, 1], half_angle_deg: 86}]", "a",
      "half_angle_deg", "1..85 deg"},
+    {"OnCameraLoss", sphere("radius_m: 0.1, on_camera_loss: kepe"), "a", "on_camera_loss",
+     "set on_camera_loss to one of: auto, keep, fade"},
+    {"OrientationOfThree", box("orientation_xyzw: [0, 0, 0]"), "a", "orientation_xyzw",
+     "is not a list of four numbers"},
+    {"OrientationOfZero", box("orientation_xyzw: [0, 0, 0, 0]"), "a", "orientation_xyzw",
+     "has the length 0, and a rotation has the length 1 (set orientation_xyzw to [x, y, z, w] of length 1"},
+    {"OrientationTooLong", box("orientation_xyzw: [0, 0, 0, 1.0011]"), "a", "orientation_xyzw",
+     "has the length 1.0011"},
+    {"OrientationNotFinite", box("orientation_xyzw: [0, 0, .nan, 1]"), "a", "orientation_xyzw",
+     "has the length nan"},
+    {"OrientationBesideAngles", box("orientation_xyzw: [0, 0, 0, 1], rotation_deg: [0, 0, 0]"), "a",
+     "orientation_xyzw", "is given together with rotation_deg, which says the same (delete one of the two)"},
+    {"OrientationOfASphere", sphere("radius_m: 0.1, orientation_xyzw: [0, 0, 0, 1]"), "a", "orientation_xyzw",
+     "is not a member of a fixture of kind sphere"},
     {"NoRoomInside", sphere("radius_m: 0.02, side: in, clearance_m: 0.02"), "a", "clearance_m",
      "no room inside"},
     {"NoRoomInABox",
@@ -170,8 +187,14 @@ const Refusal kPaths[] = {
     {"TurnsBack", path("[0, 0, 0], [0, 0, 0.1], [0, 0.001, 0]"), "a", "points_m", "at point 2"},
     {"CrossesItself", path("[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0.05, -0.1, 0]"), "a", "points_m",
      "set allow_crossing to true"},
-    {"Closed", path("[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.1, 0], [0, 0, 0]"), "a", "points_m",
-     "crosses itself"},
+    {"AlmostClosed", path("[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.1, 0], [0, 0.0006, 0]"), "a",
+     "points_m", "to make it a closed path, end it in its first point"},
+    {"ClosedEight", path("[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0.1, 0.1, 0], [0, 0, 0]"), "a", "points_m",
+     "crosses itself: the segments from point 2 to 3 and from 4 to 5"},
+    {"ClosedBesideItsStart", path("[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0, 0.0002, 0], [0, 0.0004, 0]"),
+     "a", "points_m", "points 4 and 5 are 0.0002 m apart"},
+    {"ClosedByTurningBack", path("[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0.05, 0.001, 0], [0, 0, 0]"), "a",
+     "points_m", "turns by 178.9 degrees at point 5"},
     {"SmallLoop", path("[0, 0, 0], [0.002, 0, 0], [0.002, 0.001, 0], [0.0015, 0.001, 0], [0.0015, -0.01, 0]"),
      "a", "points_m", "crosses itself"},
     {"BendRadius", path("[0, 0, 0], [0.1, 0, 0]", ", bend_radius_m: 0"), "a", "bend_radius_m",
@@ -207,6 +230,10 @@ const Refusal kRegions[] = {
     {"DampingPerSpeed", region("model: hunt_crossley, damping_per_speed_s_per_m: 6"), "a",
      "damping_per_speed_s_per_m", "0..5 s/m"},
     {"Layer", region("model: layered, layer_m: 0"), "a", "layer_m", "0.0005..0.05 m"},
+    {"Orientation",
+     "regions: [{name: a, shape: box, position_m: [0, 0, 0], size_m: [1, 1, 1], orientation_xyzw: [1, 1, 0, "
+     "0]}]",
+     "a", "orientation_xyzw", "has the length 1.41421"},
     {"Friction", region("friction: 3"), "a", "friction", "0..2"},
     {"CueForce", region("cue_force_n: 0.4"), "a", "cue_force_n", "0..0.3 N"},
     {"CueFrequency", region("cue_hz: 251"), "a", "cue_hz", "1..250 Hz"},

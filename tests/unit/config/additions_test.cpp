@@ -3,8 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <memory>
+#include <numbers>
 #include <random>
 #include <string>
 #include <vector>
@@ -86,6 +91,8 @@ class RandomAdditions {
     if (!chosen_before) member.set(owner, static_cast<std::size_t>(below(member.words.size())));
   }
   template <typename Owner>
+  void set(Owner&, const AdditionField<Owner>&, const QuaternionMember<Owner>&) {}
+  template <typename Owner>
   void set(Owner& owner, const AdditionField<Owner>& field, const VectorMember<Owner>& member) {
     for (double rt::Vec3::*component : {&rt::Vec3::x, &rt::Vec3::y, &rt::Vec3::z}) {
       owner.*member.member.*component = between(field.minimum, field.maximum);
@@ -166,6 +173,30 @@ TEST(Additions, AreReadInEveryFormOfLists) {
   EXPECT_EQ(flow->fixtures[0].points_m, (std::vector<rt::Vec3>{{0, 0, 0}, {0.1, 0, 0}}));
 }
 
+TEST(Additions, ANullIsNoValueHoweverItIsWritten) {
+  for (const char* const null : {"null", "Null", "NULL", "~", ""}) {
+    for (const char* const form :
+         {"fixtures: [{{name: a, kind: sphere, position_m: [0, 0, 0], radius_m: {}}}]",
+          "{{\"fixtures\": [{{\"name\": \"a\", \"kind\": \"sphere\", \"radius_m\": {}, \"position_m\":[0, 0, "
+          "0]}}]}}",
+          "fixtures:\n  - name: a\n    kind: sphere\n    radius_m: {}\n    position_m: [0, 0, 0]\n"}) {
+      const std::string text = fmt::format(fmt::runtime(form), null);
+      const auto read = additionsFromText(text, "text");
+      ASSERT_FALSE(read) << text;
+      EXPECT_EQ(read.error().size(), 1U) << text << "\n" << allTexts(read.error());
+      EXPECT_EQ(read.error().front().field, "radius_m");
+      EXPECT_EQ(read.error().front().error.what, "has no value (null)");
+    }
+  }
+  const auto nulls = additionsFromText(R"({"fixtures":[null,null]})", "text");
+  ASSERT_FALSE(nulls);
+  EXPECT_EQ(
+      allTexts(nulls.error()),
+      "text:1: fixture 1 of the list: is empty (null), not a mapping of members (write it as `{name: value, "
+      "...}`)\ntext:1: fixture 2 of the list: is empty (null), not a mapping of members (write it as `{name: "
+      "value, ...}`)\n");
+}
+
 TEST(Additions, MayBeEmpty) {
   for (const char* const text : {"", "{}", "fixtures:\nregions: []\nlabel_image:\n", "fixtures: ~\n"}) {
     const auto read = additionsFromText(text, "text");
@@ -179,6 +210,21 @@ TEST(Additions, APathMayCrossItselfIfThatIsAllowed) {
       "fixtures: [{name: a, kind: path, points_m: [[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], [0.05, -0.1, 0]]";
   EXPECT_FALSE(additionsFromText(cross + "}]", "text"));
   EXPECT_TRUE(additionsFromText(cross + ", allow_crossing: true}]", "text"));
+}
+
+TEST(Additions, AClosedPathIsNoCrossing) {
+  const std::string square =
+      "fixtures: [{name: a, kind: path, points_m: [[0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0], ";
+  for (const char* const end : {"[0, 0.1, 0], [0, 0, 0]", "[0, 0.1, 0], [0, 0.0004, 0]", "[0, 0, 0]"}) {
+    const auto read = additionsFromText(square + end + "]}]", "text");
+    EXPECT_TRUE(read) << end << allTexts(read.error());
+  }
+  FixtureSettings ring{.name = "ring", .kind = rt::FixtureKind::path};
+  for (int i = 0; i <= 24; ++i) {
+    const double angle = 2 * std::numbers::pi * i / 24;
+    ring.points_m.push_back({0.003 * std::cos(angle), 0.003 * std::sin(angle), 0});
+  }
+  EXPECT_EQ(allTexts(checkTogether({{ring}, {}, {}})), "") << "dense points at the joint";
 }
 
 TEST(Additions, DensePointsOfABendAreNoCrossing) {
@@ -196,7 +242,7 @@ FixtureSettings nerve() {
 
 TEST(ChangedFixture, KeepsWhatIsNotNamed) {
   const auto change = changed(nerve(), R"({"radius_m": 0.06, "enabled": false})");
-  ASSERT_TRUE(change) << change.error().error.text();
+  ASSERT_TRUE(change) << allTexts(change.error());
   FixtureSettings expected = nerve();
   expected.radius_m = 0.06;
   expected.enabled = false;
@@ -204,17 +250,65 @@ TEST(ChangedFixture, KeepsWhatIsNotNamed) {
   EXPECT_EQ(changed(nerve(), "{}"), nerve());
 }
 
+// The rotation of a box by a quaternion q, v' = q v q*, against the rotation by the angles that are kept.
+TEST(Additions, TheOrientationOfABoxMayBeAQuaternion) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  constexpr double kQuarter = std::numbers::sqrt2 / 2;
+  std::vector<std::array<double, 4>> all{{0, 0, 0, 1},
+                                         {0, kQuarter, 0, kQuarter},
+                                         {0.5, -0.5, 0.5, 0.5},
+                                         {0, -kQuarter, 0, kQuarter},
+                                         {1, 0, 0, 0}};
+  for (int i = 0; i < 200; ++i)
+    all.push_back({normal(random), normal(random), normal(random), normal(random)});
+  for (auto& q : all) {
+    const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    for (double& component : q) component /= length;
+    const double given = 1 + 0.0009 * std::sin(normal(random));  // need not be exactly of length 1
+    const std::string text = fmt::format(
+        "fixtures: [{{name: a, kind: box, position_m: [0, 0, 0], size_m: [1, 1, 1], orientation_xyzw: [{}, "
+        "{}, "
+        "{}, {}]}}]",
+        given * q[0], given * q[1], given * q[2], given * q[3]);
+    const auto read = additionsFromText(text, "text");
+    ASSERT_TRUE(read) << allTexts(read.error());
+    EXPECT_EQ(additionsFromText(textOf(*read), "text"), *read);
+    const auto set = std::make_unique<rt::FixtureSet>();
+    toFixtureSet(read->fixtures, {}, {}, *set);
+    const auto& r = set->fixtures[0].shape.rotation;
+    const rt::Vec3 axis{q[0], q[1], q[2]};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const rt::Vec3 v{i == 0 ? 1.0 : 0, i == 1 ? 1.0 : 0, i == 2 ? 1.0 : 0};
+      const rt::Vec3 turned = v + 2 * q[3] * cross(axis, v) + 2.0 * cross(axis, cross(axis, v));
+      EXPECT_LT(norm(rt::Vec3{r[i], r[i + 3], r[i + 6]} - turned), 1e-9) << text;
+    }
+    const Quaternion back = orientationOf(read->fixtures[0].rotation_deg);
+    const double same = back.x * q[0] + back.y * q[1] + back.z * q[2] + back.w * q[3];
+    EXPECT_NEAR(std::abs(same), 1, 1e-12) << text;
+  }
+}
+
+TEST(ChangedFixture, TakesAQuaternionInsteadOfItsAngles) {
+  FixtureSettings box{
+      .name = "box", .kind = rt::FixtureKind::box, .size_m = {1, 1, 1}, .rotation_deg = {1, 2, 3}};
+  const auto change = changed(box, "{orientation_xyzw: [0, 0, 1, 0]}");
+  ASSERT_TRUE(change) << allTexts(change.error());
+  box.rotation_deg = {0, 0, 180};
+  EXPECT_LT(norm(change->rotation_deg - box.rotation_deg), 1e-9);
+}
+
 TEST(ChangedFixture, OfAnotherKindHasTheMembersOfThatKind) {
   const auto capsule = changed(nerve(), "{kind: capsule, end_m: [0, 0, 0]}");
-  ASSERT_TRUE(capsule) << capsule.error().error.text();
+  ASSERT_TRUE(capsule) << allTexts(capsule.error());
   EXPECT_EQ(capsule->radius_m, 0.05);
   const auto point = changed(nerve(), "kind: point\ndeadband_m: 0.01\n");
-  ASSERT_TRUE(point) << point.error().error.text();
+  ASSERT_TRUE(point) << allTexts(point.error());
   EXPECT_EQ(point->radius_m, 0);
   EXPECT_EQ(point->position_m, nerve().position_m);
   const auto incomplete = changed(nerve(), "{kind: box}");
   ASSERT_FALSE(incomplete);
-  EXPECT_EQ(incomplete.error().field, "size_m");
+  EXPECT_EQ(incomplete.error().front().field, "size_m");
 }
 
 TEST(ChangedFixture, IsRefusedWithNameFieldAndRemedy) {
@@ -228,21 +322,21 @@ TEST(ChangedFixture, IsRefusedWithNameFieldAndRemedy) {
         Case{"", ""}}) {
     const auto refused = changed(nerve(), change);
     ASSERT_FALSE(refused) << change;
-    EXPECT_EQ(refused.error().field, field) << change;
-    EXPECT_FALSE(refused.error().error.remedy.empty()) << change;
+    EXPECT_EQ(refused.error().front().field, field) << change;
+    EXPECT_FALSE(refused.error().front().error.remedy.empty()) << change;
   }
 }
 
 TEST(ChangedRegion, KeepsWhatIsNotNamed) {
   const RegionSettings liver{.name = "liver", .position_m = {0, 0, 1}, .radius_m = 0.1};
   const auto layered = changed(liver, "{model: layered, layer_m: 0.003}");
-  ASSERT_TRUE(layered) << layered.error().error.text();
+  ASSERT_TRUE(layered) << allTexts(layered.error());
   EXPECT_EQ(layered->model, rt::ContactModel::layered);
   EXPECT_EQ(layered->layer_m, 0.003);
   EXPECT_EQ(layered->radius_m, 0.1);
   const auto refused = changed(liver, "{layer_m: 0.003}");
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().field, "layer_m");
+  EXPECT_EQ(refused.error().front().field, "layer_m");
 }
 
 }  // namespace

@@ -74,6 +74,59 @@ TEST_F(EventLogTest, LogsThatTheCameraComesAndGoesWithTheReason) {
   EXPECT_EQ(fields(1)["CAMERA"], "lost");
 }
 
+// A breach of the forbidden region of a fixture.
+FixtureConduct breached(const std::string& name, std::uint64_t number, double entered_s) {
+  FixtureConduct conduct{.name = name};
+  conduct.breach = {number, static_cast<std::int64_t>(entered_s * 1e9), {0.01, 0.02, -0.8}, 1.5, 0.0034};
+  return conduct;
+}
+
+class BreachLogTest : public EventLogTest {
+ protected:
+  BreachLogTest() {
+    status.handle.state = drivers::HandlePresence::present;
+    status.loop.tick.planned_ns = 1'000'000'000'000;
+  }
+  void look(std::vector<FixtureConduct> each) {
+    status.fixtures.each = std::move(each);
+    log.onStatus(status);
+  }
+
+  BoxStatus status;
+};
+
+TEST_F(BreachLogTest, LogsEachBreachOnceWithPlaceDurationAndDepth) {
+  look({breached("nerve", 0, 0), breached("vein", 0, 0)});
+  EXPECT_TRUE(entries.empty());
+  look({breached("nerve", 0, 0), breached("vein", 1, 990)});
+  look({breached("nerve", 0, 0), breached("vein", 1, 990)});
+  ASSERT_EQ(entries.size(), 1U);
+  EXPECT_EQ(entries[0].event, config::EventKind::breach);
+  EXPECT_EQ(entries[0].priority, JournalEntry::Priority::info);
+  EXPECT_EQ(fields(0)["FIXTURE"], "vein");
+  EXPECT_EQ(fields(0)["ENTERED_AGE_S"], "10.000");
+  EXPECT_EQ(fields(0)["ENTERED_M"], "0.01000 0.02000 -0.80000");
+  EXPECT_EQ(fields(0)["DURATION_S"], "1.500");
+  EXPECT_EQ(fields(0)["DEPTH_M"], "0.00340");
+  look({breached("nerve", 1, 992), breached("vein", 2, 995)});
+  ASSERT_EQ(entries.size(), 3U);
+  EXPECT_EQ(fields(1)["FIXTURE"], "nerve");
+  EXPECT_EQ(fields(2)["FIXTURE"], "vein");
+}
+
+TEST_F(BreachLogTest, TakesAChangedSetForNoBreachAndMissesNone) {
+  look({breached("nerve", 1, 990), breached("vein", 4, 991)});
+  ASSERT_EQ(entries.size(), 2U);
+  look({});                                                     // until the loop has taken over the change
+  look({breached("vein", 4, 991), breached("nerve", 1, 990)});  // in another order
+  look({breached("vein", 4, 991)});
+  look({breached("vein", 4, 991), breached("nerve", 0, 0)});  // added again: counts anew
+  EXPECT_EQ(entries.size(), 2U);
+  look({breached("vein", 4, 991), breached("nerve", 1, 997)});  // the same number as before
+  ASSERT_EQ(entries.size(), 3U);
+  EXPECT_EQ(fields(2)["FIXTURE"], "nerve");
+}
+
 TEST_F(EventLogTest, LogsAWarningWhenItAppearsAndNotWhenOnlyItsNumbersChange) {
   BoxStatus status;
   status.handle.state = drivers::HandlePresence::present;

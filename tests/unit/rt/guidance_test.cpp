@@ -167,6 +167,75 @@ TEST(Guidance, GoesStraightOnAtACrossing) {
   }
 }
 
+// Closed curves. Where the first and the last point meet is a place like any other.
+
+Points square() {
+  return {{0, 0, 0}, {0.06, 0, 0}, {0.06, 0.06, 0}, {0, 0.06, 0}, {0, 0, 0}};
+}
+Points ring(int points, double gap_m = 0) {
+  Points ring;
+  for (int i = 0; i <= points; ++i) {
+    const double angle = 2 * std::numbers::pi * i / points;
+    ring.push_back({0.04 * std::cos(angle), 0.04 * std::sin(angle), 0.005 * std::sin(2 * angle)});
+  }
+  ring.back().z += gap_m;
+  return ring;
+}
+
+TEST(ClosedPath, EndsWhereItBeginsAndInTheSameDirection) {
+  for (const Points& points : {square(), ring(3), ring(60), ring(255), ring(60, 0.0004)}) {
+    const auto path = smoothed(points);
+    EXPECT_LE(path.size(), 2 * points.size());
+    const rt::PlaceOnPath end = rt::placeOn(path.back(), path.back().length_m);
+    EXPECT_LT(norm(end.place_m_in_world - path.front().start_m_in_world), 1e-9);
+    EXPECT_LT(norm(end.tangent_in_world - path.front().tangent_in_world), 1e-6);
+  }
+  const auto open = smoothed(ring(60, 0.0006));
+  EXPECT_EQ(open.front().start_m_in_world, ring(60).front());
+}
+
+// The HIP is led round and round, beside the path by what varies over a round but is the same in each. The
+// force is that of the spring to the nearest place everywhere, and a round takes no energy out of the path.
+TEST(ClosedPath, TheHandIsLedRoundAndRound) {
+  for (const Points& points : {square(), ring(60), ring(60, 0.0004)}) {
+    FixtureRig rig;
+    rig.addPath(points, kBend_m, kStiffness);
+    const auto path = smoothed(points);
+    const double length = lengthOf(path);
+    constexpr int kTicksPerRound = 4000;
+    const auto offsetAt = [&](int tick) {
+      const double turn = 2 * std::numbers::pi * tick / kTicksPerRound;
+      return (0.0005 + 0.0003 * std::sin(3 * turn)) * Vec3{0, 0, 1};
+    };
+    const auto hipAt = [&](int tick) {
+      const double along_m = length * (tick % kTicksPerRound) / kTicksPerRound;
+      return placeAt(path, along_m).place_m_in_world + offsetAt(tick);
+    };
+    rig.jumpTo(hipAt(0));
+    for (int i = 0; i < 200; ++i) rig.tick(hipAt(0));
+    Vec3 hip = hipAt(0);
+    Vec3 force = rig.tick(hip).guidance_force_n;
+    for (const int direction : {1, -1}) {
+      for (int round = 0; round < 3; ++round) {
+        double work_j = 0;
+        for (int i = 1; i <= kTicksPerRound; ++i) {
+          const int tick = direction > 0 ? i : kTicksPerRound - i;
+          const Vec3 next = hipAt(tick);
+          const Vec3 now = rig.tick(next).guidance_force_n;
+          work_j += 0.5 * dot(force + now, next - hip);
+          // the path rises and falls by at most 0.25 m per metre, so the nearest place is not straight below
+          ASSERT_NEAR(norm(now), kStiffness * norm(offsetAt(tick)), 0.02) << tick;
+          ASSERT_LE(norm(now - force), kStiffness * norm(next - hip) + 0.02) << tick;
+          force = now;
+          hip = next;
+        }
+        // rounding, and the error of the trapezoidal rule: second order in steps of 0.06 mm
+        ASSERT_LT(work_j, 1e-6);
+      }
+    }
+  }
+}
+
 TEST(Guidance, IsWeakerThanContact) {
   FixtureRig rig;
   rig.parameters.springs.stiffness_n_per_m = 600;

@@ -20,6 +20,12 @@ std::string vectorText(const rt::Vec3& vector) {
   return fmt::format("[{},{},{}]", numberText(vector.x), numberText(vector.y), numberText(vector.z));
 }
 
+/// Share of the forces of fixtures that is exerted: none while the box is not engaged. The stiffness limit, which
+/// is in Tick::gain too, is in these forces already.
+double fixtureShare(const rt::Tick& tick) {
+  return tick.stiffness_gain > 0 ? tick.gain / tick.stiffness_gain : 0;
+}
+
 }  // namespace
 
 void TickSummary::add(const rt::Tick& tick) {
@@ -33,13 +39,14 @@ void TickSummary::add(const rt::Tick& tick) {
   max_scene_age_ns_ = std::max(max_scene_age_ns_, tick.scene_age_ns);
   max_wakeup_latency_ns_ = std::max(max_wakeup_latency_ns_, tick.wakeup_latency_ns);
   if (rt::inContact(tick)) ++contact_ticks_;
-  fixture_contacts_ |= tick.fixtures_in_contact;
+  if (fixtureShare(tick) > 0) fixture_contacts_ |= tick.fixtures_in_contact;
   ++ticks_;
   newest_ = tick;
 }
 
 std::string TickSummary::message() const {
   const bool has_proxy = rt::rowOf(newest_.law).has_proxy;
+  const double fixture_share = fixtureShare(newest_);
   const bool held_back = newest_.fixture_proxy_m_in_world != newest_.hip_m_in_world;
   return fmt::format(
       R"({{"type":"window","ticks":{},"lost":{},"number":{},"timeNs":{},"hip":{},"proxy":{},"force":{},)"
@@ -53,7 +60,8 @@ std::string TickSummary::message() const {
       contact_ticks_, numberText(newest_.gain), rt::wordOf(newest_.law), newest_.scene_frame,
       fixture_contacts_, newest_.nearest_fixture, numberText(newest_.fixture_distance_m),
       held_back ? vectorText(newest_.fixture_proxy_m_in_world) : "null",
-      vectorText(newest_.fixture_force_n_in_world), vectorText(newest_.guidance_force_n_in_world),
+      vectorText(fixture_share * newest_.fixture_force_n_in_world),
+      vectorText(fixture_share * newest_.guidance_force_n_in_world),
       newest_.tissue_region);
 }
 

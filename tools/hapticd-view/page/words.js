@@ -37,6 +37,23 @@ const kCauses = {
     'The surface in contact is nearer than the camera can measure.',
     'Move the camera away from it, or release contact.',
   ],
+  handle_inconsistent: [
+    'The device claims a velocity that its positions contradict.',
+    'Ends when the two agree again; check the device, its driver and its firmware.',
+  ],
+  energy_debt: [
+    'The hand got more energy from the box than it gave: the loop is unstable.',
+    'Lower the stiffness, or shorten the delay of the handle.',
+  ],
+};
+
+/** Causes that leave a box engaged: what goes on, instead of what has stopped. */
+const kEngagedCauses = {
+  depth_stale: ['The camera is lost: only the fixtures act that go on without depth.', kCauses.depth_stale[1]],
+  surface_too_near: [
+    'The surface is too near for the camera: only the fixtures act that go on without depth.',
+    kCauses.surface_too_near[1],
+  ],
 };
 
 /** {title, text} of a mode. */
@@ -44,7 +61,8 @@ export const modeInWords = (mode) => kModes[mode] ?? { title: mode || 'Unknown',
 
 /** {text, remedy} of a cause; empty texts where the mode says all. */
 export function causeInWords(mode, cause) {
-  if (cause in kCauses) return { text: kCauses[cause][0], remedy: kCauses[cause][1] };
+  const words = (mode === 'engaged' ? kEngagedCauses[cause] : undefined) ?? kCauses[cause];
+  if (words) return { text: words[0], remedy: words[1] };
   const known = cause === 'none' || cause === 'requested' || !cause;
   const remedy = mode === 'idle' ? 'To let forces act, run: hapticctl engage' : '';
   return { text: known ? '' : cause, remedy };

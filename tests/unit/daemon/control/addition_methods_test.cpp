@@ -2,6 +2,8 @@
 // Virtual fixtures and tissue regions as clients see them, over the real sockets.
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "control_fixture.h"
 
 namespace hapticd::daemon::test {
@@ -148,13 +150,134 @@ TEST_F(AdditionMethodsTest, ShowsWhichFixtureIsNearestAndWhichAreInContact) {
   status.fixtures.nearest = "vein";
   status.fixtures.distance_m = -0.001;
   status.fixtures.in_contact = {"vein"};
+  status.fixtures.each = {{.name = "nerve", .distance_m = 0.02}, {.name = "vein", .distance_m = -0.001}};
   box.setStatus(status);
   const json entries = fixtures()["fixtures"];
   EXPECT_EQ(false, entries[0]["nearest"]);
-  EXPECT_TRUE(entries[0]["distanceM"].is_null());
+  EXPECT_EQ(0.02, entries[0]["distanceM"]) << "of every fixture";
   EXPECT_EQ(true, entries[1]["nearest"]);
   EXPECT_EQ(-0.001, entries[1]["distanceM"]);
   EXPECT_EQ(true, entries[1]["inContact"]);
+}
+
+TEST_F(AdditionMethodsTest, ShowsWhatEachFixtureDoes) {
+  add({sphere("nerve"), sphere("vein")});
+  ask("ChangeFixtures", {{"add", {{{"name", "skin"}, {"kind", "standoff"}, {"clearance_m", 0.01}}}}});
+  const json unknown = fixtures()["fixtures"][0];
+  for (const char* member : {"distanceM", "forceN", "stiffnessNPerM", "breaches"})
+    EXPECT_TRUE(unknown[member].is_null()) << member;
+  BoxStatus status;
+  FixtureConduct nerve{.name = "nerve", .configured_n_per_m = 300, .stiffness_n_per_m = 80, .force_n = 1.25};
+  nerve.breach.number = 3;
+  status.fixtures.each = {nerve, {.name = "vein"}};
+  status.fixtures.each[1].distance_m = std::numeric_limits<double>::infinity();
+  box.setStatus(status);
+  const json entries = fixtures()["fixtures"];
+  EXPECT_EQ(80, entries[0]["stiffnessNPerM"]);
+  EXPECT_EQ(300, entries[0]["definition"]["stiffness_n_per_m"]);
+  EXPECT_EQ(1.25, entries[0]["forceN"]);
+  EXPECT_EQ(3, entries[0]["breaches"]);
+  EXPECT_EQ("keep", entries[0]["onCameraLoss"]);
+  EXPECT_EQ("fade", entries[2]["onCameraLoss"]);
+  EXPECT_TRUE(entries[1]["distanceM"].is_null()) << "infinite: not known";
+  const json each = askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"]["fixtures"]["each"];
+  EXPECT_EQ(json({{"name", "nerve"},
+                  {"distanceM", nullptr},
+                  {"forceN", 1.25},
+                  {"stiffnessNPerM", 80.0},
+                  {"configuredStiffnessNPerM", 300.0},
+                  {"breaches", 3}}),
+            each[0]);
+}
+
+TEST_F(AdditionMethodsTest, TakesAndShowsTheOrientationOfABoxAsAQuaternion) {
+  json box_fixture{{"name", "cage"},
+                   {"kind", "box"},
+                   {"position_m", {0, 0, 0}},
+                   {"size_m", {1, 1, 1}},
+                   {"orientation_xyzw", {0, 0, 0.6, 0.8}}};
+  add(box_fixture);
+  const json cage = fixtures()["fixtures"][0];
+  EXPECT_NEAR(cage["orientationXyzw"][2].get<double>(), 0.6, 1e-12);
+  EXPECT_NEAR(cage["orientationXyzw"][3].get<double>(), 0.8, 1e-12);
+  EXPECT_NEAR(cage["definition"]["rotation_deg"][2].get<double>(), 2 * 36.8698976458, 1e-9);
+  EXPECT_FALSE(cage["definition"].contains("orientation_xyzw")) << "it would be given twice";
+  box_fixture["rotation_deg"] = {0, 0, 0};
+  box_fixture["name"] = "other";
+  EXPECT_EQ("orientation_xyzw", refusal({{"add", json::array({box_fixture})}})["field"]);
+  add(sphere("nerve"));
+  EXPECT_TRUE(fixtures()["fixtures"][1]["orientationXyzw"].is_null());
+}
+
+/// The reasons of all problems, one on each line.
+std::string reasonsIn(const json& refused) {
+  std::string all;
+  for (const json& problem : refused["problems"])
+    all += problem["name"].get<std::string>() + ": " + problem["reason"].get<std::string>() + "\n";
+  return all;
+}
+
+TEST_F(AdditionMethodsTest, NamesTheLimitOfSixteenFixtures) {
+  json many = json::array();
+  for (int i = 0; i < 17; ++i) many.push_back(sphere("s" + std::to_string(i)));
+  EXPECT_EQ("s16: there would be 17 fixtures, and at most 16 are possible\n",
+            reasonsIn(refusal({{"add", many}})));
+  add(json(many.begin(), many.begin() + 10));
+  EXPECT_EQ(
+      "s6: there would be 17 fixtures, and at most 16 are possible\n",
+      reasonsIn(refusal({{"add", json(many.begin(), many.begin() + 7)}}))
+          .substr(0, std::string("s6: there would be 17 fixtures, and at most 16 are possible\n").size()));
+  EXPECT_EQ(": the call names 17 fixtures to change, and there are at most 16\n",
+            reasonsIn(refusal({{"change", many}})));
+  json regions = json::array();
+  for (int i = 0; i < 33; ++i) regions.push_back(tissue("t" + std::to_string(i), 0, 300));
+  const json refused = ask("ChangeRegions", {{"add", regions}});
+  EXPECT_EQ("io.hapticd.Control.RegionRefused", refused["error"]);
+  EXPECT_EQ("t32: there would be 33 regions, and at most 32 are possible\n",
+            reasonsIn(refused["parameters"]));
+}
+
+TEST_F(AdditionMethodsTest, SaysWhatIsNull) {
+  add(sphere("nerve"));
+  EXPECT_EQ(": fixture 2 of the list 'add' is null, not a definition\n",
+            reasonsIn(refusal({{"add", {sphere("a"), nullptr}}})));
+  EXPECT_EQ(": fixture 1 of the list 'change' is null, not an object\n",
+            reasonsIn(refusal({{"change", {nullptr}}})));
+  EXPECT_EQ(": fixture 1 of the list 'remove' is a number, not a name\n",
+            reasonsIn(refusal({{"remove", json::array({7})}})));
+  json without = sphere("a");
+  without["radius_m"] = nullptr;
+  const json refused = refusal({{"add", json::array({without})}});
+  EXPECT_EQ("radius_m", refused["field"]);
+  EXPECT_EQ("a: has no value (null)\n", reasonsIn(refused));
+  without = sphere("a");
+  without["name"] = nullptr;
+  EXPECT_NE(
+      std::string::npos,
+      reasonsIn(refusal({{"add", json::array({without})}})).find("fixture 1 of the list: name has no value"));
+}
+
+TEST_F(AdditionMethodsTest, ListsAllProblemsOfAllFixturesAtOnce) {
+  add(sphere("nerve"));
+  json wide = sphere("wide", 11);
+  wide["stiffness_n_per_m"] = 0;
+  const json refused = refusal(
+      {{"remove", {"ghost"}},
+       {"change", {{{"name", "nerve"}, {"radius_m", 0}, {"side", "left"}}}},
+       {"add", {sphere("flat", 0), wide, sphere("nerve"), nullptr, {{"name", "odd"}, {"kind", "egg"}}}}});
+  std::vector<std::string> places;
+  for (const json& problem : refused["problems"]) {
+    places.push_back(problem["name"].get<std::string>() + "." +
+                     (problem["field"].is_null() ? "" : problem["field"].get<std::string>()));
+    EXPECT_NE("", problem["remedy"]);
+  }
+  std::ranges::sort(places);
+  EXPECT_EQ((std::vector<std::string>{".", "flat.radius_m", "ghost.", "nerve.name", "nerve.radius_m",
+                                      "nerve.side", "odd.kind", "wide.radius_m", "wide.stiffness_n_per_m"}),
+            places)
+      << refused;
+  EXPECT_EQ("ghost", refused["fixture"]) << "the first one";
+  EXPECT_EQ(1U, names().size());
 }
 
 TEST_F(AdditionMethodsTest, KeepsFixturesAndRegionsInProfiles) {

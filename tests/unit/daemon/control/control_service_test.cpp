@@ -379,7 +379,10 @@ TEST_F(ControlServiceTest, NamesEveryModeAndCause) {
                           "outside_workspace",
                           "inside_surface",
                           "overrun_burst",
-                          "surface_too_near"};
+                          "surface_too_near",
+                          "handle_inconsistent",
+                          "energy_debt"};
+  static_assert(std::size(causes) == rt::kCauseCount);
   for (std::uint8_t i = 0; i < rt::kCauseCount; ++i) {
     status.loop.tick.mode = rt::Mode(i % 5);
     status.loop.tick.cause = rt::Cause(i);

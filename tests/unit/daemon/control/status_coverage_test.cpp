@@ -115,5 +115,35 @@ TEST(StatusCoverage, HapticctlStatusShowsEveryNumberButTheseFew) {
   EXPECT_EQ(without_effect, not_shown);
 }
 
+/// What `hapticctl status --all` says.
+std::string textOf(const BoxStatus& status) {
+  return tools::statusText(statusJson(status));
+}
+
+TEST(StatusText, SaysWhatActsWhileTheCameraIsLost) {
+  BoxStatus status;
+  status.loop.tick.mode = rt::Mode::engaged;
+  status.loop.tick.cause = rt::Cause::depth_stale;
+  const char* const acts = "only the fixtures act that go on without depth";
+  EXPECT_NE(textOf(status).find("engaged: the camera is lost: " + std::string(acts)), std::string::npos);
+  status.loop.tick.cause = rt::Cause::surface_too_near;
+  EXPECT_NE(textOf(status).find("engaged: the surface is too near for the camera: " + std::string(acts)),
+            std::string::npos);
+  status.loop.tick.mode = rt::Mode::holding;
+  EXPECT_EQ(textOf(status).find(acts), std::string::npos);
+}
+
+TEST(StatusText, ShowsTheForceAndTheStiffnessInEffectOfEachFixture) {
+  BoxStatus status;
+  status.fixtures.count = status.fixtures.enabled = 2;
+  status.fixtures.in_contact = {"nerve", "way"};
+  status.fixtures.each = {
+      {.name = "nerve", .configured_n_per_m = 300, .stiffness_n_per_m = 300, .force_n = 1.5},
+      {.name = "way", .configured_n_per_m = 250, .stiffness_n_per_m = 100, .force_n = 0.25}};
+  EXPECT_NE(textOf(status).find("in contact: nerve 1.50 N at 300 N/m, way 0.25 N at 100 of 250 N/m"),
+            std::string::npos)
+      << textOf(status);
+}
+
 }  // namespace
 }  // namespace hapticd::daemon
