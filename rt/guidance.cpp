@@ -37,48 +37,50 @@ bool isClosed(std::span<const PathElement> elements) noexcept {
 
 /// Moves the place on the path to the nearest one within `most_m` of arc length.
 void follow(std::span<const PathElement> elements, const Vec3& hip, double most_m,
-            GuidanceMemory& memory) noexcept {
+            PathPosition& position) noexcept {
   double left_m = most_m;
-  const bool closed = isClosed(elements);
   const auto last = static_cast<std::uint32_t>(elements.size() - 1);
   // Every element takes arc length, except that it is bounded here for those that are very short.
   constexpr int kMostElements = 16;
   for (int i = 0; i < kMostElements && left_m > 0; ++i) {
-    const PathElement& element = elements[memory.element];
+    const PathElement& element = elements[position.element];
     const double target = nearestOn(element, hip);
-    const double step = std::clamp(target - memory.along_m, -left_m, left_m);
-    memory.along_m += step;
+    const double step = std::clamp(target - position.along_m, -left_m, left_m);
+    position.along_m += step;
     left_m -= std::abs(step);
-    if (memory.along_m <= 0 && (closed || memory.element > 0) && target <= 0) {
-      const std::uint32_t previous = memory.element > 0 ? memory.element - 1 : last;
+    if (position.along_m <= 0 && target <= 0 && (position.element > 0 || isClosed(elements))) {
+      const std::uint32_t previous = position.element > 0 ? position.element - 1 : last;
       if (!(nearestOn(elements[previous], hip) < elements[previous].length_m)) return;
-      memory.element = previous;
-      memory.along_m = elements[previous].length_m;
-    } else if (memory.along_m >= element.length_m && (closed || memory.element < last) &&
-               target >= element.length_m) {
-      const std::uint32_t next = memory.element < last ? memory.element + 1 : 0;
+      position = {previous, elements[previous].length_m};
+    } else if (position.along_m >= element.length_m && target >= element.length_m &&
+               (position.element < last || isClosed(elements))) {
+      const std::uint32_t next = position.element < last ? position.element + 1 : 0;
       if (!(nearestOn(elements[next], hip) > 0)) return;
-      memory.element = next;
-      memory.along_m = 0;
+      position = {next, 0};
     } else {
       return;
     }
   }
 }
 
+bool isLonger(const Vec3& v, double length) noexcept {
+  return dot(v, v) > length * length;
+}
+
 /// Moves the place on the path as far as the spring from it to the HIP does not step.
 void followSmoothly(const GuidanceInput& input, GuidanceMemory& memory) noexcept {
   const double moved_m = norm(input.motion_m);
   const double always_m = kMaxPartialStep_n / input.fixture.stiffness_n_per_m;
-  const Vec3 before = placeOn(input.elements[memory.element], memory.along_m).place_m_in_world;
   double most_m = kFollow * moved_m + always_m;
   constexpr int kHalvings = 6;
   for (int i = 0; i < kHalvings; ++i, most_m *= 0.5) {
-    GuidanceMemory moved = memory;
+    PathPosition moved = memory.position;
     follow(input.elements, input.hip_m_in_world, most_m, moved);
-    const Vec3 step = placeOn(input.elements[moved.element], moved.along_m).place_m_in_world - before;
-    if (norm(step - input.motion_m) > moved_m + always_m) continue;
-    memory = moved;
+    const PlaceOnPath place = placeOn(input.elements[moved.element], moved.along_m);
+    const Vec3 step = place.place_m_in_world - memory.place.place_m_in_world;
+    if (isLonger(step - input.motion_m, moved_m + always_m)) continue;
+    memory.position = moved;
+    memory.place = place;
     return;
   }
 }
@@ -97,8 +99,9 @@ bool searchNearest(std::span<const PathElement> elements, const Vec3& hip, Guida
   memory.search_next = end;
   if (end < size) return false;
   memory.search_next = 0;
-  memory.element = memory.search_best;
-  memory.along_m = nearestOn(elements[memory.element], hip);
+  const PathElement& nearest = elements[memory.search_best];
+  memory.position = {memory.search_best, nearestOn(nearest, hip)};
+  memory.place = placeOn(nearest, memory.position.along_m);
   return true;
 }
 
@@ -112,13 +115,13 @@ struct Offset {
 Offset offsetOf(const GuidanceInput& input, const GuidanceMemory& memory) noexcept {
   if (input.fixture.kind == FixtureKind::point)
     return {input.hip_m_in_world - input.fixture.shape.position_m_in_world, {}};
-  const PathElement& element = input.elements[memory.element];
-  const PlaceOnPath place = placeOn(element, memory.along_m);
+  const auto& [element, along_m] = memory.position;
+  const PlaceOnPath& place = memory.place;
   const Vec3 offset = input.hip_m_in_world - place.place_m_in_world;
   const double ahead_m = dot(offset, place.tangent_in_world);
-  const bool beyond_start = memory.element == 0 && memory.along_m <= 0 && ahead_m < 0;
+  const bool beyond_start = element == 0 && along_m <= 0 && ahead_m < 0;
   const bool beyond_end =
-      memory.element + 1 == input.elements.size() && memory.along_m >= element.length_m && ahead_m > 0;
+      element + 1 == input.elements.size() && along_m >= input.elements.back().length_m && ahead_m > 0;
   const bool beyond = (beyond_start || beyond_end) && !isClosed(input.elements);
   return {beyond ? offset - ahead_m * place.tangent_in_world : offset, place.tangent_in_world};
 }
@@ -146,6 +149,7 @@ void moveShare(const GuidanceInput& input, double demand_n, GuidanceMemory& memo
   } else {
     memory.escaped = false;
   }
+  if (!memory.escaped && memory.share == 1) return;
   if (memory.escaped) {
     memory.share = std::max(0.0, memory.share - input.period_s / kFadeOut_s);
   } else {
@@ -159,6 +163,7 @@ void moveShare(const GuidanceInput& input, double demand_n, GuidanceMemory& memo
 void followStiffness(double stiffness_n_per_m, double beyond_m, double period_s,
                      GuidanceMemory& memory) noexcept {
   double& now = memory.stiffness_n_per_m;
+  if (now == stiffness_n_per_m) return;
   const double step_n = std::min(kMaxPartialStep_n, now * kMaxGrowth_m_per_s * period_s);
   const double highest = beyond_m > 0 && now > 0 ? now + step_n / beyond_m : stiffness_n_per_m;
   const double lowest = beyond_m > 0 ? now - kMaxPartialStep_n / beyond_m : stiffness_n_per_m;
@@ -170,6 +175,7 @@ void followStiffness(double stiffness_n_per_m, double beyond_m, double period_s,
 Vec3 limitStep(const Vec3& force_n, const GuidanceInput& input, double stiffness_n_per_m,
                const Vec3& before_n) noexcept {
   const Vec3 change = force_n - before_n;
+  if (!isLonger(change, kMaxStep_n)) return force_n;
   const double length = norm(change);
   const double most = stiffness_n_per_m * norm(input.motion_m) + kMaxStep_n;
   return length > most ? before_n + (most / length) * change : force_n;
@@ -226,8 +232,7 @@ GuidanceForce guide(const GuidanceInput& input, GuidanceMemory& memory) HAPTICD_
     const Vec3 speed = input.velocity_m_per_s - dot(input.velocity_m_per_s, offset.tangent) * offset.tangent;
     force_n = -memory.share * ((spring.force_n(beyond_m) / result.distance_m) * offset.from_place_m +
                                std::min(1.0, beyond_m / kDampingRamp_m) * damping * speed);
-    const double length = norm(force_n);
-    if (length > spring.max_force_n) force_n = (spring.max_force_n / length) * force_n;
+    if (isLonger(force_n, spring.max_force_n)) force_n = (spring.max_force_n / norm(force_n)) * force_n;
   }
   result.stiffness_n_per_m = memory.stiffness_n_per_m;
   result.most_force_n = spring.max_force_n;

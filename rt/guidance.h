@@ -11,11 +11,23 @@
 
 namespace hapticd::rt {
 
+/// A place on a path.
+struct PlaceOnPath {
+  Vec3 place_m_in_world;
+  Vec3 tangent_in_world;  ///< direction of the path
+};
+
+/// Where a place is on its path: the element, and the arc length within it.
+struct PathPosition {
+  std::uint32_t element = 0;
+  double along_m = 0;
+};
+
 /// What a guidance fixture keeps from one tick to the next.
 struct GuidanceMemory {
   bool on_path = false;           ///< the place on the path is known
-  std::uint32_t element = 0;      ///< place on the path: its element ...
-  double along_m = 0;             ///< ... and the arc length within it
+  PathPosition position;          ///< of the place on the path
+  PlaceOnPath place;              ///< the same in space
   std::uint32_t search_next = 0;  ///< search for the nearest place: the next element to compare ...
   std::uint32_t search_best = 0;  ///< ... the nearest one so far ...
   double search_best_m = 0;       ///< ... and its distance
@@ -64,10 +76,6 @@ struct GuidanceForce {
 GuidanceForce guide(const GuidanceInput& input, GuidanceMemory& memory) HAPTICD_RT;
 
 /// Returns the place at an arc length within an element, and the direction of the path there.  RT: safe.
-struct PlaceOnPath {
-  Vec3 place_m_in_world;
-  Vec3 tangent_in_world;
-};
 PlaceOnPath placeOn(const PathElement& element, double along_m) noexcept;
 
 /// Returns the arc length within an element at which it is nearest to a place.  RT: safe.
