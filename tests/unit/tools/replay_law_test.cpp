@@ -136,7 +136,8 @@ TEST(ReplayLaw, FeelsTheFrameOfEachTimeInWhateverOrderTheTimesCome) {
   }
 }
 
-TEST(ReplayLaw, SaysWhichFrameCannotBeRead) {
+// The frame before it goes on acting, as in the daemon.
+TEST(ReplayLaw, SkipsAFrameThatCannotBeRead) {
   test::ScratchRecording recording;
   recording.add(1, "1500000000.100", 1);
   recording.addBytes("P5 640 480 65535\nshort", "1500000000.200", 2);
@@ -145,10 +146,7 @@ TEST(ReplayLaw, SaysWhichFrameCannotBeRead) {
   Replay replay(papersLaw(), source, Stage::law);
   EXPECT_TRUE(replay.feel({0, {}}));
   const auto replayed = replay.feel({0.2, {}});
-  ASSERT_FALSE(replayed);
-  EXPECT_NE(replayed.error().text().find("d-1500000000.200-2.pgm: has 22 bytes, expected 614417"),
-            std::string::npos)
-      << replayed.error().text();
+  EXPECT_TRUE(replayed) << replayed.error().text();
 }
 
 }  // namespace

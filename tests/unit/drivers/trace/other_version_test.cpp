@@ -91,7 +91,7 @@ TEST(OtherVersion, ATickOfAVersionWithoutFixturesHasNone) {
   schema.erase(from, to - from);
   auto decoder = MessageDecoder<rt::Tick>::forSchema(schema);
   ASSERT_TRUE(decoder) << decoder.error();
-  EXPECT_EQ(decoder->missing().size(), 13U);
+  EXPECT_EQ(decoder->missing().size(), 15U);
   const auto layout = MessageLayout::of(schemaOf<rt::Tick>());
   ASSERT_TRUE(layout);
   rt::Tick written;

@@ -27,7 +27,7 @@ using test::StrictMcap;
 using test::TemporaryFolder;
 
 constexpr unsigned kFiles = 1000;
-constexpr std::size_t kDamagedChunks = 7, kDamagedTicksPerChunk = 6;
+constexpr std::size_t kDamagedChunks = 24, kDamagedTicksPerChunk = 6;
 
 /// A chunk record in the undamaged file with the messages in it.
 struct Piece {
