@@ -20,8 +20,8 @@ std::string vectorText(const rt::Vec3& vector) {
   return fmt::format("[{},{},{}]", numberText(vector.x), numberText(vector.y), numberText(vector.z));
 }
 
-/// Share of the forces of fixtures that is exerted: none while the box is not engaged. The stiffness limit, which
-/// is in Tick::gain too, is in these forces already.
+/// Share of the forces of fixtures that is exerted: none while the box is not engaged. The stiffness limit,
+/// which is in Tick::gain too, is in these forces already.
 double fixtureShare(const rt::Tick& tick) {
   return tick.stiffness_gain > 0 ? tick.gain / tick.stiffness_gain : 0;
 }
@@ -61,8 +61,7 @@ std::string TickSummary::message() const {
       fixture_contacts_, newest_.nearest_fixture, numberText(newest_.fixture_distance_m),
       held_back ? vectorText(newest_.fixture_proxy_m_in_world) : "null",
       vectorText(fixture_share * newest_.fixture_force_n_in_world),
-      vectorText(fixture_share * newest_.guidance_force_n_in_world),
-      newest_.tissue_region);
+      vectorText(fixture_share * newest_.guidance_force_n_in_world), newest_.tissue_region);
 }
 
 }  // namespace hapticd::tools::view
