@@ -196,8 +196,8 @@ struct HandleSettings {
   /// From a command's arrival at the device to the force, beyond what its driver measures.
   double device_latency_s = 0;
   bool measure_latency = true;  ///< rt::HandleState::probes, of devices that exert forces over a link
-  int thread_priority = -1;   ///< SCHED_FIFO; 0: none; -1: the driver's default
-  double device_mass_kg = 0;  ///< of the device alone, at the hand; 0: that of the driver's lightest device
+  int thread_priority = -1;     ///< SCHED_FIFO; 0: none; -1: the driver's default
+  double device_mass_kg = 0;    ///< of the device alone, at the hand; 0: that of the driver's lightest device
   SimulatedHandleSettings simulated;
   UdpHandleSettings udp;
   HidHandleSettings hid;

@@ -48,8 +48,10 @@ void addClaims(const rt::Tick& tick, Warnings& list) {
   const rt::VelocitySource source = tick.handle.velocity_source;
   if (source == rt::VelocitySource::distrusted || source == rt::VelocitySource::contradicted) {
     list.emplace_back(
-        "the handle claims a velocity that its positions contradict: one estimated from these is used until it "
-        "is reconnected (correct unit, sign and timing of the velocity in the device or its bridge, or let it "
+        "the handle claims a velocity that its positions contradict: one estimated from these is used until "
+        "it "
+        "is reconnected (correct unit, sign and timing of the velocity in the device or its bridge, or let "
+        "it "
         "claim none)");
   }
   constexpr double kNotable_s = 0.003;

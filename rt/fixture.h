@@ -77,8 +77,8 @@ struct Fixture {
   double fade_in_s = 0.5;          ///< >= 0
   double escape_force_n = 0;       ///< guidance: it gives way above this force; 0: never
   bool fades_without_depth = false;  ///< it ends while the camera is lost; else it goes on acting
-  std::uint32_t first_element = 0;  ///< path: of FixtureSet::elements
-  std::uint32_t element_count = 0;  ///< path
+  std::uint32_t first_element = 0;   ///< path: of FixtureSet::elements
+  std::uint32_t element_count = 0;   ///< path
 };
 
 /// All fixtures, as one consistent set. Large (about 1 MB): passed by reference only.

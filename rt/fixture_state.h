@@ -9,8 +9,8 @@
 
 namespace hapticd::rt {
 
-/// Time that the HIP spent inside a forbidden region. It ends when the HIP has been outside for half a second,
-/// so that a hand that taps the region counts once.
+/// Time that the HIP spent inside a forbidden region. It ends when the HIP has been outside for half a
+/// second, so that a hand that taps the region counts once.
 struct Breach {
   std::uint64_t number = 0;     ///< of those of this fixture that have ended; 0: none has
   std::int64_t entered_ns = 0;  ///< CLOCK_MONOTONIC

@@ -83,10 +83,11 @@ class HapticCore {
     bool in_debt = false;  ///< the hand has got more energy than allowed, and has not yet lost half of that
     std::int64_t last_ns = 0;  ///< time of the previous tick; 0: none
     LatencyProbe probe;
-    std::uint64_t probed_session = 0;  ///< of the device whose latency has been measured, or is being; 0: none
-    int probes_left = 0;               ///< measurements that may still be tried in it
-    double hidden_latency_s = 0;       ///< see Tick
-    bool exerting = false;             ///< the mode was engaged in the previous tick
+    std::uint64_t probed_session =
+        0;                        ///< of the device whose latency has been measured, or is being; 0: none
+    int probes_left = 0;          ///< measurements that may still be tried in it
+    double hidden_latency_s = 0;  ///< see Tick
+    bool exerting = false;        ///< the mode was engaged in the previous tick
     TissueContact tissue;
     PalpationCue cue;
     AutomaticStiffness stiffness;

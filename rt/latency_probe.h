@@ -14,11 +14,11 @@ namespace hapticd::rt {
 /// positions show it. No echo of a device tells of a latency behind its communication, but a loop that is
 /// stable without it is not with it.
 ///
-/// A knock, pairs of opposite pulses of 10 ms, moves a device of 45 to 300 g by 0.1 to 1 mm to and fro. For each
-/// latency the motion is fitted by the commands that far back, acting on a mass with a damper, a spring and a
-/// hand that pushes with a slowly changing force (least squares over second differences across 20 ms, in which
-/// a hand's own motion cancels). The latency whose fit explains most is the result. All forces count, not the
-/// knock alone. Thread: one.  Progress: wait-free.  RT: safe.
+/// A knock, pairs of opposite pulses of 10 ms, moves a device of 45 to 300 g by 0.1 to 1 mm to and fro. For
+/// each latency the motion is fitted by the commands that far back, acting on a mass with a damper, a spring
+/// and a hand that pushes with a slowly changing force (least squares over second differences across 20 ms,
+/// in which a hand's own motion cancels). The latency whose fit explains most is the result. All forces
+/// count, not the knock alone. Thread: one.  Progress: wait-free.  RT: safe.
 class LatencyProbe {
  public:
   /// Force of the knock, at the hand.

@@ -142,11 +142,10 @@ struct Tick {
   /// Time by which forces act later than the device says, as the loop has measured it (latency_probe.h); 0:
   /// not at all, or not known.
   double hidden_latency_s = 0;
-  /// Share of the forces that need depth, of the law and of fixtures that fade without it: below one while the
-  /// camera is lost and other fixtures go on acting.
+  /// Share of the forces that need depth, of the law and of fixtures that fade without it: below one while
+  /// the camera is lost and other fixtures go on acting.
   double depth_share = 1;
 };
-
 
 /// Counters since the start of the loop.
 struct LoopCounters {

@@ -47,7 +47,7 @@ class Passivity {
     /// Limit from the loop's lag, in addition to that of SafetyParameters.
     double max_damping_n_s_per_m = 1e9;
     bool motion_known = true;  ///< `motion_m` was measured
-    double stored_j = 0;       ///< energy known to be in the springs of fixtures, in addition to those of the law
+    double stored_j = 0;  ///< energy known to be in the springs of fixtures, in addition to those of the law
   };
   /// Result of one tick.
   struct Output {

@@ -94,11 +94,11 @@ class Supervisor {
   double gain_ = 0;
   double depth_share_ = 1;
   bool without_depth_ = false;  ///< engaged although depth is lost
-  std::int64_t last_ns_ = 0;   ///< time of the last change of the gain
-  std::uint64_t request_ = 0;  ///< the newest request that was decided on
-  bool accepted_ = false;      ///< that request was granted
-  bool refused_ = false;       ///< that request was refused and stays refused
-  std::uint64_t session_ = 0;  ///< handle session of the last request; 0: none seen yet
+  std::int64_t last_ns_ = 0;    ///< time of the last change of the gain
+  std::uint64_t request_ = 0;   ///< the newest request that was decided on
+  bool accepted_ = false;       ///< that request was granted
+  bool refused_ = false;        ///< that request was refused and stays refused
+  std::uint64_t session_ = 0;   ///< handle session of the last request; 0: none seen yet
   bool session_changed_ = false;
   HandleState last_handle_;
   std::int64_t too_fast_until_ns_ = 0;

@@ -278,7 +278,8 @@ OrderedJson tickJson(const rt::Tick& tick) {
                guidance_force, tissue_generation, tissue_region, cue_force, stiffness, stiffness_bound,
                surface_noise, hidden_latency, depth_share] = tick;
   const auto& [handle_position, handle_velocity, handle_sequence, handle_time_ns, handle_session,
-               handle_condition, buttons, delay_s, command_latency_ns, damps, velocity_source, probes] = handle;
+               handle_condition, buttons, delay_s, command_latency_ns, damps, velocity_source, probes] =
+      handle;
   const bool has_proxy = rt::hasProxy(law);
   return {{"number", number},
           {"plannedNs", planned_ns},

@@ -18,8 +18,8 @@ class TickStreams {
  public:
   static constexpr std::size_t kTicksKept = 4096;  ///< about 4 s at 1 kHz
   static constexpr std::size_t kMostStreams = 8;   ///< bounds the time that they take from other clients
-  static constexpr std::size_t kMostFields = 64;   ///< and kMostPerReply: a reply stays below kMaxReplyBytes
-  static constexpr std::size_t kMostPerReply = 100;
+  static constexpr std::size_t kMostFields = 80;   ///< and kMostPerReply: a reply stays below kMaxReplyBytes
+  static constexpr std::size_t kMostPerReply = 80;
 
   std::vector<Method> methods();
 

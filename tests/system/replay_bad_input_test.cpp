@@ -34,7 +34,7 @@ std::vector<std::string> linesOf(const std::string& text) {
 class ReplayBadInput : public testing::Test {
  protected:
   ReplayBadInput() {
-    folder_.write("config.yaml", "{}\n");
+    folder_.write("config.yaml", "loop: {rate_hz: 1000}\n");
     folder_.write("hip.csv", "t_s,x_m,y_m,z_m\n0,0,0,-0.98\n0.001,0,0,-0.98\n");
     folder_.write("wall.pgm", test::pgmBytes(test::wallImage(760)));
   }

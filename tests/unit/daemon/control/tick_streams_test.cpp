@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "control_fixture.h"
 #include "daemon/control/tick_streams.h"
+#include "drivers/trace/fields.h"
 
 namespace hapticd::daemon::test {
 namespace {
@@ -97,6 +99,18 @@ TEST_F(TickStreamsTest, GiveTheFieldsAskedForWithWordsVectorsAndNullForWhatIsNot
             client.json()["parameters"]);
 }
 
+// The live view asks for all of them.
+TEST_F(TickStreamsTest, TakeEveryFieldOfATickAtOnce) {
+  std::vector<std::string> names;
+  const rt::Tick tick;
+  drivers::visitFields(tick, [&names](std::string_view name, const auto&) { names.emplace_back(name); });
+  start();
+  RawClient client = streamOf({{"fields", names}, {"intervalMs", 5}});
+  addTicks(ticksFrom(1, 1));
+  addTicks(ticksFrom(2, 1));
+  EXPECT_EQ(collectUntil(client, 2).numbers.size(), 1U);
+}
+
 TEST_F(TickStreamsTest, CountTicksThatDidNotReachThem) {
   start();
   RawClient client = streamOf({{"fields", {"number"}}, {"intervalMs", 5}});
@@ -127,8 +141,9 @@ TEST_F(TickStreamsTest, RefuseWhatTheyDoNotTakeAndNameWhatTheyDo) {
               refusal({{"fields", {"number"}}, {"intervalMs", value}}));
   for (const json& value : {json(20.5), json("50"), json(true)})
     EXPECT_EQ(invalidParameter("intervalMs"), refusal({{"fields", {"number"}}, {"intervalMs", value}}));
-  for (const json& value : {json::array(), json(std::vector<std::string>(65, "number"))})
-    EXPECT_EQ(outOfRange("fields", "1..64 names"), refusal({{"fields", value}}));
+  for (const json& value :
+       {json::array(), json(std::vector<std::string>(TickStreams::kMostFields + 1, "number"))})
+    EXPECT_EQ(outOfRange("fields", "1..80 names"), refusal({{"fields", value}}));
   for (const json& value : {json(nullptr), json("number"), json({1})})
     EXPECT_EQ(invalidParameter("fields"), refusal({{"fields", value}}));
   const json unknown = refusal({{"fields", {"number", "comand_force_n_in_world"}}});
