@@ -38,7 +38,7 @@ const std::set<std::string> kTexts{"ADDRESS:PORT", "AGE",        "CHANNEL",     
                                    "FOLDER",       "FORMAT",     "KIND ...",       "LABEL",      "DIR",
                                    "NAME ...",     "ORIGIN ...", "NAME=VALUE ...", "NAME=VALUE", "PATH",
                                    "POINTS",       "PROFILE",    "TEXT",           "TEXT ...",   "TIME",
-                                   "K/N",          "X,Y,Z"};
+                                   "K/N",          "X,Y,Z",      "X,Y,Z,W"};
 
 struct Option {
   std::string name;

@@ -108,7 +108,7 @@ TEST_F(TickStreamsTest, TakeEveryFieldOfATickAtOnce) {
   RawClient client = streamOf({{"fields", names}, {"intervalMs", 5}});
   addTicks(ticksFrom(1, 1));
   addTicks(ticksFrom(2, 1));
-  EXPECT_EQ(collectUntil(client, 2).numbers.size(), 1U);
+  EXPECT_FALSE(collectUntil(client, 2).numbers.empty());
 }
 
 TEST_F(TickStreamsTest, CountTicksThatDidNotReachThem) {
