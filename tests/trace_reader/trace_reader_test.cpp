@@ -468,9 +468,9 @@ TEST_F(TraceReader, ReadsWhatWasRecovered) {
   EXPECT_EQ(readTrace(part).finished.ending, exitedWith(1)) << "before that it is cut off";
   const auto recovered = drivers::recoverTrace(part, folder_.path() / "c.mcap");
   ASSERT_TRUE(recovered) << recovered.error().text();
-  ASSERT_EQ(recovered->chunks, 1U);
+  ASSERT_EQ(recovered->chunks, 2U);
   MadeUpRecords expected = records_;
-  expected.ticks.resize(kTicksPerChunk);
+  expected.ticks.resize(2 * kTicksPerChunk);
   Read read = readTrace(recovered->file);
   expectAll(read, expected);
 }
