@@ -8,12 +8,21 @@ namespace hapticd::drivers {
 
 using rt::Vec3;
 
+namespace {
+
+/// A position that leaps farther is a fault of its own (handle_too_fast), and says nothing of the velocity.
+constexpr double kLeap_m = 0.01;
+constexpr double kFastest_m_per_s = 5;
+
+}  // namespace
+
 bool VelocityCheck::add(const Vec3& position_m, std::int64_t time_ns, const Vec3& claimed_m_per_s,
                         const Vec3& estimated_m_per_s) {
   const std::int64_t gap_ns = time_ns - time_ns_;
   if (!isFinite(claimed_m_per_s) || !isFinite(position_m)) return true;
   if (started_ && gap_ns <= 0) return norm(error_m_) > kTolerance_m + kTolerance_s * speed_m_per_s_;
-  if (!started_ || gap_ns > kLongestGapNs) {
+  const double leap_m = kLeap_m + kFastest_m_per_s * static_cast<double>(gap_ns) * 1e-9;
+  if (!started_ || gap_ns > kLongestGapNs || norm(position_m - position_m_) > leap_m) {
     reset();
   } else {
     const double period_s = static_cast<double>(gap_ns) * 1e-9;
