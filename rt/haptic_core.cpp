@@ -203,7 +203,7 @@ HapticCore::LagRules HapticCore::lagRules(const Input& input, const Evaluation& 
   const bool automatic = parameters.safety.contact_damping == ContactDamping::automatic;
   LagRules rules;
   const double held_s = input.loop_period_s > 0 ? input.loop_period_s : input.period_s;
-  rules.lag_s = loopLag_s(held_s, delay_s(input.handle), parameters.safety.force_filter_hz);
+  rules.lag_s = loopLag_s(held_s, memory_.latency.delay_s(input.handle), parameters.safety.force_filter_hz);
   rules.largest_damping_n_s_per_m = largestDamping_n_s_per_m(parameters.handle.device_mass_kg, rules.lag_s);
 
   const bool by_mass = automatic && !input.handle.damps;
@@ -283,7 +283,7 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
       gain * evaluation.contact.secant_n_per_m * scale.motion_scale * scale.force_scale;
   motion.device_damping_n_s_per_m = scale.device_damping_n_s_per_m;
   motion.max_surface_speed_m_per_s = to_hand * parameters.blend.max_surface_speed_m_per_s;
-  motion.delay_s = delay_s(input.handle);
+  motion.delay_s = memory_.latency.delay_s(input.handle);
   motion.stored_j = memory_.before.mode_gain * (memory_.before.fixture_j + memory_.before.guidance_j) *
                     scale.force_scale * to_hand;
   if (stiffness > 0) {
@@ -317,7 +317,6 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
 /// all over its radius, F D_thresh. Besides, a force that arrives with the known delay may push a hand that
 /// has turned meanwhile.
 bool HapticCore::isInDebt(const Input& input) HAPTICD_RT {
-  constexpr double kLeast_j = 0.005;
   constexpr double kHandSpeed_m_per_s = 1;
   const LiveParameters& parameters = input.directive.parameters;
   const HandleScaleParameters& scale = parameters.handle;
@@ -327,52 +326,19 @@ bool HapticCore::isInDebt(const Input& input) HAPTICD_RT {
   const double stored_j = hasProxy(laws_.law())
                               ? spring_j
                               : std::max(spring_j, max_n * parameters.springs.radius_m / scale.motion_scale);
-  const double allowed_j = std::max(stored_j, kLeast_j) + max_n * kHandSpeed_m_per_s * delay_s(input.handle);
-  const double debt_j = -memory_.safety.energy_j();
-  memory_.in_debt = debt_j > (memory_.in_debt ? allowed_j / 2 : allowed_j);
-  return memory_.in_debt;
+  const double allowed_j = std::max(stored_j, EnergyDebt::kLeast_j) +
+                           max_n * kHandSpeed_m_per_s * memory_.latency.delay_s(input.handle);
+  const bool at_zero = memory_.supervisor.gain() == 0 && memory_.safety.lastForce_n_in_world() == Vec3{};
+  return memory_.debt.follow(memory_.safety.energy_j(), allowed_j, at_zero, input.period_s);
 }
 
-/// Returns the delay from a motion of the hand to the force that responds to it, without the loop's own
-/// share: what the device says, and what it does not.
-double HapticCore::delay_s(const HandleState& handle) const HAPTICD_RT {
-  return std::max(0.0, handle.delay_s) + memory_.hidden_latency_s;
-}
-
-/// Measures the latency of a device when it begins to exert forces. Returns the force of the measurement at
-/// the hand.
-Vec3 HapticCore::probe(const Input& input) HAPTICD_RT {
-  constexpr int kMostTries = 3;
-  constexpr Vec3 kDirection{1, 0, 0};
-  if (!input.handle.probes) return {};
-  if (input.handle.session != memory_.probed_session) {
-    memory_.probed_session = input.handle.session;
-    memory_.probes_left = kMostTries;
-    memory_.hidden_latency_s = 0;
-    memory_.probe.stop();
-  }
-  const bool engaged = memory_.supervisor.mode() == Mode::engaged;
-  if (!engaged) {
-    memory_.probe.stop();
-    return {};
-  }
-  if (!memory_.probe.isRunning()) {
-    if (memory_.probes_left == 0) return {};
-    --memory_.probes_left;
-    memory_.probe.start();
-  }
-  const std::uint32_t before = memory_.probe.result().number;
-  const double force_n =
-      memory_.probe.step({.position_m = dot(input.handle.position_m_in_world, kDirection) /
-                                        input.directive.parameters.handle.motion_scale,
-                          .command_n = dot(memory_.safety.lastForce_n_in_world(), kDirection),
-                          .period_s = input.period_s});
-  const LatencyProbe::Result& result = memory_.probe.result();
-  if (result.number != before && result.conclusive) {
-    memory_.probes_left = 0;
-    memory_.hidden_latency_s = std::max(0.0, result.latency_s - std::max(0.0, input.handle.delay_s));
-  }
-  return force_n * kDirection;
+/// Returns the force that measures the latency of the device.
+Vec3 HapticCore::knock(const Input& input) HAPTICD_RT {
+  return memory_.latency.step({.handle = input.handle,
+                               .engaged = memory_.supervisor.mode() == Mode::engaged,
+                               .motion_scale = input.directive.parameters.handle.motion_scale,
+                               .command_n_in_world = memory_.safety.lastForce_n_in_world(),
+                               .period_s = input.period_s});
 }
 
 /// Returns the palpation cue of this tick.
@@ -423,8 +389,8 @@ SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervi
   if (comparable) motion = motionSince(before, input, evaluation);
   motion.max_damping_n_s_per_m =
       rules.largest_damping_n_s_per_m - (input.handle.damps ? 0 : tick.contact_damping_n_s_per_m);
-  motion.cue_n_in_world = tick.cue_force_n_in_world = cue(input, evaluation, tick) + probe(input);
-  tick.hidden_latency_s = memory_.hidden_latency_s;
+  motion.cue_n_in_world = tick.cue_force_n_in_world = cue(input, evaluation, tick) + knock(input);
+  tick.hidden_latency_s = memory_.latency.hidden_s();
   return memory_.safety.apply(tick.scaled_force_n_in_world, parameters.safety, input.period_s, motion);
 }
 

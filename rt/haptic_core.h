@@ -6,11 +6,12 @@
 #include <type_traits>
 
 #include "rt/automatic_stiffness.h"
+#include "rt/energy_debt.h"
 #include "rt/fixture_forces.h"
 #include "rt/force_blend.h"
 #include "rt/force_laws.h"
 #include "rt/handle_channel.h"
-#include "rt/latency_probe.h"
+#include "rt/hidden_latency.h"
 #include "rt/loop_state.h"
 #include "rt/palpation_cue.h"
 #include "rt/parameters.h"
@@ -80,14 +81,10 @@ class HapticCore {
     double outside_model_s = 0;      ///< time since that tick
     bool too_near = false;           ///< ForceSample::too_near of that tick
     double law_share = 1;            ///< FixtureForces::Output::law_share of the previous tick
-    bool in_debt = false;  ///< the hand has got more energy than allowed, and has not yet lost half of that
+    EnergyDebt debt;
     std::int64_t last_ns = 0;  ///< time of the previous tick; 0: none
-    LatencyProbe probe;
-    std::uint64_t probed_session =
-        0;                        ///< of the device whose latency has been measured, or is being; 0: none
-    int probes_left = 0;          ///< measurements that may still be tried in it
-    double hidden_latency_s = 0;  ///< see Tick
-    bool exerting = false;        ///< the mode was engaged in the previous tick
+    HiddenLatency latency;
+    bool exerting = false;  ///< the mode was engaged in the previous tick
     TissueContact tissue;
     PalpationCue cue;
     AutomaticStiffness stiffness;
@@ -107,7 +104,7 @@ class HapticCore {
   /// Returns what the fixture at this place of the newest set does.
   FixtureState fixture(std::size_t place) const HAPTICD_RT { return fixtures_.stateOf(place); }
   /// Returns the result of the newest measurement of the device's latency.
-  const LatencyProbe::Result& latency() const HAPTICD_RT { return memory_.probe.result(); }
+  const LatencyProbe::Result& latency() const HAPTICD_RT { return memory_.latency.result(); }
 
   /// Discards the proxy; the next force of a constraint law starts with the proxy at the HIP.
   void release() HAPTICD_RT {
@@ -170,8 +167,7 @@ class HapticCore {
   SafetyChain::Motion motionSince(const Before& before, const Input& input,
                                   const Evaluation& evaluation) const HAPTICD_RT;
   bool isInDebt(const Input& input) HAPTICD_RT;
-  double delay_s(const HandleState& handle) const HAPTICD_RT;
-  Vec3 probe(const Input& input) HAPTICD_RT;
+  Vec3 knock(const Input& input) HAPTICD_RT;
   Vec3 cue(const Input& input, const Evaluation& evaluation, const Tick& tick) HAPTICD_RT;
   SafetyChain::Output computeCommand(const Input& input, const Supervisor::Obstacle& obstacle,
                                      Tick& tick) HAPTICD_RT;
