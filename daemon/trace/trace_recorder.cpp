@@ -10,7 +10,6 @@
 #include "config/yaml_text.h"
 #include "drivers/base/start_thread.h"
 #include "drivers/trace/trace_file.h"
-#include "drivers/trace/trace_recovery.h"
 #include "rt/clock.h"
 
 namespace hapticd::daemon {
@@ -60,9 +59,13 @@ TraceRecorder::TraceRecorder(const config::Settings& settings, Sources sources)
       dumps_(settings.trace.flight_recorder_s),
       space_(settings.state.folder, settings.trace.min_free_mb),
       numbers_(settings.state.folder),
-      retention_(folder_, settings.trace, [this](const std::string& name, const std::string& reason) {
-        addNews({0, false, "delete", name, fmt::format("trace {} was deleted: {}", name, reason)});
-      }) {}
+      retention_(folder_, settings.trace,
+                 [this](const std::string& name, const std::string& reason) {
+                   addNews({0, false, "delete", name, fmt::format("trace {} was deleted: {}", name, reason)});
+                 }),
+      recovery_(
+          folder_, [this](TraceNews news) { addNews(std::move(news)); },
+          [this] { retention_.requestList(); }) {}
 
 TraceRecorder::~TraceRecorder() {
   stop();
@@ -77,7 +80,6 @@ config::Result<void> TraceRecorder::start() {
 }
 
 void TraceRecorder::stop() {
-  recovery_stops_ = true;
   if (thread_.joinable()) {
     {
       const std::lock_guard lock(mutex_);
@@ -86,7 +88,7 @@ void TraceRecorder::stop() {
     wake_.notify_one();
     thread_.join();
   }
-  if (recovery_.joinable()) recovery_.join();
+  recovery_.stop();
   retention_.stop();
 }
 
@@ -95,54 +97,6 @@ void TraceRecorder::addNews(TraceNews news) {
   news.number = ++news_count_;
   news_.push_back(std::move(news));
   if (news_.size() > kMostNews) news_.pop_front();
-}
-
-/// Starts to finish what a crash left in the folder, before there is a trace of this process.
-void TraceRecorder::beginRecovery() {
-  const std::vector<std::string> left_open = drivers::openTraces(folder_);
-  if (left_open.empty()) return;
-  auto recovery = drivers::startThread("trace-recovery", [this, left_open] { recoverLeftovers(left_open); });
-  if (recovery) {
-    recovery_ = std::move(*recovery);
-  } else {
-    problems_["recovery"] = recovery.error().text();
-  }
-}
-
-void TraceRecorder::recoverLeftovers(const std::vector<std::string>& names) {
-  using Outcome = drivers::RecoveredTrace::Outcome;
-  for (const std::string& name : names) {
-    const auto finished = drivers::finishTrace(drivers::partOf(folder_ / (name + ".mcap")),
-                                               [this](double) { return !recovery_stops_; });
-    if (!finished && recovery_stops_) return;  // the next start goes on
-    const bool holds_nothing =
-        finished && (finished->outcome == Outcome::empty || finished->outcome == Outcome::hopeless);
-    if (holds_nothing) {
-      addNews(
-          {0, true, "lose", name,
-           fmt::format("trace {} was cut off by a crash before its first ticks were on the disk: nothing of "
-                       "it could be recovered",
-                       name)});
-    }
-    retention_.requestList();
-    const std::lock_guard lock(recovery_mutex_);
-    auto& [recovered, problems] = recovery_outcome_;
-    if (!finished) {
-      problems.push_back("recovery: " + finished.error().text());
-    } else if (finished->outcome == Outcome::hopeless) {
-      problems.push_back(
-          fmt::format("recovery: nothing whole is in {} (hapticctl trace delete {} deletes it)",
-                      finished->original.string(), finished->original.filename().string()));
-    } else if (!holds_nothing) {
-      ++recovered;
-      if (finished->outcome != Outcome::rewritten) continue;
-      problems.push_back(
-          fmt::format("recovery: {} was damaged: {} bytes of it could not be kept in {} (hapticctl "
-                      "trace delete {} deletes the damaged original)",
-                      finished->original.string(), finished->bytes_lost, finished->file.string(),
-                      finished->original.filename().string()));
-    }
-  }
 }
 
 /// Leaves a record to the trace thread. Thread: any.
@@ -262,7 +216,7 @@ TraceStatus TraceRecorder::status() const {
 
 void TraceRecorder::run() {
   publishStatus();  // from here on a disk that stalls is noticed
-  beginRecovery();
+  note("recovery", recovery_.begin());
   retention_.awaitFirstList(kFirstListPatience);
   bool stopping = false;
   while (!stopping) {
@@ -517,11 +471,9 @@ void TraceRecorder::publishStatus() {
     status.name.clear();
   }
   for (const auto& [what, problem] : problems_) status.problems.push_back(what + ": " + problem);
-  {
-    const std::lock_guard lock(recovery_mutex_);
-    status.recovered = recovery_outcome_.recovered;
-    std::ranges::copy(recovery_outcome_.problems, std::back_inserter(status.problems));
-  }
+  CrashRecovery::Status recovery = recovery_.status();
+  status.recovered = recovery.recovered;
+  std::ranges::move(recovery.problems, std::back_inserter(status.problems));
   status.flight_recorder_s = flight_recorder_.duration_s();
   status.free_bytes = space_.freeBytes();
   const std::lock_guard lock(status_mutex_);

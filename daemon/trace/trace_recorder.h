@@ -21,6 +21,7 @@
 #include "config/settings.h"
 #include "daemon/base/box.h"
 #include "daemon/state/state_worker.h"
+#include "daemon/trace/crash_recovery.h"
 #include "daemon/trace/disk_space.h"
 #include "daemon/trace/dump_schedule.h"
 #include "daemon/trace/flight_recorder.h"
@@ -118,8 +119,6 @@ class TraceRecorder {
   void note(const std::string& what, const config::Result<T>& outcome);
   /// Describes a trace that begins now, with the next number.
   drivers::TraceOptions options();
-  void beginRecovery();
-  void recoverLeftovers(const std::vector<std::string>& names);  // runs on a thread of its own
   void publishStatus();
   /// Adds to the news of the status. Thread: any.
   void addNews(TraceNews news);
@@ -167,18 +166,9 @@ class TraceRecorder {
   std::deque<TraceNews> news_;
   std::uint64_t news_count_ = 0;
 
-  /// The results of recoverLeftovers().
-  struct Recovery {
-    std::uint64_t recovered = 0;
-    std::vector<std::string> problems;
-  };
-  std::mutex recovery_mutex_;
-  Recovery recovery_outcome_;
-  std::atomic<bool> recovery_stops_ = false;
-
   Retention retention_;
+  CrashRecovery recovery_;
   std::thread thread_;
-  std::thread recovery_;
   // The workers are last, so that they end first: their jobs use all of the above.
   StateWorker lists_;
   StateWorker deletions_;
