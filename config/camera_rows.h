@@ -53,15 +53,6 @@ inline constexpr auto kCameraRows = [] {
     row<HAPTICD_MEMBER(camera.v4l2.sync_role)>(
         "camera.sync_role", kRestart, "", {}, "",
         "role of the camera among those that are synchronised by cable, for the driver v4l2; unchanged: left as it is"),
-    row<HAPTICD_MEMBER(camera.recording)>(
-        "camera.recording", kRestart, "", {}, "",
-        "folder of the recording, for the driver recorded"),
-    row<HAPTICD_MEMBER(camera.loop)>(
-        "camera.loop", kRestart, "", {}, "",
-        "restart the recording at its end, for the driver recorded"),
-    row<HAPTICD_MEMBER(camera.speed)>(
-        "camera.speed", kRestart, "", {0.1, 100}, "",
-        "playback speed relative to real time, for the driver recorded"),
     row<HAPTICD_MEMBER(live.camera.latency_s)>(
         "camera.latency_s", kRestart, "s", {0, 0.2}, "",
         "time from exposure to arrival of a frame; laws that predict motion extrapolate the surface by it"),

@@ -5,16 +5,20 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 
 #include "config/addition_checks.h"
+#include "config/depth_cameras.h"
 #include "config/hid_id.h"
 #include "config/ipv4_endpoint.h"
+#include "config/law_choice.h"
 #include "config/line_address.h"
 #include "config/parameter_table.h"
 #include "config/value_text.h"
-#include "rt/depth_frame.h"
+#include "rt/law_table.h"
+#include "rt/scene_builder.h"
 
 namespace hapticd::config {
 namespace {
@@ -114,6 +118,34 @@ void checkDepthUnit(const Settings& settings, std::vector<Conflict>& conflicts) 
       "set camera.unit_um to 100 or 1000, or to 0");
 }
 
+/// The raw values within the reach of a law on points must fit into a scene.
+void checkReachInUnits(const Settings& settings, std::vector<Conflict>& conflicts) {
+  const CameraSettings& camera = settings.camera;
+  if (!camera.deliversDepth()) return;
+  // The unit that a real camera has of its own is known only when it has been opened.
+  const bool open = camera.driver == CameraDriver::v4l2 && camera.v4l2.unit_um == 0;
+  const double unit_m = open ? kFineUnit_m : camera.effectiveDepthModel().unit_m;
+  const double holds_m = rt::largestReachOfUnit_m(unit_m);
+  const std::vector<rt::LiveParameters> laws = lawsThatMayAct(settings);
+  const auto reachOf = [&settings](const rt::LiveParameters& live) {
+    const rt::SceneNeeds needs = rt::SceneNeeds::of(live);
+    return needs.points ? rt::reachOfModel_m(needs, settings.grid) : 0;
+  };
+  const rt::LiveParameters& farthest = *std::ranges::max_element(laws, {}, reachOf);
+  const double reach_m = reachOf(farthest);
+  if (reach_m <= holds_m) return;
+  add(conflicts,
+      {"camera.unit_um", "camera.driver", "synthetic.camera", "force.law", "force.radius_m",
+       "force.max_error_n", "force.stiffness_n_per_m", "safety.max_force_n"},
+      fmt::format(
+          "a scene holds {:.4g} m of depth in units of {:.4g} um, but the law {}{} needs {:.4g} m: {:.4g} m "
+          "on each side that it looks at, and what the HIP moves until the next frame",
+          2 * holds_m, unit_m * 1e6, nameOf(farthest.law),
+          settings.force.law ? "" : ", which auto may choose,", 2 * reach_m, rt::reachOfLaw_m(farthest)),
+      fmt::format("set camera.unit_um to at least {:.0f}, or lower force.radius_m",
+                  std::ceil(1e6 * reach_m / rt::largestReachOfUnit_m(1))));
+}
+
 void checkRecording(const Settings& settings, std::vector<Conflict>& conflicts) {
   if (settings.camera.driver != CameraDriver::recorded || !settings.camera.recording.empty()) return;
   add(conflicts, {"camera.recording", "camera.driver"}, "is empty, and the camera.driver recorded needs it",
@@ -143,17 +175,6 @@ void checkDirection(const Settings& settings, std::vector<Conflict>& conflicts) 
       fmt::format("({}, {}, {}) is not a direction: it is shorter than {}", numberText(direction.x),
                   numberText(direction.y), numberText(direction.z), numberText(kShortestDirection)),
       "set at least one of direction_x, direction_y and direction_z, as in 0, 0, -1");
-}
-
-void checkHandlePriority(const Settings& settings, std::vector<Conflict>& conflicts) {
-  if (settings.handle.thread_priority < settings.loop.priority) return;
-  add(conflicts, {"handle.thread_priority", "loop.priority"},
-      fmt::format("{} is not below the loop.priority {}, and the handle's thread must never make the force "
-                  "loop wait",
-                  settings.handle.thread_priority, settings.loop.priority),
-      settings.loop.priority > 1
-          ? fmt::format("set handle.thread_priority to at most {}, or to -1", settings.loop.priority - 1)
-          : "set handle.thread_priority to 0 or -1");
 }
 
 void checkFalcon(const Settings& settings, std::vector<Conflict>& conflicts) {
@@ -285,14 +306,11 @@ std::vector<Conflict> conflictsIn(const Settings& settings) {
   checkConfiguredIntrinsics(settings, conflicts);
   checkDepthUnit(settings, conflicts);
   checkRecording(settings, conflicts);
-  findWindowConflict(settings, conflicts);
-  findDepthUnitConflict(settings, conflicts);
-  findFrameGridConflict(settings, conflicts);
+  checkReachInUnits(settings, conflicts);
   checkStandoff(settings, conflicts);
   checkLabelImage(settings, conflicts);
   checkDirection(settings, conflicts);
   checkHidHandle(settings, conflicts);
-  checkHandlePriority(settings, conflicts);
   checkFalcon(settings, conflicts);
   checkUdpHandle(settings, conflicts);
   checkLeds(settings, conflicts);

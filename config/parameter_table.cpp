@@ -7,6 +7,7 @@
 #include "config/camera_rows.h"
 #include "config/nearest_names.h"
 #include "config/parameter_rows.h"
+#include "config/stand_in_rows.h"
 #include "config/stiffness_rows.h"
 #include "config/value_text.h"
 
@@ -51,9 +52,6 @@ constexpr auto kRowsBeforeCamera = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(live.contact.proxy_radius_m)>(
         "contact.proxy_radius_m", kLive, "m", {0.002, 0.03}, "",
         "radius of the smallest patch that the law proxy treats as a plane; finer features are rounded off"),
-    row<HAPTICD_MEMBER(live.surface.voxel_edge_m)>(
-        "surface.voxel_edge_m", kLive, "m", {0.003, 0.05}, "",
-        "without effect, because the law surface uses no voxels; accepted so that older configurations load"),
     row<HAPTICD_MEMBER(live.surface.fusion_frames)>(
         "surface.fusion_frames", kLive, "", {1, 64}, "",
         "number of frames averaged for a surface at rest; 1: only the newest"),
@@ -72,9 +70,6 @@ constexpr auto kRowsBeforeCamera = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(live.blend.duration_s)>(
         "blend.duration_s", kLive, "s", {0, 0.5}, "",
         "time over which a change of frame, law or parameters is blended in; half of it is added latency"),
-    row<HAPTICD_MEMBER(live.blend.max_surface_speed_m_per_s)>(
-        "blend.max_surface_speed_m_per_s", kLive, "m/s", {0.01, 5}, "",
-        "fastest surface; the blend changes the force by at most the stiffness times this per second", higher),
     row<HAPTICD_MEMBER(proximity.warning_m)>(
         "proximity.warning_m", kLive, "m", {0, 0.1}, "",
         "width of the band before a forbidden region in which status and LEDs warn; 0: none", lower),
@@ -111,9 +106,6 @@ constexpr auto kRowsBeforeCamera = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(live.safety.passivity_control)>(
         "safety.passivity_control", kLive, "", {}, "",
         "damp the hand when the handle has given it more energy than it got", lower),
-    row<HAPTICD_MEMBER(live.safety.passivity_max_damping_n_s_per_m)>(
-        "safety.passivity_max_damping_n_s_per_m", kLive, "N s/m", {0, 50}, "",
-        "largest damping that passivity control adds", lower),
     row<HAPTICD_MEMBER(live.safety.stiffness_limit)>(
         "safety.stiffness_limit", kLive, "", {}, "",
         "action when the stiffness exceeds what is stable with the loop's delay and the device", lower),
@@ -132,60 +124,9 @@ constexpr auto kRowsBeforeCamera = std::to_array<Parameter>({
 });
 
 constexpr auto kRowsAfterCamera = std::to_array<Parameter>({
-    row<HAPTICD_MEMBER(camera.played)>(
-        "synthetic.camera", kRestart, "", {}, "",
-        "camera that the driver synthetic plays: a Kinect v1, a stereo camera or a time-of-flight camera"),
-    row<HAPTICD_MEMBER(synthetic.scene)>(
-        "synthetic.scene", kRestart, "", {}, "",
-        "scene shown by the driver synthetic"),
-    row<HAPTICD_MEMBER(synthetic.noise)>(
-        "synthetic.noise", kRestart, "", {}, "",
-        "noise of its depth: none, random rounding to raw units, that of a usual sensor, or that of a noisier one"),
-    row<HAPTICD_MEMBER(synthetic.distance_m)>(
-        "synthetic.distance_m", kRestart, "m", {0.1, 10}, "",
-        "distance from the camera to the plane or to the sphere's centre"),
-    row<HAPTICD_MEMBER(synthetic.tilt_rad)>(
-        "synthetic.tilt_rad", kRestart, "rad", {-1.4, 1.4}, "",
-        "tilt of the plane about the camera's x axis"),
-    row<HAPTICD_MEMBER(synthetic.sphere_radius_m)>(
-        "synthetic.sphere_radius_m", kRestart, "m", {0.005, 2}, "",
-        "radius of the sphere"),
-    row<HAPTICD_MEMBER(synthetic.motion_amplitude_m)>(
-        "synthetic.motion_amplitude_m", kRestart, "m", {0, 2}, "",
-        "amplitude of the moving sphere along x"),
-    row<HAPTICD_MEMBER(synthetic.motion_period_s)>(
-        "synthetic.motion_period_s", kRestart, "s", {0.1, 600}, "",
-        "period of the moving sphere"),
-    row<HAPTICD_MEMBER(synthetic.frame_rate_hz)>(
-        "synthetic.frame_rate_hz", kRestart, "Hz", {1, 120}, "",
-        "frames per second"),
-    row<HAPTICD_MEMBER(synthetic.seed)>(
-        "synthetic.seed", kRestart, "", {0, 2147483647}, "",
-        "seed of the noise; the same seed gives the same noise"),
-    row<HAPTICD_MEMBER(grid.extent)>(
-        "grid.extent", kRestart, "", {}, "",
-        "part of a frame to model: what the HIP can reach before the next frame, or all of it"),
-    row<HAPTICD_MEMBER(grid.voxel_edge_m)>(
-        "grid.voxel_edge_m", kRestart, "m", {0.002, 0.1}, "",
-        "voxel edge of the window that follows the HIP"),
-    row<HAPTICD_MEMBER(grid.cells_per_axis)>(
-        "grid.cells_per_axis", kRestart, "", {8, 64}, "",
-        "voxels along each edge of the window that follows the HIP"),
     row<HAPTICD_MEMBER(grid.point_capacity)>(
         "grid.point_capacity", kRestart, "", {1024, 1024000}, "",
         "largest number of points in a scene, for the extent reach"),
-    row<HAPTICD_MEMBER(grid.frame_voxel_edge_m)>(
-        "grid.frame_voxel_edge_m", kRestart, "m", {0.01, 0.2}, "",
-        "voxel edge of the grid over the camera's whole view, for the extent frame"),
-    row<HAPTICD_MEMBER(grid.max_hip_speed_m_per_s)>(
-        "grid.max_hip_speed_m_per_s", kRestart, "m/s", {0, 5}, "",
-        "fastest HIP that the modelled region allows for"),
-    row<HAPTICD_MEMBER(grid.frame_period_s)>(
-        "grid.frame_period_s", kRestart, "s", {0.005, 1}, "",
-        "time between two frames"),
-    row<HAPTICD_MEMBER(grid.frame_margin_s)>(
-        "grid.frame_margin_s", kRestart, "s", {0, 1}, "",
-        "tolerated lateness of a frame"),
     row<HAPTICD_MEMBER(loop.rate_hz)>(
         "loop.rate_hz", kRestart, "Hz", {100, 4000}, "",
         "ticks per second"),
@@ -195,9 +136,6 @@ constexpr auto kRowsAfterCamera = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(loop.priority)>(
         "loop.priority", kRestart, "", {1, 98}, "",
         "SCHED_FIFO priority of the force thread; 99 is reserved for the kernel"),
-    row<HAPTICD_MEMBER(loop.lock_memory)>(
-        "loop.lock_memory", kRestart, "", {}, "",
-        "lock all memory, so that the force thread never waits for a page"),
     row<HAPTICD_MEMBER(handle.driver)>(
         "handle.driver", kRestart, "", {}, "",
         "driver of the haptic handle"),
@@ -251,9 +189,6 @@ constexpr auto kRowsAfterCamera = std::to_array<Parameter>({
         "handle.measure_latency", kRestart, "", {}, "",
         "drivers udp and falcon: measure how late forces act with a knock of 0.5 N for 0.16 s when the box first engages, and "
         "reckon with what the driver cannot tell"),
-    row<HAPTICD_MEMBER(handle.thread_priority)>(
-        "handle.thread_priority", kRestart, "", {-1, 97}, "",
-        "SCHED_FIFO priority of the handle's thread, below loop.priority; 0: none; -1: the driver's default"),
     row<HAPTICD_MEMBER(handle.udp.address)>(
         "udp_handle.address", kRestart, "", {}, "",
         "IPv4 address of this computer at which it receives packets"),
@@ -281,63 +216,6 @@ constexpr auto kRowsAfterCamera = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(handle.falcon.force_share)>(
         "falcon_handle.force_share", kRestart, "", {0.01, 1}, "",
         "fraction of the motor counts per newton that other drivers send; calibrate with a scale before raising it"),
-    row<HAPTICD_MEMBER(handle.simulated.script)>(
-        "simulated_handle.script", kRestart, "", {}, "",
-        "action of the hand on the surface; mixed: tap, stroke and lean in turn"),
-    row<HAPTICD_MEMBER(handle.simulated.mass_kg)>(
-        "simulated_handle.mass_kg", kRestart, "kg", {0.005, 10}, "",
-        "mass of the handle"),
-    row<HAPTICD_MEMBER(handle.simulated.damping_n_s_per_m)>(
-        "simulated_handle.damping_n_s_per_m", kRestart, "N s/m", {0, 100}, "",
-        "viscous friction of the handle"),
-    row<HAPTICD_MEMBER(handle.simulated.friction_n)>(
-        "simulated_handle.friction_n", kRestart, "N", {0, 5}, "",
-        "dry friction of the handle, along each axis"),
-    row<HAPTICD_MEMBER(handle.simulated.position_quantum_m)>(
-        "simulated_handle.position_quantum_m", kRestart, "m", {0, 0.001}, "",
-        "resolution of the measured position, from which the velocity is then estimated; 0: exact"),
-    row<HAPTICD_MEMBER(handle.simulated.hand_stiffness_n_per_m)>(
-        "simulated_handle.hand_stiffness_n_per_m", kRestart, "N/m", {1, 5000}, "",
-        "stiffness of the hand's grip"),
-    row<HAPTICD_MEMBER(handle.simulated.hand_damping_n_s_per_m)>(
-        "simulated_handle.hand_damping_n_s_per_m", kRestart, "N s/m", {0, 100}, "",
-        "damping of the hand's grip"),
-    row<HAPTICD_MEMBER(handle.simulated.start_m_in_world.x)>(
-        "simulated_handle.start_x_m", kRestart, "m", {-10, 10}, "",
-        "start position of the hand in the world, x"),
-    row<HAPTICD_MEMBER(handle.simulated.start_m_in_world.y)>(
-        "simulated_handle.start_y_m", kRestart, "m", {-10, 10}, "",
-        "start position of the hand in the world, y"),
-    row<HAPTICD_MEMBER(handle.simulated.start_m_in_world.z)>(
-        "simulated_handle.start_z_m", kRestart, "m", {-10, 10}, "",
-        "start position of the hand in the world, z"),
-    row<HAPTICD_MEMBER(handle.simulated.direction_in_world.x)>(
-        "simulated_handle.direction_x", kRestart, "", {-1, 1}, "",
-        "direction of the approach in the world, x; any length except zero"),
-    row<HAPTICD_MEMBER(handle.simulated.direction_in_world.y)>(
-        "simulated_handle.direction_y", kRestart, "", {-1, 1}, "",
-        "direction of the approach in the world, y; any length except zero"),
-    row<HAPTICD_MEMBER(handle.simulated.direction_in_world.z)>(
-        "simulated_handle.direction_z", kRestart, "", {-1, 1}, "",
-        "direction of the approach in the world, z; any length except zero"),
-    row<HAPTICD_MEMBER(handle.simulated.travel_m)>(
-        "simulated_handle.travel_m", kRestart, "m", {0.001, 5}, "",
-        "distance after which the hand turns back"),
-    row<HAPTICD_MEMBER(handle.simulated.speed_m_per_s)>(
-        "simulated_handle.speed_m_per_s", kRestart, "m/s", {0.001, 2}, "",
-        "speed of approach and retreat"),
-    row<HAPTICD_MEMBER(handle.simulated.press_force_n)>(
-        "simulated_handle.press_force_n", kRestart, "N", {0, 40}, "",
-        "force at which the hand stops its approach"),
-    row<HAPTICD_MEMBER(handle.simulated.press_s)>(
-        "simulated_handle.press_s", kRestart, "s", {0, 600}, "",
-        "time for which the hand strokes or leans on the surface before it retreats"),
-    row<HAPTICD_MEMBER(handle.simulated.stroke_m)>(
-        "simulated_handle.stroke_m", kRestart, "m", {0, 1}, "",
-        "amplitude of the stroke across the direction of approach"),
-    row<HAPTICD_MEMBER(handle.simulated.stroke_period_s)>(
-        "simulated_handle.stroke_period_s", kRestart, "s", {0.05, 600}, "",
-        "period of the stroke"),
     row<HAPTICD_MEMBER(leds.driver)>(
         "leds.driver", kRestart, "", {}, "",
         "driver of the LEDs"),
@@ -368,9 +246,6 @@ constexpr auto kRowsAfterCamera = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(control.engage_at_start)>(
         "control.engage_at_start", kRestart, "", {}, "",
         "engage as soon as the loop runs, without waiting for a command"),
-    row<HAPTICD_MEMBER(control.allow_fault_injection)>(
-        "control.allow_fault_injection", kRestart, "", {}, "",
-        "allow hapticd --inject to simulate faults, for tests of a box that nobody holds"),
     row<HAPTICD_MEMBER(state.folder)>(
         "state.folder", kRestart, "", {}, "",
         "folder of traces, profiles and the registration"),
@@ -389,9 +264,6 @@ constexpr auto kRowsAfterCamera = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(trace.max_file_mb)>(
         "trace.max_file_mb", kRestart, "MB", {1, 100'000}, "",
         "size including depth at which a trace continues in another file; limited to a quarter of trace.max_folder_mb if that is set"),
-    row<HAPTICD_MEMBER(trace.max_file_s)>(
-        "trace.max_file_s", kRestart, "s", {5, 1e6}, "",
-        "duration after which a trace continues in another file"),
     row<HAPTICD_MEMBER(trace.max_folder_mb)>(
         "trace.max_folder_mb", kRestart, "MB", {0, 1e8}, "",
         "size of the folder above which the oldest finished traces are deleted, except those marked to be kept, dumps of the flight recorder and the newest one; 0: nothing is deleted"),
@@ -412,22 +284,38 @@ constexpr auto joined(const std::array<Parameter, kCounts>&... parts) {
   return all;
 }
 
-constexpr auto kTable = joined(kRowsBeforeCamera, kCameraRows, kRowsAfterCamera);
+constexpr auto kAll = joined(kRowsBeforeCamera, kCameraRows, kRowsAfterCamera, kStandInRows);
 
 }  // namespace
 
 std::span<const Parameter> parameterTable() {
-  return kTable;
+  return allParameters().first(kAll.size() - kStandInRows.size());
+}
+
+std::span<const Parameter> standInParameters() {
+  return allParameters().last(kStandInRows.size());
+}
+
+std::span<const Parameter> allParameters() {
+  return kAll;
+}
+
+std::vector<std::string_view> parameterGroups() {
+  std::vector<std::string_view> groups;
+  for (const Parameter& parameter : allParameters()) {
+    if (std::ranges::find(groups, parameter.group()) == groups.end()) groups.push_back(parameter.group());
+  }
+  return groups;
 }
 
 const Parameter* findParameter(std::string_view name) {
-  const auto found = std::ranges::find(kTable, name, &Parameter::name);
-  return found == kTable.end() ? nullptr : &*found;
+  const auto found = std::ranges::find(kAll, name, &Parameter::name);
+  return found == kAll.end() ? nullptr : &*found;
 }
 
 Error unknownParameter(std::string_view name) {
-  std::array<std::string_view, kTable.size()> names;
-  std::ranges::transform(kTable, names.begin(), &Parameter::name);
+  std::array<std::string_view, kAll.size()> names;
+  std::ranges::transform(kAll, names.begin(), &Parameter::name);
   const std::string guess = didYouMean(name, names);
   return {.where = inQuotes(name),
           .what = "there is no parameter of this name",

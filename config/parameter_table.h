@@ -34,7 +34,7 @@ enum class Looser {
   higher_or_zero,  ///< 0 stands for no limit at all
 };
 
-/// One row of the table: everything that the YAML loader, the control API and hapticctl know about a
+/// One row: everything that the YAML loader, the control API and hapticctl know about a
 /// parameter.
 struct Parameter {
   std::string_view name;  ///< "group.name", ending in the unit if it is a dimensional number
@@ -52,6 +52,9 @@ struct Parameter {
   void (*set)(Settings&, const Value&);  ///< `value` must have passed check()
   Looser looser = Looser::never;
 
+  /// Returns the part of the name in front of the dot, and the part behind it.
+  std::string_view group() const { return name.substr(0, name.find('.')); }
+  std::string_view nameInGroup() const { return name.substr(name.find('.') + 1); }
   /// Returns the value in a default-constructed Settings.
   Value defaultValue() const;
   /// Returns e.g. "20..5000 N/m", "one of: paper, factory, custom", "true or false", "text".
@@ -63,13 +66,23 @@ struct Parameter {
   Result<Value> parse(std::string_view text) const;
 };
 
-/// Returns all parameters in the order in which they are shown.
+/// Returns the parameters of a box in the order in which they are shown: the reference for users.
 std::span<const Parameter> parameterTable();
 
-/// Returns null if there is no parameter of this name.
+/// Returns the parameters of what stands in for a device, which only tests and demonstrations set. Wherever a
+/// parameter is named they are like the others, but lists for users leave them out.
+std::span<const Parameter> standInParameters();
+
+/// Returns both, those of the box first.
+std::span<const Parameter> allParameters();
+
+/// Returns the groups of all parameters, each once.
+std::vector<std::string_view> parameterGroups();
+
+/// Returns null if there is no parameter of this name, in neither of the two.
 const Parameter* findParameter(std::string_view name);
 
-/// Returns the error for a name that is not in the table, with suggestions.
+/// Returns the error for the name of no parameter, with suggestions.
 Error unknownParameter(std::string_view name);
 
 /// Sets one parameter from text, as in `--set name=value`.

@@ -196,7 +196,6 @@ struct HandleSettings {
   /// From a command's arrival at the device to the force, beyond what its driver measures.
   double device_latency_s = 0;
   bool measure_latency = true;  ///< rt::HandleState::probes, of devices that exert forces over a link
-  int thread_priority = -1;     ///< SCHED_FIFO; 0: none; -1: the driver's default
   double device_mass_kg = 0;    ///< of the device alone, at the hand; 0: that of the driver's lightest device
   SimulatedHandleSettings simulated;
   UdpHandleSettings udp;
@@ -239,7 +238,6 @@ struct TraceSettings {
   TraceScene scene = TraceScene::scene;
   TraceCompression compression = TraceCompression::zstd;
   double max_file_mb = 1000;  ///< a larger trace continues in another file
-  double max_file_s = 3600;   ///< as does an older one
   double max_folder_mb = 0;   ///< above it the oldest finished traces are deleted; 0: never
   double min_free_mb = 500;   ///< with less free space nothing is written
   double flight_recorder_s = 10;

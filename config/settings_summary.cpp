@@ -47,7 +47,7 @@ SettingsSummary summaryOf(const Configuration& configuration) {
   const SceneAdditions& additions = configuration.settings.additions;
   SettingsSummary summary{
       configuration.parameters_set, additions.fixtures.size(), additions.regions.size(), {}};
-  for (const Parameter& parameter : parameterTable()) {
+  for (const Parameter& parameter : allParameters()) {
     const Value value = parameter.get(configuration.settings);
     const Value usual = parameter.defaultValue();
     if (value == usual) continue;

@@ -31,21 +31,11 @@ std::optional<Error> unauthenticatedHandle(const HandleSettings& handle) {
       "give both computers the same key, made with: openssl rand 32"};
 }
 
-/// Set by people who expect the law `surface` of older versions.
-std::optional<Error> voxelEdgeWithoutEffect(const rt::SurfaceParameters& surface) {
-  if (surface.voxel_edge_m == rt::SurfaceParameters{}.voxel_edge_m) return std::nullopt;
-  return Error{"surface.voxel_edge_m",
-               fmt::format("is {}, without effect, because the law surface uses no voxels",
-                           numberText(surface.voxel_edge_m)),
-               "remove it"};
-}
-
 }  // namespace
 
 std::vector<Error> warningsOf(const Settings& settings) {
   std::vector<Error> warnings;
   if (auto warning = unauthenticatedHandle(settings.handle)) warnings.push_back(std::move(*warning));
-  if (auto warning = voxelEdgeWithoutEffect(settings.live.surface)) warnings.push_back(std::move(*warning));
   return warnings;
 }
 

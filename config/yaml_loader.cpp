@@ -56,28 +56,19 @@ Marks marksIn(std::string_view text) {
   return marks;
 }
 
-std::string groupOf(const Parameter& parameter) {
-  return std::string(parameter.name.substr(0, parameter.name.find('.')));
-}
-
-std::vector<std::string> groupNames() {
-  std::vector<std::string> names;
-  for (const Parameter& parameter : parameterTable()) {
-    if (names.empty() || names.back() != groupOf(parameter)) names.push_back(groupOf(parameter));
-  }
+std::vector<std::string_view> groupNames() {
+  std::vector<std::string_view> names = parameterGroups();
   names.insert(names.end(), kAdditionGroups.begin(), kAdditionGroups.end());
   return names;
 }
 
-Error unknownGroup(const YamlGroup& group, const std::vector<std::string>& names) {
+Error unknownGroup(const YamlGroup& group, const std::vector<std::string_view>& names) {
   if (const Parameter* parameter = findParameter(group.name); parameter != nullptr) {
-    const std::size_t dot = group.name.find('.');
     return {group.name, "is outside its group",
-            fmt::format("write it as `{}: {{{}: {}}}`", group.name.substr(0, dot), group.name.substr(dot + 1),
+            fmt::format("write it as `{}: {{{}: {}}}`", parameter->group(), parameter->nameInGroup(),
                         group.scalar && group.scalar->size() < 40 ? printable(*group.scalar) : "value")};
   }
-  const std::vector<std::string_view> views(names.begin(), names.end());
-  const std::string guess = didYouMean(group.name, views);
+  const std::string guess = didYouMean(group.name, names);
   return {inQuotes(group.name), "there is no group of this name",
           guess.empty() ? fmt::format("groups: {}", fmt::join(names, ", ")) : guess};
 }
@@ -202,7 +193,7 @@ class Loading {
 
   void checkGroup(const YamlGroup& group) {
     if (isAdditionGroup(group.name)) return placeAdditions(group);
-    const std::vector<std::string> names = groupNames();
+    const std::vector<std::string_view> names = groupNames();
     if (std::ranges::find(names, group.name) == names.end()) {
       unknown_groups_.insert(group.name);
       report(group.line, unknownGroup(group, names));

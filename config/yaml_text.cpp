@@ -29,16 +29,13 @@ std::string quotedText(const std::string& text) {
 
 std::string yamlText(const Settings& settings, const std::function<bool(const Parameter&)>& chosen) {
   std::string text;
-  std::string_view group;
-  for (const Parameter& parameter : parameterTable()) {
-    if (chosen && !chosen(parameter)) continue;
-    const std::size_t dot = parameter.name.find('.');
-    if (parameter.name.substr(0, dot) != group) {
-      group = parameter.name.substr(0, dot);
-      text += fmt::format("{}:\n", group);
+  for (const std::string_view group : parameterGroups()) {
+    std::string lines;
+    for (const Parameter& parameter : allParameters()) {
+      if (parameter.group() != group || (chosen && !chosen(parameter))) continue;
+      lines += fmt::format("  {}: {}\n", parameter.nameInGroup(), scalar(parameter, parameter.get(settings)));
     }
-    text +=
-        fmt::format("  {}: {}\n", parameter.name.substr(dot + 1), scalar(parameter, parameter.get(settings)));
+    if (!lines.empty()) text += fmt::format("{}:\n{}", group, lines);
   }
   return text;
 }

@@ -101,7 +101,7 @@ void addPrivileges(const drivers::HandleScheduling& handle, const WarningSources
                     "the unit, or an rtprio line in limits.conf)",
                     handle.requested_priority));
   }
-  if (sources.settings.loop.lock_memory && !privileges.memory_locked) {
+  if (!privileges.memory_locked) {
     list.push_back(
         "memory not locked: page faults may delay the force thread "
         "(LimitMEMLOCK=infinity in the unit, or a memlock line in limits.conf)");

@@ -74,7 +74,7 @@ void mergeAdditions(config::SceneAdditions& running, const config::SceneAddition
 std::expected<Reload, std::vector<config::Error>> reloaded(const config::Settings& running,
                                                            const config::Settings& loaded) {
   Reload reload{running, {}, {}};
-  for (const config::Parameter& parameter : config::parameterTable()) {
+  for (const config::Parameter& parameter : config::allParameters()) {
     const config::Value new_value = parameter.get(loaded);
     if (parameter.get(running) == new_value) continue;
     if (parameter.effect == config::Effect::restart) {

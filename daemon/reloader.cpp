@@ -36,7 +36,7 @@ struct ParameterChange {
 
 std::vector<ParameterChange> changesBetween(const config::Settings& before, const config::Settings& after) {
   std::vector<ParameterChange> changes;
-  for (const config::Parameter& parameter : config::parameterTable()) {
+  for (const config::Parameter& parameter : config::allParameters()) {
     const config::Value old_value = parameter.get(before);
     const config::Value new_value = parameter.get(after);
     if (old_value == new_value) continue;

@@ -123,8 +123,9 @@ config::Result<void> RunningBox::startForceThread() {
       rt::ForceLoopChannels{scenes_, handle_channels_.state, handle_channels_.command, focus_, *control_,
                             faults_ ? &stall_ns_ : nullptr, &core_memory_});
   idle_latency_.emplace();
-  // Memory is locked before the thread exists, so that its stack is locked too.
-  const bool memory_locked = settings_.loop.lock_memory && rt::lockMemory();
+  // Memory is locked before the thread exists, so that its stack is locked too. Where that is not permitted
+  // the box runs with a warning.
+  const bool memory_locked = rt::lockMemory();
   scene_thread_.returnUnusedMemory();
   added_scene_.returnUnusedMemory(memory_locked);
   std::promise<std::pair<rt::LoopPrivileges, pid_t>> prepared;

@@ -9,6 +9,10 @@
 
 namespace hapticd::rt {
 
+/// Speed of the fastest surface that a person should be able to follow, as of another hand in the scene: the
+/// blend changes the force by at most k_s times this per second, 0.25 N per tick at 500 N/m.
+inline constexpr double kFastestSurface_m_per_s = 0.5;
+
 /// Carries the force over from one scene, law or parameter set to the next: the step that the change would
 /// cause is blended in evenly over the blend's duration, and never faster than k_s times the speed of the
 /// fastest surface. The surface therefore does no more work on the hand per tick than force times its
@@ -23,7 +27,7 @@ class ForceBlend {
   /// law's own force has used up.
   Vec3 apply(const Vec3& force_n, bool changed, const BlendParameters& parameters, double stiffness_n_per_m,
              double period_s, double spent_n = 0) HAPTICD_RT {
-    const double max_n_per_s = stiffness_n_per_m * parameters.max_surface_speed_m_per_s;
+    const double max_n_per_s = stiffness_n_per_m * kFastestSurface_m_per_s;
     if (changed) {
       offset_n_ = last_n_ - force_n;
       rate_n_per_s_ = std::min(max_n_per_s, norm(offset_n_) / std::max(parameters.duration_s, period_s));

@@ -159,7 +159,7 @@ void HapticCore::blend(const Input& input, const Evaluation& evaluation,
                    tick.outside_model,
                    tick.fixture_generation,
                    TissueContact::generationOf(input.tissue)};
-  const double max_n = stiffness * parameters.blend.max_surface_speed_m_per_s * input.period_s;
+  const double max_n = stiffness * kFastestSurface_m_per_s * input.period_s;
   const double unexplained = unexplained_n(input, contact, fixture_stiffness, cut);
   memory_.changed = memory_.origin.model != 0 && now != memory_.origin;
   const bool changed = memory_.changed || (memory_.origin.model != 0 && unexplained > max_n);
@@ -282,7 +282,7 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
   motion.stiffness_n_per_m =
       gain * evaluation.contact.secant_n_per_m * scale.motion_scale * scale.force_scale;
   motion.device_damping_n_s_per_m = scale.device_damping_n_s_per_m;
-  motion.max_surface_speed_m_per_s = to_hand * parameters.blend.max_surface_speed_m_per_s;
+  motion.max_surface_speed_m_per_s = to_hand * kFastestSurface_m_per_s;
   motion.delay_s = memory_.latency.delay_s(input.handle);
   motion.stored_j = memory_.before.mode_gain * (memory_.before.fixture_j + memory_.before.guidance_j) *
                     scale.force_scale * to_hand;

@@ -44,7 +44,6 @@ struct ContactParameters {
 
 /// Live. Surface estimation of the law `surface`.
 struct SurfaceParameters {
-  double voxel_edge_m = 0.01;
   int fusion_frames = 16;  ///< number of frames averaged for a surface at rest; 1: only the newest
   double shell_m = 0.035;  ///< a place up to this far behind the visible surface is inside the solid
 
@@ -65,9 +64,6 @@ struct FilterParameters {
 /// Live. Transition of the force from one frame, law or parameter set to the next.
 struct BlendParameters {
   double duration_s = 1.0 / 30;  ///< 0: no blending
-
-  /// The blend changes the force by at most k_s times this per second.
-  double max_surface_speed_m_per_s = 0.5;
 };
 
 /// Action taken when k_s exceeds the stiffness that can be rendered stably with the loop's lag and the device
@@ -97,7 +93,6 @@ struct SafetyParameters {
   double thermal_time_s = 10;       ///< time constant of the device's heating
   double force_filter_hz = 0;       ///< cut-off frequency of the low-pass; 0: off
   bool passivity_control = true;
-  double passivity_max_damping_n_s_per_m = 5;  ///< largest damping that passivity control adds
   StiffnessLimit stiffness_limit = StiffnessLimit::reduce;
   ContactDamping contact_damping = ContactDamping::automatic;
   int overrun_burst = 5;  ///< number of late ticks among the last 64 that counts as a burst; 65: never
@@ -228,16 +223,20 @@ constexpr auto wordsOf(ModelExtent) {
   return words<ModelExtent>("reach", "frame");
 }
 
-/// Fixed at start. Size of the scene's voxel grid.
+/// Fixed at start. The scene's voxel grid. Only the number of points can be configured; tools and tests
+/// change the rest. Where a hand or a camera exceeds what is allowed for, the same frame is modelled again.
 struct GridParameters {
+  /// The whole frame costs several times as much for the same force; haptic-replay --full-model compares.
   ModelExtent extent = ModelExtent::reach;
-  double voxel_edge_m = 0.01;        ///< of the window that follows the HIP
-  int cells_per_axis = 32;           ///< of the window that follows the HIP
-  int point_capacity = 65536;        ///< largest number of points in a scene while `extent` is reach
-  double frame_voxel_edge_m = 0.05;  ///< of the grid over the camera's whole view, while `extent` is frame
-  double max_hip_speed_m_per_s = 0.6;
-  double frame_period_s = 1.0 / 30;
-  double frame_margin_s = 0.02;  ///< tolerated lateness of a frame
+  /// Edge and number of voxels of the window that follows the HIP: 0.32 m, which hold what each law can reach
+  /// with all values of its parameters.
+  double voxel_edge_m = 0.01;
+  int cells_per_axis = 32;
+  int point_capacity = 65536;          ///< largest number of points in a scene while `extent` is reach
+  double frame_voxel_edge_m = 0.05;    ///< of the grid over the camera's whole view, while `extent` is frame
+  double max_hip_speed_m_per_s = 0.6;  ///< of the HIP in a hand that explores; a stroke is about 0.1 m/s
+  double frame_period_s = 1.0 / 30;    ///< of a Kinect v1, and the usual one of other cameras
+  double frame_margin_s = 0.02;        ///< tolerated lateness of a frame: most of a period
 };
 
 /// Fixed at start. Timing and scheduling of the force loop.
@@ -245,7 +244,6 @@ struct LoopParameters {
   double rate_hz = 1000;
   int cpu = -1;       ///< CPU that the force thread is pinned to; -1: the last CPU available to the process
   int priority = 80;  ///< SCHED_FIFO priority
-  bool lock_memory = true;
 };
 
 static_assert(std::is_trivially_copyable_v<LiveParameters>);

@@ -44,7 +44,7 @@ class Passivity {
     double max_surface_speed_m_per_s;
     double period_s;
     double largest_n = 0;  ///< largest force that acts or is on its way to the hand
-    /// Limit from the loop's lag, in addition to that of SafetyParameters.
+    /// Limit from the loop's lag, in addition to that of the controller itself.
     double max_damping_n_s_per_m = 1e9;
     bool motion_known = true;  ///< `motion_m` was measured
     double stored_j = 0;  ///< energy known to be in the springs of fixtures, in addition to those of the law

@@ -186,8 +186,6 @@ bool SceneThread::followCamera(const rt::DepthModelParameters& camera) {
     camera_fault_.clear();
   } else if (const rt::CameraFault fault = rt::faultOf(camera); fault != rt::CameraFault::none) {
     camera_fault_ = "its " + std::string(rt::wordOf(fault)) + " is impossible";
-  } else if (!source_.fits(camera)) {
-    camera_fault_ = "its whole frame has too wide a range of raw values; set grid.extent to reach";
   } else {
     camera_fault_ = "it changed its mode too often; restart hapticd";
   }

@@ -10,6 +10,7 @@
 #include "config/yaml_text.h"
 #include "drivers/base/start_thread.h"
 #include "drivers/trace/trace_file.h"
+#include "drivers/trace/trace_volume.h"
 #include "rt/clock.h"
 
 namespace hapticd::daemon {
@@ -361,7 +362,7 @@ config::Result<void> TraceRecorder::mayGoOn() const {
 void TraceRecorder::rotateIfDue(std::int64_t now_ns) {
   if (!session_) return;
   const auto age_s = static_cast<double>(now_ns - session_->beginNs()) / static_cast<double>(kNsPerSecond);
-  if (session_->writer().bytes() < retention_.mostFileBytes() && age_s < settings_.max_file_s) return;
+  if (session_->writer().bytes() < retention_.mostFileBytes() && age_s < drivers::kLongestFile_s) return;
   note("end of the trace", endSession());
   if (auto begun = beginSession(); !begun) own_status_.detail = begun.error().text();
 }

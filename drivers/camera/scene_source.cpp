@@ -20,18 +20,12 @@ const rt::DepthModel& SceneSource::modelOf(const rt::DepthModelParameters& camer
 
 bool SceneSource::follow(const rt::DepthModelParameters& camera) {
   if (camera == model().parameters()) return true;
-  if (rt::faultOf(camera) != rt::CameraFault::none || !fits(camera)) return false;
+  if (rt::faultOf(camera) != rt::CameraFault::none) return false;
   const bool is_known =
       std::ranges::any_of(models_, [&](const auto& model) { return model->parameters() == camera; });
   if (!is_known && models_.size() >= kMaxModels) return false;
   builder_ = std::make_unique<rt::SceneBuilder>(modelOf(camera), grid_);
   return true;
-}
-
-bool SceneSource::fits(const rt::DepthModelParameters& camera) const noexcept {
-  if (grid_.extent == rt::ModelExtent::reach) return true;
-  if (camera.law == rt::DepthLawKind::reciprocal) return camera.raw_values <= rt::PackedPixel::kRawRange;
-  return camera.far_m - camera.near_m < camera.unit_m * (rt::PackedPixel::kRawRange - 1);
 }
 
 void SceneSource::attach(rt::Scene& scene) {

@@ -18,20 +18,17 @@ namespace hapticd::drivers {
 /// outlives the scenes and keeps every model.
 class SceneSource {
  public:
-  /// `camera`: the camera until the first frame; it has no fault, see rt::faultOf().  RT: not safe.
+  /// `camera`: the camera until the first frame; it has no fault, see rt::faultOf(). `grid`: of the HIP's
+  /// reach.  RT: not safe.
   SceneSource(const rt::DepthModelParameters& camera, const rt::PoseParameters& T_world_camera,
               const rt::GridParameters& grid);
 
   /// Largest number of different cameras and modes, because the models of all of them are kept.
   static constexpr std::size_t kMaxModels = 16;
 
-  /// Prepares for frames of a camera; returns false if it has a fault, does not fit or is one too many. RT:
-  /// safe if it is the camera of the frame before.
+  /// Prepares for frames of a camera; returns false if it has a fault or is one too many. RT: safe if
+  /// it is the camera of the frame before.
   bool follow(const rt::DepthModelParameters& camera);
-
-  /// Returns true if the raw values of a scene of this camera fit into rt::PackedPixel: always while only the
-  /// reach is modelled.
-  bool fits(const rt::DepthModelParameters& camera) const noexcept;
 
   rt::SceneBuilder& builder() noexcept { return *builder_; }
   const rt::DepthModel& model() const noexcept { return builder_->model(); }

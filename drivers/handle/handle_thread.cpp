@@ -28,8 +28,7 @@ void keepOff(int cpu, pthread_t thread) {
 
 HandleThreadPolicy handleThreadPolicy(const config::HandleSettings& settings, const rt::LoopParameters& loop,
                                       int isolated_cpu) {
-  const int needed = carriesForces(settings) ? std::max(0, loop.priority - 1) : 0;
-  return {settings.thread_priority >= 0 ? settings.thread_priority : needed, isolated_cpu};
+  return {carriesForces(settings) ? std::max(0, loop.priority - 1) : 0, isolated_cpu};
 }
 
 config::Result<HandleThread> startHandleThread(const HandleThreadPolicy& policy, std::function<void()> body) {

@@ -17,9 +17,9 @@ struct HandleThreadPolicy {
   int avoided_cpu = -1;  ///< left to the force thread; -1: none
 };
 
-/// Returns handle.thread_priority, or the driver's default: a thread that carries forces runs one below
-/// loop.priority, second only to the force thread; that of a device without motors runs with normal
-/// scheduling. `isolated_cpu`: the CPU that the kernel keeps free for the force thread; -1: none.
+/// Returns what the driver needs: a thread that carries forces runs one below loop.priority, second only to
+/// the force thread; that of a device without motors runs with normal scheduling. `isolated_cpu`: the CPU
+/// that the kernel keeps free for the force thread; -1: none.
 HandleThreadPolicy handleThreadPolicy(const config::HandleSettings& settings, const rt::LoopParameters& loop,
                                       int isolated_cpu);
 

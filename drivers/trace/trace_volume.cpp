@@ -110,7 +110,7 @@ TraceVolume mostPerHour(const config::Settings& settings, bool depth) {
   const double file_mb =
       trace.max_folder_mb > 0 ? std::min(trace.max_file_mb, trace.max_folder_mb / 4) : trace.max_file_mb;
   const double files =
-      2 + kSecondsPerHour / trace.max_file_s + static_cast<double>(volume.total()) / (file_mb * kBytesPerMb);
+      2 + kSecondsPerHour / kLongestFile_s + static_cast<double>(volume.total()) / (file_mb * kBytesPerMb);
   volume.ticks += static_cast<std::uint64_t>(chunks * kAroundChunk + files * kAroundFile);
   return volume;
 }

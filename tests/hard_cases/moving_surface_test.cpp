@@ -4,6 +4,7 @@
 #include "tests/hard_cases/hard_rig.h"
 
 #include "drivers/camera/kinect_image.h"
+#include "rt/force_blend.h"
 
 // Surfaces that move between frames.
 namespace hapticd::test {
@@ -101,8 +102,7 @@ TEST_P(EachLaw, AFrameThatJumpsBy10MillimetresIsBlendedAtTheSurfacesTopSpeed) {
     for (int i = 0; i < 100; ++i) rig.tick(hip);
     Vec3 before = rig.tick(hip).command_force_n_in_world;
     rig.show(plane, towards ? kFrame_s : 0);
-    const rt::BlendParameters blend;
-    const double max_n = rig.stiffness_n_per_m() * blend.max_surface_speed_m_per_s * kTick_s;
+    const double max_n = rig.stiffness_n_per_m() * rt::kFastestSurface_m_per_s * kTick_s;
     for (int i = 0; i < 40; ++i) {
       const rt::Tick tick = rig.tick(hip);
       ASSERT_LE(norm(tick.command_force_n_in_world - before), max_n + 1e-9) << "tick " << i;
@@ -121,13 +121,12 @@ TEST_P(EachConstraint, TheWorkOfAMovingSurfaceIsBoundedByForceTimesItsTopSpeed) 
                   fineCameraFor(kDistance_m));  // faster than allowed
   HardRig rig(GetParam(), plane.depthModel());
   const Vec3 hip{0, 0, -kDistance_m + 0.01};
-  const rt::BlendParameters blend;
   double before = 0;
   for (int i = 0; i <= 60; ++i) {
     if (i % kTicksPerFrame == 0) rig.show(plane, i / kTicksPerFrame * 0.015);  // 30 mm per frame
     const double force = norm(rig.tick(hip).command_force_n_in_world);
     const double work_j = (force * force - before * before) / (2 * rig.stiffness_n_per_m());
-    ASSERT_LE(work_j, std::max(force, before) * blend.max_surface_speed_m_per_s * kTick_s + 1e-12)
+    ASSERT_LE(work_j, std::max(force, before) * rt::kFastestSurface_m_per_s * kTick_s + 1e-12)
         << "tick " << i;
     before = force;
   }
@@ -168,7 +167,6 @@ TEST_P(EachLaw, NoFrameLawOrParameterChangeStepsTheForce) {
   const Vec3 hip{0, 0, -kDistance_m + 0.01};
   rig.jumpTo({0, 0, -kDistance_m + 0.06});
   rig.moveTo(hip);
-  const rt::BlendParameters blend;
   Vec3 before = rig.tick(hip).command_force_n_in_world;
   for (int i = 0; i < 2000; ++i) {
     if (i % kTicksPerFrame == 0) rig.show(plane, 0, tools::SceneNoise::sensor);
@@ -178,7 +176,7 @@ TEST_P(EachLaw, NoFrameLawOrParameterChangeStepsTheForce) {
     }
     if (i % 230 == 0) rig.box.parameters().springs.stiffness_n_per_m = 300 + (i * 7) % 400;
     const rt::Tick tick = rig.tick(hip);
-    const double max_n = 700 * blend.max_surface_speed_m_per_s * kTick_s;
+    const double max_n = 700 * rt::kFastestSurface_m_per_s * kTick_s;
     ASSERT_LE(norm(tick.command_force_n_in_world - before), max_n + 1e-9) << "tick " << i;
     before = tick.command_force_n_in_world;
   }

@@ -3,6 +3,7 @@
 
 #include "drivers/camera/kinect_image.h"
 #include "drivers/camera/recorded/recording_reader.h"
+#include "rt/force_blend.h"
 #include "tests/hard_cases/hard_rig.h"
 #include "tests/support/recording.h"
 
@@ -47,7 +48,7 @@ void holdInThePathOfHands(rt::ForceLaw law, const std::string& archive) {
 
   const rt::SafetyParameters limits = box.parameters().safety;
   const double max_n =
-      box.parameters().springs.stiffness_n_per_m * box.parameters().blend.max_surface_speed_m_per_s * kTick_s;
+      box.parameters().springs.stiffness_n_per_m * rt::kFastestSurface_m_per_s * kTick_s;
   constexpr double kApproach_m = 0.06;
   Vec3 before;
   int in_contact = 0;

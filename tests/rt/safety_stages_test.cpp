@@ -357,7 +357,7 @@ TEST(Passivity, DampsAlongTheForceByNoMoreThanTheLimit) {
   input.force_n = {};
   EXPECT_EQ(passivity.apply(input, parameters).force_n, Vec3{}) << "no force without contact";
   input.force_n = {0, 0, 2};
-  parameters.passivity_max_damping_n_s_per_m = 0;
+  input.max_damping_n_s_per_m = 0;
   EXPECT_FALSE(passivity.apply(input, parameters).acted);
 }
 

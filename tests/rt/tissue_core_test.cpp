@@ -142,7 +142,7 @@ class NoStep : public TissueCore {
   void start(double depth_m) { before_ = press(depth_m).command_force_n_in_world; }
   /// The rate of a surface at the fastest speed that is allowed for.
   double allowed_n(double stiffness_n_per_m) const {
-    return stiffness_n_per_m * directive_.parameters.blend.max_surface_speed_m_per_s * kPeriod_s;
+    return stiffness_n_per_m * rt::kFastestSurface_m_per_s * kPeriod_s;
   }
 
   Vec3 before_;

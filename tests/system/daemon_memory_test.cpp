@@ -47,7 +47,7 @@ TEST_P(DaemonMemory, IsWhatTheDoctorExpectsAndNotMuchLess) {
   const std::string status = folder.path() / "Status";
   const std::string control = folder.path() / "Control";
   folder.write("hapticd.yaml",
-               GetParam() + "\nhandle: {driver: simulated}\nloop: {lock_memory: false}\nstate: {folder: " +
+               GetParam() + "\nhandle: {driver: simulated}\nstate: {folder: " +
                    (folder.path() / "state").string() + "}\ncontrol: {status_socket: " + status +
                    ", control_socket: " + control + "}\n");
   const auto settings = config::loadSettings(folder.path() / "hapticd.yaml");
@@ -72,7 +72,6 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         "camera: {driver: synthetic}", "camera: {driver: synthetic}\ntrace: {flight_recorder_s: 60}",
         "camera: {driver: synthetic}\ngrid: {point_capacity: 1024000}",
-        "camera: {driver: synthetic}\ngrid: {extent: frame}",
         "camera: {driver: synthetic}\ntrace: {at_start: true, depth: true, min_free_mb: 0}",
         "camera: {driver: synthetic, width_px: 320, height_px: 240}\nsynthetic: {camera: stereo}",
         "camera: {driver: synthetic, width_px: 1280, height_px: 800}\nsynthetic: {camera: stereo}"));

@@ -210,15 +210,16 @@ TEST_F(DaemonReload, SaysWhatTheFileSetsAndWhatDiffersFromTheDefaults) {
   EXPECT_TRUE(said(", force.stiffness_n_per_m = 321 (default 500), "));
 }
 
-// The window of the running daemon is fixed: a law that needs a larger one is refused.
-TEST(DaemonWithASmallWindow, RefusesALawThatNeedsALargerOneAndSaysWhatToDo) {
+// The depth unit of the running camera is fixed: a law that reaches farther than it holds is refused.
+TEST(DaemonWithAFineDepthUnit, RefusesALawThatReachesTooFarAndSaysWhatToDo) {
   const DaemonHome home;
-  Daemon daemon(home, std::string(kWallYaml) + "grid: {voxel_edge_m: 0.004}\nforce: {radius_m: 0.02}\n");
+  Daemon daemon(
+      home, "camera: {driver: synthetic, unit_um: 80}\nsynthetic: {camera: stereo}\nforce: {law: surface}\n");
   ASSERT_TRUE(daemon.answers());
   const test::Finished finished = home.control({"set", "force.law=proxy"});
   EXPECT_NE(finished.ending, exitedWith(0));
-  EXPECT_TRUE(contains(finished.errors, "the law proxy needs 0.2 m"));
-  EXPECT_TRUE(contains(finished.errors, "grid.cells_per_axis to at least 51"));
+  EXPECT_TRUE(contains(finished.errors, "the law proxy needs 0.192 m"));
+  EXPECT_TRUE(contains(finished.errors, "set camera.unit_um to at least 94"));
 }
 
 }  // namespace

@@ -228,9 +228,14 @@ TEST_F(ReplayBadInput, AnUnknownParameterIsRefusedWithTheNearestName) {
   expectRefused(replay({"--set=force.radius=0.04"}), kBadConfiguration, "force.radius_m");
 }
 
-TEST_F(ReplayBadInput, AWholeFrameThatDoesNotFitIntoMemoryIsRefusedLikeInTheConfiguration) {
-  write("config.yaml", "camera: {far_m: 10}\ngrid: {frame_voxel_edge_m: 0.01}\n");
-  expectRefused(replay({"--full-model"}), kBadConfiguration, "grid.frame_voxel_edge_m");
+TEST_F(ReplayBadInput, AWholeFrameThatDoesNotFitIntoASceneIsRefused) {
+  write("config.yaml", "camera: {far_m: 10, fx_px: 100, fy_px: 100}\n");
+  expectRefused(replay({"--full-model"}), kBadConfiguration,
+                "--full-model: the camera's whole view up to camera.far_m, 10 m, takes more memory");
+  // 2047 units of 1 mm are less than 4 m - 0.4 m
+  write("config.yaml", "camera: {driver: synthetic}\nsynthetic: {camera: time_of_flight}\n");
+  expectRefused(replay({"--full-model"}), kBadConfiguration,
+                "a scene of the whole frame holds 2.047 m of depth in units of 1000 um");
 }
 
 TEST_F(ReplayBadInput, AnOldOutputStaysAsItWasWhenTheReplayFails) {

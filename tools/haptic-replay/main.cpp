@@ -101,9 +101,7 @@ std::vector<config::Error> addFrom(const std::string& file, config::SceneAdditio
 }
 
 int replayFile(const Options& options) {
-  std::vector<std::string> overrides = options.overrides;
-  if (options.full_model) overrides.emplace_back("grid.extent=frame");
-  auto settings = config::loadSettings(options.config, overrides);
+  auto settings = config::loadSettings(options.config, options.overrides);
   if (!settings) return fail(settings.error(), EX_CONFIG);
   if (!options.fixtures.empty()) {
     const auto errors = addFrom(options.fixtures, settings->additions);
@@ -117,6 +115,10 @@ int replayFile(const Options& options) {
   const auto source = DepthSource::open(
       options.depth, {settings->camera.depth_model.near_m, settings->camera.depth_model.far_m});
   if (!source) return fail({source.error()}, EX_NOINPUT);
+  if (options.full_model) {
+    settings->grid.extent = rt::ModelExtent::frame;
+    if (const auto problem = wholeFrameProblem(*settings, *source)) return fail({*problem}, EX_CONFIG);
+  }
 
   config::LabelImage labels;
   if (options.stage == Stage::command && !settings->additions.label_image.empty()) {

@@ -4,9 +4,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "config/law_choice.h"
+#include "config/value_text.h"
+#include "rt/scene.h"
 
 namespace hapticd::tools {
 
@@ -24,6 +27,30 @@ config::Settings settingsFor(const config::Settings& settings, const DepthSource
 }
 
 }  // namespace
+
+std::optional<config::Error> wholeFrameProblem(const config::Settings& settings, const DepthSource& source) {
+  constexpr std::size_t kMostWords = std::size_t{1} << 21;  // of 64 voxels each: 25 MB with their ranks
+  constexpr double kMostUnits = rt::PackedPixel::kRawRange - 1;
+  const config::CameraSettings camera = settingsFor(settings, source).camera;
+  const rt::DepthModel model(camera.effectiveDepthModel(), camera.pose);
+  const auto& [near_m, far_m, unit_m] =
+      std::tie(model.parameters().near_m, model.parameters().far_m, model.parameters().unit_m);
+  if (model.isLinear() && far_m - near_m >= kMostUnits * unit_m) {
+    return config::Error{
+        "--full-model",
+        fmt::format("a scene of the whole frame holds {:.4g} m of depth in units of {:.4g} um, "
+                    "but from camera.near_m to camera.far_m it is {} m",
+                    kMostUnits * unit_m, unit_m * 1e6, config::numberText(far_m - near_m)),
+        "move camera.near_m and camera.far_m together, or leave out --full-model"};
+  }
+  if (rt::GridShape::of(settings.grid, model).words() <= kMostWords) return std::nullopt;
+  return config::Error{
+      "--full-model",
+      fmt::format("the camera's whole view up to camera.far_m, {} m, takes more memory than is "
+                  "reserved for its voxels of {} m",
+                  config::numberText(far_m), config::numberText(settings.grid.frame_voxel_edge_m)),
+      "lower camera.far_m, or leave out --full-model"};
+}
 
 Replay::Replay(const config::Settings& settings, const DepthSource& source, Stage stage,
                double handle_delay_s, const config::LabelImage& labels)

@@ -31,6 +31,10 @@ struct ReplayedForce {
   std::size_t frame = 0;  ///< index of the frame that the force is of, from 0
 };
 
+/// Why whole frames of this depth cannot be modelled: their raw values or their voxels are too many. Nothing
+/// if they can.
+std::optional<config::Error> wholeFrameProblem(const config::Settings& settings, const DepthSource& source);
+
 /// The daemon's core without its clock: the same model, law and safety chain, at given times.
 class Replay {
  public:

@@ -131,17 +131,20 @@ std::string parameterLines(const Json& parameters) {
 }
 
 /// The rows of the parameters that the words name, by their names or by their groups. The daemon is asked
-/// about words that name nothing: its refusal lists the names that are near.
+/// about words that name nothing in its list: it also knows parameters that the list leaves out, and its
+/// refusal has the names that are near.
 ClientResult<Json> rowsNamed(const CommandOptions& options, const std::vector<std::string>& words) {
   auto client = connectTo(options, false);
   if (!client) return std::unexpected(client.error());
   auto all = client->call("io.hapticd.Status.GetParameters");
   if (!all) return all;
-  auto named = parametersNamed(words, listAt(*all, "parameters"));
+  Json rows = listAt(*all, "parameters");
+  auto named = parametersNamed(words, rows);
   if (named) return std::move(*named);
-  const auto refused = client->call("io.hapticd.Status.GetParameters", {{"names", Json(named.error())}});
-  if (!refused) return std::unexpected(refused.error());
-  return listAt(*refused, "parameters");
+  const auto others = client->call("io.hapticd.Status.GetParameters", {{"names", Json(named.error())}});
+  if (!others) return std::unexpected(others.error());
+  for (const Json& row : listAt(*others, "parameters")) rows.push_back(row);
+  return parametersNamed(words, rows).value_or(Json::array());
 }
 
 int showParameters(const CommandOptions& options, const std::vector<std::string>& words,

@@ -46,9 +46,8 @@ std::string parameterSection() {
   std::string section;
   std::string_view group;
   for (const config::Parameter& parameter : config::parameterTable()) {
-    const std::string_view own_group = parameter.name.substr(0, parameter.name.find('.'));
-    if (own_group != group) section += ".SS " + plainRoff(own_group) + "\n";
-    group = own_group;
+    if (parameter.group() != group) section += ".SS " + plainRoff(parameter.group()) + "\n";
+    group = parameter.group();
     section += paragraph(parameter);
   }
   return section;

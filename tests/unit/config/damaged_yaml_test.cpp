@@ -31,7 +31,7 @@ void expectSettingsOrErrors(const std::expected<Settings, std::vector<Error>>& s
     }
     return;
   }
-  for (const Parameter& parameter : parameterTable()) {
+  for (const Parameter& parameter : allParameters()) {
     EXPECT_TRUE(parameter.check(parameter.get(*settings))) << parameter.name;
   }
   EXPECT_TRUE(checkTogether(*settings).empty());

@@ -41,7 +41,6 @@ struct Limit {
 };
 constexpr Limit kLimits[] = {
     {"force.stiffness_ceiling_n_per_m", "500", "600"},
-    {"blend.max_surface_speed_m_per_s", "0.1", "0.2"},
     {"proximity.warning_m", "0.02", "0.01"},
     {"safety.max_force_n", "1", "4"},
     {"safety.max_slew_n_per_s", "100", "200"},
@@ -55,7 +54,6 @@ constexpr Limit kLimits[] = {
     {"safety.force_filter_hz", "50", "80"},
     {"safety.force_filter_hz", "50", "0"},
     {"safety.passivity_control", "true", "false"},
-    {"safety.passivity_max_damping_n_s_per_m", "5", "4"},
     {"safety.stiffness_limit", "reduce", "warn"},
     {"safety.stiffness_limit", "warn", "off"},
     {"safety.contact_damping", "automatic", "off"},

@@ -66,15 +66,14 @@ TEST(ParameterTable, HasThePapersDefaultsAndSymbols) {
 TEST(ParameterTable, WhatShapesTheForceIsLiveAndNothingElse) {
   const std::set<std::string_view> live_groups{"force", "contact",   "surface", "filter",
                                                "blend", "proximity", "safety"};
-  for (const Parameter& parameter : parameterTable()) {
-    const std::string_view group = parameter.name.substr(0, parameter.name.find('.'));
-    EXPECT_EQ(parameter.effect == Effect::live, live_groups.contains(group)) << parameter.name;
+  for (const Parameter& parameter : allParameters()) {
+    EXPECT_EQ(parameter.effect == Effect::live, live_groups.contains(parameter.group())) << parameter.name;
   }
 }
 
 TEST(ParameterTable, EveryNameIsUniqueAndFound) {
   std::set<std::string_view> names;
-  for (const Parameter& parameter : parameterTable()) {
+  for (const Parameter& parameter : allParameters()) {
     EXPECT_TRUE(names.insert(parameter.name).second) << parameter.name;
     EXPECT_EQ(findParameter(parameter.name), &parameter);
   }
@@ -83,7 +82,7 @@ TEST(ParameterTable, EveryNameIsUniqueAndFound) {
 }
 
 TEST(ParameterTable, EveryRowIsComplete) {
-  for (const Parameter& parameter : parameterTable()) {
+  for (const Parameter& parameter : allParameters()) {
     EXPECT_FALSE(parameter.help.empty()) << parameter.name;
     EXPECT_EQ(parameter.help.find('\n'), std::string_view::npos) << parameter.name;
     // the only number that may also be a word
@@ -100,7 +99,7 @@ TEST(ParameterTable, TheUnitIsAtTheEndOfTheName) {
       {"s", "_s"},         {"1/m", "_per_m"}, {"px", "_px"},       {"rad", "_rad"},
       {"Hz", "_hz"},       {"kg", "_kg"},     {"m/s", "_m_per_s"}, {"N s/m", "_n_s_per_m"},
       {"MB", "_mb"},       {"um", "_um"},     {"us", "_us"}};
-  for (const Parameter& parameter : parameterTable()) {
+  for (const Parameter& parameter : allParameters()) {
     if (parameter.unit.empty()) continue;
     const auto ending = endings.find(parameter.unit);
     ASSERT_NE(ending, endings.end()) << parameter.name << " has the unknown unit " << parameter.unit;
@@ -109,7 +108,7 @@ TEST(ParameterTable, TheUnitIsAtTheEndOfTheName) {
 }
 
 TEST(ParameterTable, EveryDefaultIsAllowed) {
-  for (const Parameter& parameter : parameterTable()) {
+  for (const Parameter& parameter : allParameters()) {
     const Result<Value> checked = parameter.check(parameter.defaultValue());
     ASSERT_TRUE(checked) << parameter.name << ": " << checked.error().text();
     EXPECT_EQ(*checked, parameter.defaultValue()) << parameter.name;
@@ -118,7 +117,7 @@ TEST(ParameterTable, EveryDefaultIsAllowed) {
 }
 
 TEST(ParameterTable, EveryDefaultReadsBackFromItsText) {
-  for (const Parameter& parameter : parameterTable()) {
+  for (const Parameter& parameter : allParameters()) {
     const Result<Value> read = parameter.parse(toText(parameter.defaultValue()));
     ASSERT_TRUE(read) << parameter.name << ": " << read.error().text();
     EXPECT_EQ(*read, parameter.defaultValue()) << parameter.name;
@@ -126,7 +125,7 @@ TEST(ParameterTable, EveryDefaultReadsBackFromItsText) {
 }
 
 TEST(ParameterTable, BothEndsOfEveryRangeAreAllowedAndWhatLiesBeyondIsNot) {
-  for (const Parameter& parameter : parameterTable()) {
+  for (const Parameter& parameter : allParameters()) {
     if (!isNumeric(parameter)) continue;
     const double step = parameter.kind == Kind::integer ? 1 : 1e-6;
     EXPECT_TRUE(parameter.check(parameter.minimum)) << parameter.name;
@@ -138,13 +137,13 @@ TEST(ParameterTable, BothEndsOfEveryRangeAreAllowedAndWhatLiesBeyondIsNot) {
 
 // Only the member of the row changes: the others keep their defaults.
 TEST(ParameterTable, SettingOneParameterChangesThatOneAlone) {
-  for (const Parameter& parameter : parameterTable()) {
+  for (const Parameter& parameter : allParameters()) {
     if (parameter.choices.size() == 1) continue;  // there is no other value
     const Value value = otherValue(parameter);
     ASSERT_TRUE(parameter.check(value)) << parameter.name;
     Settings settings;
     parameter.set(settings, value);
-    for (const Parameter& other : parameterTable()) {
+    for (const Parameter& other : allParameters()) {
       const Value expected = other.name == parameter.name ? value : other.defaultValue();
       EXPECT_EQ(other.get(settings), expected) << "set " << parameter.name << ", read " << other.name;
     }
@@ -152,7 +151,7 @@ TEST(ParameterTable, SettingOneParameterChangesThatOneAlone) {
 }
 
 TEST(ParameterTable, EveryChoiceReadsBack) {
-  for (const Parameter& parameter : parameterTable()) {
+  for (const Parameter& parameter : allParameters()) {
     for (const std::string_view choice : parameter.choices) {
       Settings settings;
       parameter.set(settings, Value(std::string(choice)));
@@ -168,12 +167,10 @@ TEST(ParameterTable, WordsMeanTheirEnumerators) {
   ASSERT_TRUE(setFromText(settings, "camera.depth_law=factory"));
   ASSERT_TRUE(setFromText(settings, "synthetic.scene=edge"));
   ASSERT_TRUE(setFromText(settings, "synthetic.noise=quantised"));
-  ASSERT_TRUE(setFromText(settings, "grid.extent=frame"));
   EXPECT_EQ(settings.camera.driver, CameraDriver::recorded);
   EXPECT_EQ(settings.camera.depth_law, DepthLaw::factory);
   EXPECT_EQ(settings.synthetic.scene, SyntheticScene::edge);
   EXPECT_EQ(settings.synthetic.noise, SyntheticNoise::quantised);
-  EXPECT_EQ(settings.grid.extent, rt::ModelExtent::frame);
 }
 
 TEST(UnknownParameter, NamesTheNearestOnes) {

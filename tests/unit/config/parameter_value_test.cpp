@@ -69,8 +69,8 @@ TEST(ParameterValue, ErrorsNameTheParameterTheValueAndTheRange) {
   EXPECT_EQ(
       textOfSetting("camera.depth_law=kinect"),
       "camera.depth_law: \"kinect\" is not an allowed choice (allowed: one of: paper, factory, custom)");
-  EXPECT_EQ(textOfSetting("loop.lock_memory=yes"),
-            "loop.lock_memory: \"yes\" is not a truth value (allowed: true or false)");
+  EXPECT_EQ(textOfSetting("trace.depth=yes"),
+            "trace.depth: \"yes\" is not a truth value (allowed: true or false)");
   EXPECT_EQ(textOfSetting("camera.serial=a\tb"),
             "camera.serial: \"a\\x09b\" contains a control or invisible character (allowed: text)");
   EXPECT_EQ(textOfSetting("camera.serial=\xc3"),
@@ -80,9 +80,9 @@ TEST(ParameterValue, ErrorsNameTheParameterTheValueAndTheRange) {
 }
 
 TEST(ParameterValue, TruthValuesAreTrueAndFalseOnly) {
-  EXPECT_EQ(textOfSetting("loop.lock_memory=false"), "accepted");
+  EXPECT_EQ(textOfSetting("trace.depth=false"), "accepted");
   for (const char* text : {"True", "TRUE", "no", "on", "1", "", "true "}) {
-    EXPECT_NE(textOfSetting(std::string("loop.lock_memory=") + text), "accepted") << text;
+    EXPECT_NE(textOfSetting(std::string("trace.depth=") + text), "accepted") << text;
   }
 }
 
@@ -118,8 +118,8 @@ TEST(ParameterValue, OtherTypesAreRefusedByName) {
             "force.radius_m: \"0.04\" is text (allowed: 0.005..0.1 m)");
   EXPECT_EQ(textOfCheck("force.min_points", true),
             "force.min_points: true is a truth value (allowed: 1..1000)");
-  EXPECT_EQ(textOfCheck("loop.lock_memory", std::int64_t{1}),
-            "loop.lock_memory: 1 is a number (allowed: true or false)");
+  EXPECT_EQ(textOfCheck("trace.depth", std::int64_t{1}),
+            "trace.depth: 1 is a number (allowed: true or false)");
   EXPECT_EQ(textOfCheck("camera.depth_law", 2.0),
             "camera.depth_law: 2 is a number (allowed: one of: paper, factory, custom)");
   EXPECT_EQ(textOfCheck("camera.serial", false), "camera.serial: false is a truth value (allowed: text)");

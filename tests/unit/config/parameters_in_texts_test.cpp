@@ -30,8 +30,8 @@ std::string textsIn(const fs::path& file) {
 
 TEST(ParametersInTexts, ExistInTheTable) {
   std::set<std::string> groups;
-  for (const Parameter& parameter : parameterTable()) {
-    groups.emplace(parameter.name.substr(0, parameter.name.find('.')));
+  for (const Parameter& parameter : allParameters()) {
+    groups.emplace(parameter.group());
   }
   static const std::regex dotted(R"re((?:^|[^\w./-])([a-z_]+)\.([a-z][a-z0-9_]*)(?![\w.(/]))re");
   static const std::set<std::string> endings{"h", "cpp", "yaml", "csv", "json", "conf"};
@@ -55,8 +55,8 @@ TEST(ParametersInTexts, ExistInTheTable) {
 
 TEST(ParametersInDocuments, ExistInTheTable) {
   std::set<std::string> groups;
-  for (const Parameter& parameter : parameterTable()) {
-    groups.emplace(parameter.name.substr(0, parameter.name.find('.')));
+  for (const Parameter& parameter : allParameters()) {
+    groups.emplace(parameter.group());
   }
   static const std::regex quoted(R"re(`([a-z_]+)\.([a-z][a-z0-9_]*)(?:=[^`]*)?`)re");
   static const std::set<std::string> endings{"h", "cpp", "yaml", "csv", "md", "conf"};

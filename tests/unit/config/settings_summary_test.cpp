@@ -31,7 +31,7 @@ TEST(SettingsSummary, CountsAParameterOnceThatAnOverrideSetsAgain) {
 
 TEST(SettingsSummary, IsCutWhenMuchDiffersOrAValueIsLong) {
   Configuration configuration;
-  for (const Parameter& parameter : parameterTable()) {
+  for (const Parameter& parameter : allParameters()) {
     if (parameter.kind == Kind::number) parameter.set(configuration.settings, parameter.maximum);
   }
   const SettingsSummary found = summaryOf(configuration);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,6 +11,7 @@
 
 #include "config/parameter_table.h"
 #include "config/yaml_loader.h"
+#include "tests/support/file_content.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::config {
@@ -101,6 +103,24 @@ TEST(ShippedFiles, HapticdYamlShowsDefaultRangeAndHelpOfTheTable) {
   }
 }
 
+TEST(StandInParameters, AreInTheReadmeOfTheirDriver) {
+  const auto readmeOf = [](const Parameter& parameter) {
+    if (parameter.group() == "synthetic") return "drivers/camera/synthetic/README.md";
+    if (parameter.group() == "camera") return "drivers/camera/recorded/README.md";
+    return parameter.group() == "simulated_handle" ? "drivers/handle/simulated/README.md" : "docs/faults.md";
+  };
+  for (const Parameter& parameter : standInParameters()) {
+    const std::string text = test::contentOf(std::filesystem::path(HAPTICD_SOURCE) / readmeOf(parameter));
+    const std::string standard = toText(parameter.defaultValue());
+    const std::string row =
+        fmt::format("| `{}` | {} | {} | {} |\n", parameter.name, standard.empty() ? "empty" : standard,
+                    parameter.range(), parameter.help);
+    EXPECT_NE(text.find(parameter.group() == "control" ? fmt::format("`{}`", parameter.name) : row),
+              std::string::npos)
+        << row;
+  }
+}
+
 TEST(ShippedFiles, HapticdYamlChangesNothingAsItIsShipped) {
   Settings settings;
   expectLoads(kShipped / "hapticd.yaml", settings);
@@ -125,7 +145,6 @@ TEST(ShippedFiles, HapticdYamlIsForARealBox) {
   EXPECT_EQ(settings.camera.driver, CameraDriver::freenect);
   EXPECT_TRUE(settings.control.status_socket.starts_with("/run/hapticd/"));
   EXPECT_TRUE(settings.control.control_socket.starts_with("/run/hapticd/"));
-  EXPECT_TRUE(settings.loop.lock_memory);
   EXPECT_GT(settings.loop.priority, 0);
   EXPECT_FALSE(settings.control.engage_at_start);
 }

@@ -38,15 +38,5 @@ TEST(Warnings, AreEmptyForAHandleWithAKeyOnThisComputerOrNotInUse) {
   EXPECT_TRUE(warningsOf(unused).empty());
 }
 
-TEST(Warnings, NameAVoxelEdgeWithoutEffect) {
-  Settings settings;
-  settings.live.surface.voxel_edge_m = 0.02;
-  const std::vector<Error> warnings = warningsOf(settings);
-  ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_EQ(
-      warnings[0].text(),
-      "surface.voxel_edge_m: is 0.02, without effect, because the law surface uses no voxels (remove it)");
-}
-
 }  // namespace
 }  // namespace hapticd::config

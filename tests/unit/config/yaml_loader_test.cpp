@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/yaml_loader.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+
+#include <map>
 
 #include "config/parameter_table.h"
 #include "tests/support/temporary_folder.h"
@@ -20,7 +23,7 @@ Settings load(std::string_view yaml, const std::vector<std::string>& overrides =
 }
 
 void expectDefaults(const Settings& settings) {
-  for (const Parameter& parameter : parameterTable()) {
+  for (const Parameter& parameter : allParameters()) {
     EXPECT_EQ(parameter.get(settings), parameter.defaultValue()) << parameter.name;
   }
 }
@@ -58,15 +61,14 @@ synthetic:
 }
 
 TEST(YamlLoader, ReadsEveryParameterOfTheTable) {
-  std::string yaml;
-  std::string group;
-  for (const Parameter& parameter : parameterTable()) {
-    const std::string name(parameter.name);
-    const std::size_t dot = name.find('.');
-    if (name.substr(0, dot) != group) yaml += (group = name.substr(0, dot)) + ":\n";
+  std::map<std::string, std::string> lines;  // by group
+  for (const Parameter& parameter : allParameters()) {
     const std::string value = toText(parameter.defaultValue());
-    yaml += "  " + name.substr(dot + 1) + ": " + (value.empty() ? "\"\"" : value) + "\n";
+    lines[std::string(parameter.group())] +=
+        fmt::format("  {}: {}\n", parameter.nameInGroup(), value.empty() ? "\"\"" : value);
   }
+  std::string yaml;
+  for (const auto& [group, text] : lines) yaml += group + ":\n" + text;
   expectDefaults(load(yaml));
 }
 

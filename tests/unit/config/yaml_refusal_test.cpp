@@ -68,9 +68,9 @@ const std::vector<Refusal> kValues{
      {"bad.yaml:1: force.radius_m: .nan is not a finite number (allowed: 0.005..0.1 m)",
       "bad.yaml:1: force.stiffness_n_per_m: .inf is not a finite number (allowed: 0..5000 N/m or auto)"}},
     {"WrongType",
-     "force: {radius_m: true}\nloop: {lock_memory: 1}",
+     "force: {radius_m: true}\ntrace: {depth: 1}",
      {"bad.yaml:1: force.radius_m: \"true\" is not a number (allowed: 0.005..0.1 m)",
-      "bad.yaml:2: loop.lock_memory: \"1\" is not a truth value (allowed: true or false)"}},
+      "bad.yaml:2: trace.depth: \"1\" is not a truth value (allowed: true or false)"}},
     {"FractionForAnInteger",
      "force:\n  min_points: 3.5",
      {"bad.yaml:2: force.min_points: 3.5 is not a whole number (allowed: 1..1000)"}},
@@ -82,8 +82,8 @@ const std::vector<Refusal> kValues{
      {"bad.yaml:2: force.radius_m: \"0.04\" is text because of its quotes, write 0.04 without them (allowed: "
       "0.005..0.1 m)"}},
     {"QuotedTruthValue",
-     "loop: {lock_memory: 'true'}",
-     {"bad.yaml:1: loop.lock_memory: \"true\" is text because of its quotes, write true without them "
+     "trace: {depth: 'true'}",
+     {"bad.yaml:1: trace.depth: \"true\" is text because of its quotes, write true without them "
       "(allowed: "
       "true "
       "or false)"}},
@@ -120,11 +120,8 @@ const std::vector<Refusal> kNames{
     {"UnknownGroupFarFromAll",
      "zzz: {}",
      {"bad.yaml:1: \"zzz\": there is no group of this name (groups: force, contact, surface, filter, blend, "
-      "proximity, safety, camera, synthetic, grid, "
-      "loop, "
-      "handle, udp_handle, hid_handle, falcon_handle, simulated_handle, leds, control, state, trace, "
-      "fixtures, "
-      "regions, label_image)"}},
+      "proximity, safety, camera, grid, loop, handle, udp_handle, hid_handle, falcon_handle, leds, control, "
+      "state, trace, synthetic, simulated_handle, fixtures, regions, label_image)"}},
     {"DottedName",
      "force.radius_m: 0.05",
      {"bad.yaml:1: force.radius_m: is outside its group (write it as `force: {radius_m: 0.05}`)"}},

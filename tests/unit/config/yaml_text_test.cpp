@@ -9,7 +9,7 @@ namespace hapticd::test {
 namespace {
 
 using config::Parameter;
-using config::parameterTable;
+using config::allParameters;
 using config::Settings;
 
 /// Returns a value in range other than the default; the numbers have no short decimal form.
@@ -36,7 +36,7 @@ Settings readBack(const std::string& text) {
 }
 
 TEST(YamlText, EachParameterReadsBackAsItWas) {
-  for (const Parameter& parameter : parameterTable()) {
+  for (const Parameter& parameter : allParameters()) {
     Settings settings;
     if (parameter.kind == config::Kind::text && parameter.check(unusual(parameter))) {
       parameter.set(settings, unusual(parameter));
@@ -52,7 +52,7 @@ TEST(YamlText, EachParameterReadsBackAsItWas) {
 
 TEST(YamlText, AllDefaultsReadBack) {
   const Settings loaded = readBack(config::yamlText(Settings{}));
-  for (const Parameter& parameter : parameterTable()) {
+  for (const Parameter& parameter : allParameters()) {
     EXPECT_EQ(parameter.get(loaded), parameter.defaultValue()) << parameter.name;
   }
 }

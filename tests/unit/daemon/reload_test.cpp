@@ -29,7 +29,7 @@ using Names = std::vector<std::string_view>;
 /// The parameters whose values differ.
 Names changed(const config::Settings& before, const config::Settings& after) {
   Names names;
-  for (const config::Parameter& parameter : config::parameterTable()) {
+  for (const config::Parameter& parameter : config::allParameters()) {
     if (parameter.get(before) != parameter.get(after)) names.push_back(parameter.name);
   }
   return names;
@@ -64,11 +64,13 @@ TEST(Reload, LeavesParametersThatNeedARestartAndNamesThem) {
 }
 
 TEST(Reload, IsRefusedWhenTheNewLiveParametersContradictWhatCannotChangeNow) {
-  // A radius that fits the window of the file, but not the smaller one of the running daemon.
-  const config::Settings loaded = with({"force.law=nearest_springs", "force.radius_m=0.08"});
+  // A radius that the depth unit of the file holds, but not the finer one of the running daemon.
+  const config::Settings loaded =
+      with({"camera.driver=v4l2", "force.law=nearest_springs", "force.radius_m=0.06"});
   ASSERT_TRUE(config::checkTogether(loaded).empty());
-  const auto reload =
-      reloaded(with({"force.law=nearest_springs", "force.radius_m=0.03", "grid.cells_per_axis=16"}), loaded);
+  const auto reload = reloaded(
+      with({"camera.driver=v4l2", "camera.unit_um=70", "force.law=nearest_springs", "force.radius_m=0.03"}),
+      loaded);
   ASSERT_FALSE(reload);
   EXPECT_NE(reload.error().front().text().find("force.radius_m"), std::string::npos)
       << reload.error().front().text();
@@ -77,7 +79,7 @@ TEST(Reload, IsRefusedWhenTheNewLiveParametersContradictWhatCannotChangeNow) {
 TEST(Reload, KnowsEveryParameterOfTheTable) {
   config::Settings loaded;
   std::size_t different = 0;
-  for (const config::Parameter& parameter : config::parameterTable()) {
+  for (const config::Parameter& parameter : config::allParameters()) {
     if (parameter.kind != config::Kind::boolean) continue;
     parameter.set(loaded, !std::get<bool>(parameter.get(loaded)));
     ++different;

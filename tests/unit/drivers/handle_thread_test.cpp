@@ -78,12 +78,7 @@ TEST(HandleThreadPolicy, IsSecondToTheForceThreadWhereForcesAreCarried) {
   settings.driver = config::HandleDriver::hid;
   settings.hid.kind = config::HidKind::spacemouse;
   EXPECT_EQ(handleThreadPolicy(settings, {.priority = 80}, -1).priority, 0) << "it exerts no force";
-  settings.thread_priority = 30;
-  EXPECT_EQ(handleThreadPolicy(settings, {.priority = 80}, 3).priority, 30);
   EXPECT_EQ(handleThreadPolicy(settings, {.priority = 80}, 3).avoided_cpu, 3);
-  settings.driver = config::HandleDriver::falcon;
-  settings.thread_priority = 0;
-  EXPECT_EQ(handleThreadPolicy(settings, {.priority = 80}, -1).priority, 0);
 }
 
 struct Seen {

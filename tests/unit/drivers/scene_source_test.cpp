@@ -8,14 +8,6 @@
 namespace hapticd::drivers {
 namespace {
 
-TEST(SceneSource, RefusesWholeFramesOfMoreRawValuesThanAPointCanHold) {
-  rt::GridParameters whole;
-  whole.extent = rt::ModelExtent::frame;
-  SceneSource source({}, {}, whole);
-  EXPECT_FALSE(source.follow(tools::stereoCamera(848, 480, 90, 0.05, 1e-4, 0.2, 4.0)));
-  EXPECT_TRUE(source.follow(tools::stereoCamera(848, 480, 90, 0.05, 1e-3, 0.2, 2.2)));
-}
-
 TEST(SceneSource, FollowsTheCameraOfTheFrames) {
   const rt::DepthModelParameters stereo = tools::stereoCamera(848, 480, 90, 0.05, 1e-4, 0.2, 4.0);
   SceneSource source({}, {}, {});

@@ -25,7 +25,8 @@ TEST(ForceBlend, PassesForcesAsLongAsNothingChanges) {
 
 TEST(ForceBlend, BlendsAChangeInEvenlyOverItsDuration) {
   ForceBlend blend;
-  const rt::BlendParameters parameters{.duration_s = 0.02, .max_surface_speed_m_per_s = 10};
+  // 0.1 N per tick, of 0.25 N that the fastest surface may change
+  const rt::BlendParameters parameters{.duration_s = 0.02};
   blend.apply({1, 0, 0}, false, parameters, kStiffness, kTick_s);
   for (int i = 1; i <= 20; ++i) {
     const Vec3 force = blend.apply({3, 0, 0}, i == 1, parameters, kStiffness, kTick_s);
@@ -36,7 +37,7 @@ TEST(ForceBlend, BlendsAChangeInEvenlyOverItsDuration) {
 
 TEST(ForceBlend, IsNeverFasterThanTheFastestSurface) {
   ForceBlend blend;
-  const rt::BlendParameters parameters{.duration_s = 0.01, .max_surface_speed_m_per_s = 0.5};
+  const rt::BlendParameters parameters{.duration_s = 0.01};
   double before = 0;
   for (int i = 0; i < 60; ++i) {
     const double force = blend.apply({0, 0, 10}, i == 0, parameters, kStiffness, kTick_s).z;
@@ -49,7 +50,7 @@ TEST(ForceBlend, IsNeverFasterThanTheFastestSurface) {
 TEST(ForceBlend, AccountsForTheChangeOfTheLawsOwnForce) {
   // 0.5 m/s and 500 N/m allow 0.25 N per tick, of which the law's own force uses 0.1 N
   ForceBlend blend;
-  const rt::BlendParameters parameters{.duration_s = 0.01, .max_surface_speed_m_per_s = 0.5};
+  const rt::BlendParameters parameters{.duration_s = 0.01};
   double before = blend.apply({0, 0, 10}, true, parameters, kStiffness, kTick_s).z;
   for (int i = 1; i < 20; ++i) {
     const double force = blend.apply({0, 0, 10 + 0.1 * i}, false, parameters, kStiffness, kTick_s, 0.1).z;
@@ -66,7 +67,7 @@ TEST(ForceBlend, StaysContinuousWhenEveryTickChangesSomething) {
   Vec3 before = blend.apply({4, 0, 0}, false, parameters, kStiffness, kTick_s);
   for (int i = 0; i < 300; ++i) {
     const Vec3 force = blend.apply({0, 4, 0}, true, parameters, kStiffness, kTick_s);
-    EXPECT_LE(norm(force - before), kStiffness * parameters.max_surface_speed_m_per_s * kTick_s + 1e-12);
+    EXPECT_LE(norm(force - before), kStiffness * rt::kFastestSurface_m_per_s * kTick_s + 1e-12);
     before = force;
   }
   EXPECT_LT(norm(before - Vec3{0, 4, 0}), 1e-3) << "it gets there all the same";

@@ -178,10 +178,8 @@ Findings checkMemory(const Examination& box) {
   if (left < kTooLittleMemoryMib) return {failure("memory", fact, remedy)};
   if (left < kLittleMemoryMib) return {warning("memory", fact, remedy)};
   if (swap > 0 && box.daemon.answers && !box.daemon.memory_locked) {
-    return {
-        warning("memory", fact + ", and hapticd's memory is not locked: it can be paged out",
-                "loop.lock_memory: true in /etc/hapticd/hapticd.yaml and LimitMEMLOCK=infinity in the unit, "
-                "or swapoff -a")};
+    return {warning("memory", fact + ", and hapticd's memory is not locked: it can be paged out",
+                    "LimitMEMLOCK=infinity in the unit, or swapoff -a")};
   }
   return {good("memory", fact)};
 }

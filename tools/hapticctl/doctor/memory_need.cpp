@@ -31,9 +31,7 @@ MemoryNeed memoryNeed(const config::Settings& settings) {
   const rt::DepthModelParameters camera = settings.camera.effectiveDepthModel();
   const std::uint64_t pixels = static_cast<std::uint64_t>(std::max(camera.width_px, 0)) *
                                static_cast<std::uint64_t>(std::max(camera.height_px, 0));
-  const bool whole_frame = settings.grid.extent == rt::ModelExtent::frame;
-  const std::uint64_t points =
-      whole_frame ? pixels : static_cast<std::uint64_t>(settings.grid.point_capacity);
+  const auto points = static_cast<std::uint64_t>(settings.grid.point_capacity);
   const bool has_leds = settings.leds.driver != config::LedDriver::none;
   const bool depth = settings.trace.depth;
   MemoryNeed need;

@@ -171,6 +171,9 @@ TEST_F(HapticctlTest, GetShowsValuesWithUnits) {
   const ProcessResult some = run({"get", "force.radius_m", "force.max_points"});
   expectSuccess(some);
   EXPECT_EQ("force.radius_m = 0.04 m\nforce.max_points = 100\n", some.output);
+  const ProcessResult with_stand_in = run({"get", "synthetic.seed", "force.radius_m"});
+  expectSuccess(with_stand_in);
+  EXPECT_EQ("synthetic.seed = 1\nforce.radius_m = 0.04 m\n", with_stand_in.output);
   const ProcessResult all = run({"get"});
   EXPECT_EQ(static_cast<std::ptrdiff_t>(config::parameterTable().size()),
             std::count(all.output.begin(), all.output.end(), '\n'));

@@ -97,7 +97,7 @@ TEST(TraceVolume, BoundsAWholeFileWithItsBeginAndItsEnd) {
   const test::TemporaryFolder folder;
   const std::uint64_t bytes = bytesOfATrace(folder.path() / "trace.mcap", 60, false);
   config::Settings settings;
-  settings.trace.max_file_s = 60;
+  settings.trace.max_file_mb = static_cast<double>(bytes) / 1e6;  // a file a minute
   EXPECT_LE(bytes * 60, mostPerHour(settings, false).total());
 }
 
