@@ -197,9 +197,9 @@ class ItemReader {
   void assign(const YamlMember& member, const Field& field, std::vector<rt::Vec3> Owner::*place) {
     const YamlNode& list = member.value;
     if (list.type != YamlNode::Type::list) return refuse(member.line, field, "is not a list of points");
-    if (list.count > rt::kMaxPathPoints) {
+    if (list.items.size() > rt::kMaxPathPoints) {
       report(member.line, field.name,
-             fmt::format("has {}{} points", complete_ ? "" : "at least ", list.count),
+             fmt::format("has {}{} points", complete_ ? "" : "at least ", list.items.size()),
              fmt::format("leave out points of it: at most {} are possible", rt::kMaxPathPoints));
       skipped_.insert(field.name);
       return;
@@ -231,7 +231,7 @@ class ItemReader {
   std::optional<std::array<double, kCount>> numbersIn(int line, const YamlNode& node, const Field& field,
                                                       const std::string& which) {
     static_assert(kCount == 3 || kCount == 4);
-    if (node.type != YamlNode::Type::list || node.count != kCount) {
+    if (node.type != YamlNode::Type::list || node.items.size() != kCount) {
       refuse(line, field,
              fmt::format("{}is not a list of {} numbers", which, kCount == 3 ? "three" : "four"));
       return std::nullopt;

@@ -25,13 +25,11 @@ std::vector<Owner> listFrom(const YamlList& list, bool complete, std::vector<Pla
   const std::string_view noun = nounOf(Owner{});
   const YamlNode& node = list.node;
   if (node.type != YamlNode::Type::list) {
-    if (node.type != YamlNode::Type::refused) {
-      errors.push_back({node.line,
-                        {"",
-                         list.name,
-                         {list.name, fmt::format("is not a list of {}s", noun),
-                          fmt::format("write each {} as an item: `- name: ...`", noun)}}});
-    }
+    errors.push_back({node.line,
+                      {"",
+                       list.name,
+                       {list.name, fmt::format("is not a list of {}s", noun),
+                        fmt::format("write each {} as an item: `- name: ...`", noun)}}});
     return {};
   }
   std::vector<Owner> owners;
@@ -50,7 +48,7 @@ std::vector<Owner> listFrom(const YamlList& list, bool complete, std::vector<Pla
   // A width that could not be read is unknown.
   if (errors.size() == errors_before) take(unlikeTransitions(all));
   take(duplicateNames(all));
-  if (auto surplus = tooMany(all, node.count)) errors.push_back({node.line, std::move(*surplus)});
+  if (auto surplus = tooMany(all, node.items.size())) errors.push_back({node.line, std::move(*surplus)});
   return owners;
 }
 
@@ -127,11 +125,10 @@ std::expected<Owner, std::vector<AdditionError>> changedBy(const Owner& owner, s
         std::vector{additionError(nounOf(owner), owner.name, "", std::move(what), std::move(remedy))});
   };
   if (members.size() > kLongestText) return fail("the change is longer than 1 MiB", "shorten it");
-  const YamlFile file = readYamlNode(members);
-  if (!file.problems.empty()) return fail(file.problems.front().what, file.problems.front().remedy);
-  if (file.lists.empty()) return fail("the change is empty", "write it as `{name: value, ...}`");
+  const auto node = readYamlNode(members);
+  if (!node) return fail(node.error().what, node.error().remedy);
   std::vector<PlacedAdditionError> errors;
-  ItemReader<Owner> reader(file.lists.front().node, owner, std::string(nounOf(owner)), true, true);
+  ItemReader<Owner> reader(*node, owner, std::string(nounOf(owner)), true, true);
   Owner result = reader.read(errors);
   if (errors.empty()) return result;
   std::vector<AdditionError> all;

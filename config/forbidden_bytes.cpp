@@ -28,12 +28,12 @@ std::optional<char32_t> unprintableIn(std::string_view line, bool first_line) {
   return std::nullopt;
 }
 
-ForbiddenBytes forbidden(char32_t code_point, int line) {
+YamlProblem forbidden(char32_t code_point, int line) {
   const auto number = static_cast<std::uint32_t>(code_point);
   if (code_point == '\r') {
-    return {line, "a carriage return is inside the line", "end lines with LF, or with CR LF"};
+    return {line, "", "a carriage return is inside the line", "end lines with LF, or with CR LF"};
   }
-  return {line,
+  return {line, "",
           number < 0x80 ? fmt::format("control character 0x{:02x} is not allowed", number)
                         : fmt::format("the invisible character U+{:04X} is not allowed", number),
           "delete it"};
@@ -44,22 +44,22 @@ bool isIndentedByTab(std::string_view line) {
   return line.substr(0, line.find_first_not_of(" \t")).contains('\t');
 }
 
-std::optional<ForbiddenBytes> findIn(std::string_view line, int number) {
+std::optional<YamlProblem> findIn(std::string_view line, int number) {
   if (const auto at = firstInvalidUtf8(line)) {
-    return ForbiddenBytes{number,
-                          fmt::format("byte 0x{:02x} is not UTF-8", static_cast<std::uint8_t>(line[*at])),
-                          "save the file as UTF-8 text"};
+    return YamlProblem{number, "",
+                       fmt::format("byte 0x{:02x} is not UTF-8", static_cast<std::uint8_t>(line[*at])),
+                       "save the file as UTF-8 text"};
   }
   if (const auto code_point = unprintableIn(line, number == 1)) return forbidden(*code_point, number);
   if (isIndentedByTab(line))
-    return ForbiddenBytes{number, "a tab is used for indentation", "indent with spaces"};
+    return YamlProblem{number, "", "a tab is used for indentation", "indent with spaces"};
   return std::nullopt;
 }
 
 }  // namespace
 
-std::vector<ForbiddenBytes> forbiddenBytesIn(std::string_view text) {
-  std::vector<ForbiddenBytes> finds;
+std::vector<YamlProblem> forbiddenBytesIn(std::string_view text) {
+  std::vector<YamlProblem> finds;
   for (int number = 1; !text.empty(); ++number) {
     const std::size_t end = text.find('\n');
     if (auto find = findIn(text.substr(0, end), number)) finds.push_back(std::move(*find));

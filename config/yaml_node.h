@@ -1,13 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
-#include <optional>
+#include <algorithm>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace hapticd::config {
+
+/// A problem in a line of a YAML text; line 0: of the text as a whole.
+struct YamlProblem {
+  int line = 0;
+  std::string where;  ///< "group.name" or "group"; may be empty
+  std::string what;
+  std::string remedy;
+};
 
 struct YamlMember;
 
@@ -20,8 +27,6 @@ struct YamlNode {
     map,      ///< `members`, duplicates included
     refused,  ///< an element of YAML that is not supported and has been reported
   };
-  /// More items or members of one node are counted but not stored, to bound the memory for unrelated files.
-  static constexpr std::size_t kMaxStored = 300;
 
   Type type = Type::null;
   int line = 0;  ///< 1 for the first
@@ -29,7 +34,6 @@ struct YamlNode {
   bool quoted = false;
   std::vector<YamlNode> items;
   std::vector<YamlMember> members;
-  std::size_t count = 0;  ///< number of items or members, including those that are not stored
 
   /// Returns the first member of this name, or null.
   const YamlMember* find(std::string_view name) const;
@@ -37,41 +41,15 @@ struct YamlNode {
 
 /// One `name: value` of a mapping.
 struct YamlMember {
-  std::string name;
-  int line = 0;
+  std::string name;  ///< empty if it is no scalar
+  YamlNode::Type name_type = YamlNode::Type::scalar;
+  int line = 0;  ///< of the name
   YamlNode value;
 };
 
-/// Builds a node from the events of a parser, in their order.
-class YamlNodeBuilder {
- public:
-  /// Whether a scalar would be the name of a member.
-  bool expectsName() const;
-  /// Each takes the next event. Returns true when the node is complete.
-  bool takeScalar(std::string_view text, bool quoted, int line);
-  bool takeNull(int line) { return attach(nodeOf(YamlNode::Type::null, line)); }
-  bool takeRefused(int line) { return attach(nodeOf(YamlNode::Type::refused, line)); }
-  void enter(int line, bool map);
-  bool leave();
-
-  /// Returns the node; if it is not complete, what has been read of it.
-  YamlNode take();
-
- private:
-  struct Name {
-    std::string text;
-    int line = 0;
-  };
-  struct Level {
-    YamlNode node;
-    std::optional<Name> name;  ///< of the member whose value is expected
-  };
-
-  static YamlNode nodeOf(YamlNode::Type type, int line);
-  bool attach(YamlNode node);
-
-  std::vector<Level> open_;
-  YamlNode root_;
-};
+inline const YamlMember* YamlNode::find(std::string_view name) const {
+  const auto found = std::ranges::find(members, name, &YamlMember::name);
+  return found == members.end() ? nullptr : &*found;
+}
 
 }  // namespace hapticd::config

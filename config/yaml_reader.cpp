@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <optional>
 #include <sstream>
 
@@ -19,265 +20,225 @@
 namespace hapticd::config {
 namespace {
 
-// Limit of names and values in a file, to bound the work for a damaged or unrelated file. There are far fewer
-// parameters.
-constexpr int kMaxEvents = 5000;
+using Type = YamlNode::Type;
 
-// The same within lists: 16 paths of 256 points have about 17'000.
-constexpr int kMaxListEvents = 25'000;
+// Limit of names and values in a file, to bound the work for a damaged or unrelated file: 16 paths of 256
+// points have about 17'000.
+constexpr int kMaxEvents = 25'000;
 
 constexpr std::array<std::string_view, 3> kListGroups{"fixtures", "regions", "landmarks"};
 
 // Ends the parser early; never leaves this file.
 struct TooManyEvents {
   int line;
-  int limit;
 };
 
 constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
 constexpr std::string_view kForm = "write it as `group: {name: value}`, or the same on indented lines";
 
-// Sorts the parser's events into groups and entries. The parser's own tree is not used, because it drops the
+bool isListGroup(std::string_view name) {
+  return std::ranges::find(kListGroups, name) != kListGroups.end();
+}
+
+// Builds a document's tree from the parser's events. The parser's own tree is not used, because it drops the
 // first value of a duplicate name and follows aliases.
-class EntryCollector final : public YAML::EventHandler {
+class TreeBuilder final : public YAML::EventHandler {
  public:
-  /// `whole`: the text is one node, instead of groups.
-  explicit EntryCollector(YamlFile& file, bool whole = false) : file_(file) {
-    if (whole) tree_.emplace();
-  }
+  /// `lists`: the text may hold lists anywhere, instead of only in groups that are lists.
+  TreeBuilder(bool lists, std::vector<YamlProblem>& problems) : lists_(lists), problems_(problems) {}
 
   void OnDocumentStart(const YAML::Mark& mark) override { document_line_ = lineOf(mark); }
   void OnDocumentEnd() override {}
   void OnAnchor(const YAML::Mark& mark, const std::string& name) override {
-    problem(lineOf(mark), fmt::format("anchor {} is not supported", inQuotes("&" + name)),
+    problem(mark, fmt::format("anchor {} is not supported", inQuotes("&" + name)),
             "write the value where it is needed");
   }
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
-    count(mark);
-    problem(lineOf(mark), "aliases (*name) are not supported", "write the value where it is needed");
-    if (tree_) return endTreeIf(tree_->takeRefused(lineOf(mark)));
-    takeScalar(std::nullopt);
+    problem(mark, "aliases (*name) are not supported", "write the value where it is needed");
+    attach(nodeAt(mark, Type::refused));
   }
-  void OnNull(const YAML::Mark& mark, YAML::anchor_t) override {
-    count(mark);
-    if (tree_) return endTreeIf(tree_->takeNull(lineOf(mark)));
-    takeNull(lineOf(mark));
-  }
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t) override { attach(nodeAt(mark, Type::null)); }
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t,
                 const std::string& value) override {
-    count(mark);
-    const bool name =
-        tree_ ? tree_->expectsName() : expected_ == Expected::group_key || expected_ == Expected::name_key;
-    const bool in_list = tree_ || (expected_ == Expected::group_key && isListGroup(value));
-    source_.push_back({static_cast<std::size_t>(mark.pos), value, name, in_list});
-    const bool refused = isTagRefused(mark, tag);
-    if (tree_) {
-      endTreeIf(refused ? tree_->takeRefused(lineOf(mark))
-                        : tree_->takeScalar(value, tag == kQuotedTag, lineOf(mark)));
-    } else if (refused) {
-      takeScalar(std::nullopt);
-    } else {
-      takeScalar(Scalar{value, tag == kQuotedTag, lineOf(mark)});
-    }
+    source_.push_back({static_cast<std::size_t>(mark.pos), value, expectsName(), isOfList(value)});
+    YamlNode node = nodeAt(mark, isTagRefused(mark, tag) ? Type::refused : Type::scalar);
+    if (node.type == Type::scalar) node.text = value;
+    node.quoted = tag == kQuotedTag;
+    attach(std::move(node));
   }
   void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t,
                        YAML::EmitterStyle::value) override {
-    count(mark);
     isTagRefused(mark, tag);
-    enter(lineOf(mark), false);
+    open_.push_back({nodeAt(mark, Type::list), std::nullopt});
   }
-  void OnSequenceEnd() override { leave(); }
+  void OnSequenceEnd() override { close(); }
   void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t,
                   YAML::EmitterStyle::value) override {
-    count(mark);
     isTagRefused(mark, tag);
-    enter(lineOf(mark), true);
+    open_.push_back({nodeAt(mark, Type::map), std::nullopt});
   }
-  void OnMapEnd() override { leave(); }
+  void OnMapEnd() override { close(); }
 
-  /// Keeps what has been read of a list before an error.
-  void endUnfinishedTree() {
-    if (tree_) endTreeIf(true);
+  /// Returns the tree; after an error, what has been read of it.
+  YamlNode take() {
+    while (!open_.empty()) close();
+    return std::move(root_);
   }
-
   int documentLine() const { return document_line_; }
   const std::vector<SourceScalar>& source() const { return source_; }
 
  private:
-  struct Scalar {
-    std::string text;
-    bool quoted;
-    int line;
+  // A map or list that has begun.
+  struct Level {
+    YamlNode node;
+    std::optional<YamlMember> member;  // without the value that is expected next
   };
-  // The meaning of the next event at the current level.
-  enum class Expected { root, group_key, group_value, name_key, name_value };
 
   static constexpr std::string_view kQuotedTag = "!";  // the parser's tag of a quoted scalar
   static constexpr std::string_view kPlainTag = "?";
 
   static int lineOf(const YAML::Mark& mark) { return mark.line + 1; }
 
-  void count(const YAML::Mark& mark) {
-    const int limit = tree_ ? kMaxListEvents : kMaxEvents;
-    if (++(tree_ ? list_events_ : events_) > limit) throw TooManyEvents{lineOf(mark), limit};
+  YamlNode nodeAt(const YAML::Mark& mark, Type type) {
+    if (++events_ > kMaxEvents) throw TooManyEvents{lineOf(mark)};
+    YamlNode node;
+    node.type = type;
+    node.line = lineOf(mark);
+    return node;
   }
 
   bool isTagRefused(const YAML::Mark& mark, const std::string& tag) {
     if (tag.empty() || tag == kPlainTag || tag == kQuotedTag) return false;
-    problem(lineOf(mark), fmt::format("tag {} is not supported", inQuotes(tag)), "remove the tag");
+    problem(mark, fmt::format("tag {} is not supported", inQuotes(tag)), "remove the tag");
     return true;
   }
 
-  void problem(int line, std::string what, std::string_view remedy) {
-    problemAt(where(), line, std::move(what), remedy);
+  void problem(const YAML::Mark& mark, std::string what, std::string remedy) {
+    problems_.push_back({lineOf(mark), where(), std::move(what), std::move(remedy)});
   }
-  void problemAt(std::string where, int line, std::string what, std::string_view remedy) {
-    file_.problems.push_back({line, std::move(where), std::move(what), std::string(remedy)});
-  }
-
   std::string where() const {
-    const bool has_name = expected_ == Expected::name_value && name_;
-    if (has_name) return group_.value_or("") + "." + name_->text;
-    return expected_ == Expected::group_key ? "" : group_.value_or("");
+    if (open_.empty() || !open_[0].member) return "";
+    const std::string& group = open_[0].member->name;
+    return open_.size() > 1 && open_[1].member ? group + "." + open_[1].member->name : group;
   }
 
-  void takeNull(int line) {
-    if (skipped_levels_ > 0) return;
-    if (expected_ == Expected::group_key || expected_ == Expected::name_key) {
-      problem(line, "a name is missing", kForm);
-    } else if (expected_ == Expected::name_value && name_) {
-      problem(name_->line, "has no value", "give a value, \"\" for an empty text, or delete the line");
-    }
-    advance(std::nullopt);
+  bool expectsName() const {
+    return !open_.empty() && open_.back().node.type == Type::map && !open_.back().member;
+  }
+  bool isOfList(std::string_view value) const {
+    if (lists_ || open_.empty()) return lists_;
+    return isListGroup(open_[0].member ? open_[0].member->name : value);
   }
 
-  // `scalar`: nothing if it has been reported already.
-  void takeScalar(std::optional<Scalar> scalar) {
-    if (skipped_levels_ > 0) return;
-    if (scalar && expected_ == Expected::root) {
-      problem(scalar->line,
-              fmt::format("found {} where groups of parameters are expected", inQuotes(scalar->text)), kForm);
-    } else if (scalar && expected_ == Expected::group_value && group_) {
-      file_.groups.back().scalar = scalar->text;
-    } else if (scalar && expected_ == Expected::name_value && name_ && group_) {
-      file_.entries.push_back({*group_, name_->text, scalar->text, scalar->quoted, name_->line});
-    }
-    advance(std::move(scalar));
+  void close() {
+    YamlNode node = std::move(open_.back().node);
+    open_.pop_back();
+    attach(std::move(node));
   }
-
-  // Advances to what follows a scalar, which is the key if a key was expected.
-  void advance(std::optional<Scalar> scalar) {
-    switch (expected_) {
-      case Expected::root:
-        break;
-      case Expected::group_key:
-        takeGroupKey(std::move(scalar));
-        expected_ = Expected::group_value;
-        break;
-      case Expected::group_value:
-        expected_ = Expected::group_key;
-        break;
-      case Expected::name_key:
-        takeNameKey(std::move(scalar));
-        expected_ = Expected::name_value;
-        break;
-      case Expected::name_value:
-        expected_ = Expected::name_key;
-        break;
-    }
-  }
-
-  void takeGroupKey(std::optional<Scalar> key) {
-    group_.reset();
-    if (!key) return;
-    const auto first = std::ranges::find(file_.groups, key->text, &YamlGroup::name);
-    if (first != file_.groups.end()) {
-      problemAt(key->text, key->line, fmt::format("is given twice, first in line {}", first->line),
-                "merge the two");
-    }
-    file_.groups.push_back({key->text, key->line, std::nullopt});
-    group_ = std::move(key->text);
-    names_.clear();
-  }
-
-  void takeNameKey(std::optional<Scalar> key) {
-    name_.reset();
-    if (!key) return;
-    const auto first = std::ranges::find(names_, key->text, &Scalar::text);
-    if (first != names_.end()) {
-      problemAt(group_.value_or("") + "." + key->text, key->line,
-                fmt::format("is given twice, first in line {}", first->line), "delete one of the two");
+  void attach(YamlNode node) {
+    if (open_.empty()) {
+      root_ = std::move(node);
       return;
     }
-    names_.push_back(*key);
-    name_ = std::move(key);
-  }
-
-  // Handles the beginning of a map or sequence.
-  void enter(int line, bool map) {
-    const bool list = expected_ == Expected::group_value && group_ && isListGroup(*group_);
-    if (!tree_ && skipped_levels_ == 0 && list) tree_.emplace();
-    if (tree_) {
-      tree_->enter(line, map);
-    } else if (skipped_levels_ > 0) {
-      ++skipped_levels_;
-    } else if (map && expected_ == Expected::root) {
-      expected_ = Expected::group_key;
-    } else if (map && expected_ == Expected::group_value && group_) {
-      expected_ = Expected::name_key;
+    auto& [parent, member] = open_.back();
+    if (parent.type == Type::list) {
+      parent.items.push_back(std::move(node));
+    } else if (!member) {
+      member = YamlMember{std::move(node.text), node.type, node.line, {}};
     } else {
-      reportNesting(line, map);
-      skipped_levels_ = 1;
+      member->value = std::move(node);
+      parent.members.push_back(std::move(*member));
+      member.reset();
     }
   }
 
-  void reportNesting(int line, bool map) {
-    const std::string_view found = map ? "a map" : "a list";
-    if (expected_ == Expected::name_value && name_) {
-      problem(line, fmt::format("is {}, but a parameter has a single value", found), "write `name: value`");
-    } else if (expected_ == Expected::group_key || expected_ == Expected::name_key) {
-      problem(line, fmt::format("found {} where a name is expected", found), kForm);
-    } else if (expected_ == Expected::group_value && group_) {
-      problem(line, fmt::format("found {} where `name: value` is expected", found), kForm);
-    } else if (expected_ == Expected::root) {
-      problem(line, fmt::format("found {} where groups of parameters are expected", found), kForm);
+  bool lists_;
+  std::vector<YamlProblem>& problems_;
+  YamlNode root_;
+  std::vector<Level> open_;
+  std::vector<SourceScalar> source_;  // all scalars in order
+  int document_line_ = 0;
+  int events_ = 0;
+};
+
+// Sorts a document's tree into groups, entries and lists.
+class Sorting {
+ public:
+  explicit Sorting(YamlFile& file) : file_(file) {}
+
+  void take(YamlNode root) {
+    if (root.type == Type::scalar || root.type == Type::list) {
+      problem("", root.line,
+              fmt::format("found {} where groups of parameters are expected",
+                          root.type == Type::list ? "a list" : inQuotes(root.text)),
+              kForm);
     }
+    for (YamlMember& group : root.members) takeGroup(group);
   }
 
-  // Handles the end of a map or sequence.
-  void leave() {
-    if (tree_) {
-      endTreeIf(tree_->leave());
-    } else if (skipped_levels_ > 0) {
-      if (--skipped_levels_ == 0) advance(std::nullopt);
-    } else if (expected_ == Expected::name_key) {
-      expected_ = Expected::group_key;
+ private:
+  void problem(std::string where, int line, std::string what, std::string_view remedy) {
+    file_.problems.push_back({line, std::move(where), std::move(what), std::string(remedy)});
+  }
+  static std::string_view wordFor(Type type) { return type == Type::map ? "a map" : "a list"; }
+
+  /// Reports a name that is none; one that is refused has been reported.
+  bool hasName(const YamlMember& member, const std::string& where) {
+    if (member.name_type == Type::null) {
+      problem(where, member.line, "a name is missing", kForm);
+    } else if (member.name_type == Type::list || member.name_type == Type::map) {
+      problem(where, member.line, fmt::format("found {} where a name is expected", wordFor(member.name_type)),
+              kForm);
+    }
+    return member.name_type == Type::scalar;
+  }
+
+  void takeGroup(YamlMember& group) {
+    if (!hasName(group, "")) return;
+    const auto [first, is_first] = groups_.emplace(group.name, group.line);
+    if (!is_first) {
+      problem(group.name, group.line, fmt::format("is given twice, first in line {}", first->second),
+              "merge the two");
+    }
+    file_.groups.push_back({group.name, group.line, std::nullopt});
+    YamlNode& value = group.value;
+    const bool nested = value.type == Type::map || value.type == Type::list;
+    if (value.type == Type::scalar) {
+      file_.groups.back().scalar = std::move(value.text);
+    } else if (nested && isListGroup(group.name)) {
+      if (is_first) file_.lists.push_back({group.name, std::move(value)});
+    } else if (value.type == Type::list) {
+      problem(group.name, value.line, "found a list where `name: value` is expected", kForm);
     } else {
-      expected_ = Expected::root;
+      takeEntries(group.name, value);
     }
   }
 
-  void endTreeIf(bool complete) {
-    if (!complete) return;
-    const std::string name = group_.value_or("");
-    if (std::ranges::find(file_.lists, name, &YamlList::name) == file_.lists.end()) {
-      file_.lists.push_back({name, tree_->take()});
+  void takeEntries(const std::string& group, YamlNode& map) {
+    std::map<std::string_view, int> lines;
+    for (YamlMember& entry : map.members) {
+      if (!hasName(entry, group)) continue;
+      const std::string where = group + "." + entry.name;
+      const auto [first, is_first] = lines.emplace(entry.name, entry.line);
+      YamlNode& value = entry.value;
+      if (!is_first) {
+        problem(where, entry.line, fmt::format("is given twice, first in line {}", first->second),
+                "delete one of the two");
+      } else if (value.type == Type::null) {
+        problem(where, entry.line, "has no value",
+                "give a value, \"\" for an empty text, or delete the line");
+      } else if (value.type == Type::map || value.type == Type::list) {
+        problem(where, value.line,
+                fmt::format("is {}, but a parameter has a single value", wordFor(value.type)),
+                "write `name: value`");
+      } else if (value.type == Type::scalar) {
+        file_.entries.push_back({group, entry.name, std::move(value.text), value.quoted, entry.line});
+      }
     }
-    tree_.reset();
-    advance(std::nullopt);
   }
 
   YamlFile& file_;
-  std::vector<SourceScalar> source_;     // all scalars in order
-  std::optional<YamlNodeBuilder> tree_;  // of the list that is being read
-  Expected expected_ = Expected::root;
-  int document_line_ = 0;
-  int events_ = 0;
-  int list_events_ = 0;
-  int skipped_levels_ = 0;            // number of levels inside something that has been reported already
-  std::optional<std::string> group_;  // nothing: its name was unusable
-  std::optional<Scalar> name_;        // nothing: the name was unusable
-  std::vector<Scalar> names_;         // of the current group
+  std::map<std::string, int> groups_;  // with their lines
 };
 
 YamlProblem syntaxProblem(const YAML::Exception& exception) {
@@ -286,50 +247,54 @@ YamlProblem syntaxProblem(const YAML::Exception& exception) {
           "check the quotes, brackets and indentation of this line and the one above"};
 }
 
-void parseDocument(std::string_view text, YamlFile& file, EntryCollector& collector) {
+void parseDocument(std::string_view text, YamlFile& file, TreeBuilder& builder) {
   std::istringstream stream{std::string(text)};
   YAML::Parser parser(stream);
-  parser.HandleNextDocument(collector);
-  YamlFile second;
-  EntryCollector ignored(second);
+  parser.HandleNextDocument(builder);
+  std::vector<YamlProblem> of_second;
+  TreeBuilder second(false, of_second);
   // Not a loop over all documents, because the parser may report damaged ones forever.
-  if (parser.HandleNextDocument(ignored)) {
-    file.problems.push_back({ignored.documentLine(), "", "a second YAML document begins",
+  if (parser.HandleNextDocument(second)) {
+    file.problems.push_back({second.documentLine(), "", "a second YAML document begins",
                              "keep one, without a line `---` after it and with nothing below a line `...`"});
   }
   file.complete = true;
 }
 
-void parse(std::string_view text, bool whole, YamlFile& file) {
-  EntryCollector collector(file, whole);
+/// `whole`: takes the text's tree as it is; null: it is sorted into `file`.
+void parse(std::string_view text, YamlNode* whole, YamlFile& file) {
+  TreeBuilder builder(whole != nullptr, file.problems);
   std::optional<YamlProblem> syntax;
+  std::optional<YamlProblem> excess;
   try {
-    parseDocument(text, file, collector);
+    parseDocument(text, file, builder);
   } catch (const TooManyEvents& stop) {
-    file.problems.push_back(
-        {stop.line, "", fmt::format("more than {} names and values, not read any further", stop.limit),
-         stop.limit == kMaxEvents ? "check that this is the configuration file"
-                                  : "a path has at most 256 points; leave out the others"});
+    excess = {stop.line, "", fmt::format("more than {} names and values, not read any further", kMaxEvents),
+              "check that this is the right file; a path has at most 256 points"};
   } catch (const YAML::Exception& exception) {
     syntax = syntaxProblem(exception);
   }
-  collector.endUnfinishedTree();
+  if (whole != nullptr) {
+    *whole = builder.take();
+  } else {
+    Sorting(file).take(builder.take());
+  }
+  std::ranges::stable_sort(file.problems, {}, &YamlProblem::line);
+  if (excess) file.problems.push_back(std::move(*excess));
   // If both find a problem, the first place is the cause: an unclosed quote affects later lines.
   if (file.problems.empty()) {
-    auto problem = sourceProblem(text, collector.source(), file.complete);
+    auto problem = sourceProblem(text, builder.source(), file.complete);
     if (problem && (!syntax || problem->line < syntax->line)) {
-      file.problems.push_back({problem->line, "", std::move(problem->what), std::move(problem->remedy)});
+      file.problems.push_back(std::move(*problem));
       return;
     }
   }
   if (syntax) file.problems.push_back(std::move(*syntax));
 }
 
-YamlFile read(std::string_view text, bool whole) {
+YamlFile read(std::string_view text, YamlNode* whole) {
   YamlFile file;
-  for (ForbiddenBytes& find : forbiddenBytesIn(text)) {
-    file.problems.push_back({find.line, "", std::move(find.what), std::move(find.remedy)});
-  }
+  file.problems = forbiddenBytesIn(text);
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   if (file.problems.empty()) parse(text, whole, file);
   return file;
@@ -337,16 +302,15 @@ YamlFile read(std::string_view text, bool whole) {
 
 }  // namespace
 
-bool isListGroup(std::string_view name) {
-  return std::ranges::find(kListGroups, name) != kListGroups.end();
-}
-
 YamlFile readYaml(std::string_view text) {
-  return read(text, false);
+  return read(text, nullptr);
 }
 
-YamlFile readYamlNode(std::string_view text) {
-  return read(text, true);
+std::expected<YamlNode, YamlProblem> readYamlNode(std::string_view text) {
+  YamlNode node;
+  YamlFile file = read(text, &node);
+  if (file.problems.empty()) return node;
+  return std::unexpected(std::move(file.problems.front()));
 }
 
 }  // namespace hapticd::config

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <expected>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -32,14 +33,6 @@ struct YamlList {
   YamlNode node;  ///< a list, or whatever is written in its place
 };
 
-/// A problem in a line; line 0: of the file as a whole.
-struct YamlProblem {
-  int line = 0;
-  std::string where;  ///< "group.name" or "group"; may be empty
-  std::string what;
-  std::string remedy;
-};
-
 /// Content of a file.
 struct YamlFile {
   std::vector<YamlGroup> groups;   ///< each once, including empty ones
@@ -49,15 +42,12 @@ struct YamlFile {
   bool complete = false;  ///< read to the end; false after an error from which no parser can recover
 };
 
-/// Returns whether the value of the group `name` is a list of mappings.
-bool isListGroup(std::string_view name);
-
 /// Reads the form `group: {name: value}` without knowledge of the names, except those of the groups that are
 /// lists: any other element of YAML, and every duplicate group or name, is a problem. Within the lists, the
 /// reader of the nodes finds duplicates and unsuitable forms.
 YamlFile readYaml(std::string_view text);
 
-/// Reads a text that consists of one mapping or list of any form, in `lists` under an empty name.
-YamlFile readYamlNode(std::string_view text);
+/// Reads a text that consists of one value of any form. Errors: the first problem.
+std::expected<YamlNode, YamlProblem> readYamlNode(std::string_view text);
 
 }  // namespace hapticd::config

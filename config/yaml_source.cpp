@@ -20,7 +20,7 @@ class SourceWalk {
  public:
   SourceWalk(std::string_view text, std::span<const SourceScalar> scalars) : text_(text), scalars_(scalars) {}
 
-  std::optional<SourceProblem> run(bool complete) {
+  std::optional<YamlProblem> run(bool complete) {
     bool was_in_list = false;
     for (const SourceScalar& scalar : scalars_) {
       if (scalar.at < at_ || scalar.at >= text_.size()) return notUnderstood();
@@ -45,14 +45,14 @@ class SourceWalk {
 
   bool fail(std::string what, std::string remedy) {
     const auto line = 1 + std::ranges::count(text_.substr(0, at_), '\n');
-    problem_ = {static_cast<int>(line), std::move(what), std::move(remedy)};
+    problem_ = {static_cast<int>(line), "", std::move(what), std::move(remedy)};
     return false;
   }
   bool failHere() {
     return fail(fmt::format("{} is not understood here", inQuotes(restOfLine())),
                 "check the quotes, brackets and indentation of this line and the one above");
   }
-  SourceProblem notUnderstood() {
+  YamlProblem notUnderstood() {
     failHere();
     return problem_;
   }
@@ -208,13 +208,13 @@ class SourceWalk {
   bool behind_name_ = false;                // on its line, or on that of an item's dash
   bool in_list_ = false;                    // the last or the next scalar is part of a list
   std::optional<std::size_t> name_column_;  // of the name whose value is expected; nothing in braces
-  SourceProblem problem_;
+  YamlProblem problem_;
 };
 
 }  // namespace
 
-std::optional<SourceProblem> sourceProblem(std::string_view text, std::span<const SourceScalar> scalars,
-                                           bool complete) {
+std::optional<YamlProblem> sourceProblem(std::string_view text, std::span<const SourceScalar> scalars,
+                                         bool complete) {
   return SourceWalk(text, scalars).run(complete);
 }
 

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "config/file_content.h"
-#include "config/forbidden_bytes.h"
 #include "config/nearest_names.h"
 #include "config/value_text.h"
 #include "config/yaml_reader.h"
@@ -136,11 +135,6 @@ class Entries {
 config::Result<config::YamlFile> contentOf(const fs::path& file) {
   const auto text = config::fileContent(file, {.longest = kMaxBytes});
   if (!text) return refuse(file.string(), text.error().text(), std::string(kForm));
-  const auto forbidden = config::forbiddenBytesIn(*text);
-  if (!forbidden.empty()) {
-    const auto& first = forbidden.front();
-    return refuse(fmt::format("{}:{}", file.string(), first.line), first.what, first.remedy);
-  }
   config::YamlFile content = config::readYaml(*text);
   if (content.problems.empty()) return content;
   const config::YamlProblem& first = content.problems.front();

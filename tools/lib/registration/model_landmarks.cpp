@@ -32,9 +32,6 @@ class Reader {
   void take(const YamlNode& list) {
     if (list.type != YamlNode::Type::list) return report(list.line, "landmarks is not a list", kForm);
     for (const YamlNode& item : list.items) takeItem(item);
-    if (list.count > list.items.size())
-      report(list.line, fmt::format("{} landmarks, at most {} are read", list.count, list.items.size()),
-             "leave out the others");
   }
 
   void report(int line, std::string what, std::string remedy) {
@@ -73,7 +70,7 @@ class Reader {
   }
 
   static std::optional<rt::Vec3> vectorIn(const YamlNode& node) {
-    if (node.type != YamlNode::Type::list || node.count != 3) return std::nullopt;
+    if (node.type != YamlNode::Type::list || node.items.size() != 3) return std::nullopt;
     double numbers[3] = {};
     for (std::size_t i = 0; i < 3; ++i) {
       const YamlNode& item = node.items[i];
