@@ -37,15 +37,12 @@ class FieldChecks {
     const Owner defaults;
     for (const Field& field : fieldsOf(owner_)) {
       if (skipped_.contains(field.name)) continue;
-      const auto check = [&](const auto& member) {
-        if (field.used(owner_)) {
-          checkMember(field, member);
-        } else if (!isSame(member, defaults)) {
-          report(field.name, fmt::format("is not a member of a {} of {}", nounOf(owner_), variantOf(owner_)),
-                 "remove it");
-        }
-      };
-      std::visit(check, field.member);
+      if (field.used(owner_)) {
+        std::visit([&](const auto& member) { checkMember(field, member); }, field.member);
+      } else if (!isSameIn(field, owner_, defaults)) {
+        report(field.name, fmt::format("is not a member of a {} of {}", nounOf(owner_), variantOf(owner_)),
+               "remove it");
+      }
     }
   }
 
@@ -62,18 +59,6 @@ class FieldChecks {
   std::vector<AdditionError> takeErrors() { return std::move(errors_); }
 
  private:
-  template <typename Type>
-  bool isSame(Type Owner::*member, const Owner& other) const {
-    return owner_.*member == other.*member;
-  }
-  bool isSame(const WordMember<Owner>& member, const Owner& other) const {
-    return member.get(owner_) == member.get(other);
-  }
-  bool isSame(const QuaternionMember<Owner>&, const Owner&) const { return true; }
-  bool isSame(const VectorMember<Owner>& member, const Owner& other) const {
-    return owner_.*member.member == other.*member.member;
-  }
-
   void refuse(const Field& field, const std::string& value, std::string_view why) {
     report(field.name, fmt::format("{} {}", value, why),
            fmt::format("set {} to {}", field.name, rangeOf(field)));

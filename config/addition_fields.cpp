@@ -217,11 +217,6 @@ const std::array kRegionFields = std::to_array<AdditionField<Region>>({
 });
 // clang-format on
 
-template <typename... Visitor>
-struct Overloaded : Visitor... {
-  using Visitor::operator()...;
-};
-
 }  // namespace
 
 std::span<const AdditionField<FixtureSettings>> fixtureFields() {

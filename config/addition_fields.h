@@ -61,6 +61,23 @@ struct AdditionField {
   std::optional<Looser> looser = std::nullopt;
 };
 
+template <typename... Visitor>
+struct Overloaded : Visitor... {
+  using Visitor::operator()...;
+};
+
+/// Whether a member is the same in both.
+template <typename Owner>
+bool isSameIn(const AdditionField<Owner>& field, const Owner& a, const Owner& b) {
+  return std::visit(
+      Overloaded{[&](auto member) { return a.*member == b.*member; },
+                 [&](const WordMember<Owner>& member) { return member.get(a) == member.get(b); },
+                 [&](const VectorMember<Owner>& member) { return a.*member.member == b.*member.member; },
+                 // the vector of angles is compared
+                 [](const QuaternionMember<Owner>&) { return true; }},
+      field.member);
+}
+
 /// All members of a fixture, in the order in which they are written.
 std::span<const AdditionField<FixtureSettings>> fixtureFields();
 /// All members of a region.

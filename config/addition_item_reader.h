@@ -302,16 +302,12 @@ class ItemReader {
   }
 
   void reset(const Field& field, const Owner& defaults) {
-    std::visit([&](const auto& place) { copy(place, defaults); }, field.member);
-  }
-  template <typename Type>
-  void copy(Type Owner::*place, const Owner& from) {
-    owner_.*place = from.*place;
-  }
-  void copy(const WordMember<Owner>& place, const Owner& from) { place.set(owner_, place.get(from)); }
-  void copy(const QuaternionMember<Owner>&, const Owner&) {}  // the vector of angles is copied
-  void copy(const VectorMember<Owner>& place, const Owner& from) {
-    owner_.*place.member = from.*place.member;
+    std::visit(
+        Overloaded{[&](auto place) { owner_.*place = defaults.*place; },
+                   [&](const WordMember<Owner>& place) { place.set(owner_, place.get(defaults)); },
+                   [&](const VectorMember<Owner>& place) { owner_.*place.member = defaults.*place.member; },
+                   [](const QuaternionMember<Owner>&) {}},  // the vector of angles is reset
+        field.member);
   }
 
   const YamlNode& node_;

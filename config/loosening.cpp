@@ -42,54 +42,27 @@ std::string withUnit(std::string text, std::string_view unit) {
   return unit.empty() ? text : fmt::format("{} {}", text, unit);
 }
 
-/// How one member of a fixture protects less; nothing: it does not. `before` and `after` are of the same
-/// kind.
-class MemberChange {
- public:
-  using Field = AdditionField<FixtureSettings>;
+using FixtureField = AdditionField<FixtureSettings>;
 
-  MemberChange(const Field& field, const FixtureSettings& before, const FixtureSettings& after)
-      : field_(field), before_(before), after_(after) {}
+/// The number of a member that has a looser side.
+double numberOf(const FixtureField& field, const FixtureSettings& fixture) {
+  return std::visit(Overloaded{[&](bool FixtureSettings::*member) { return fixture.*member ? 1.0 : 0.0; },
+                               [&](double FixtureSettings::*member) { return fixture.*member; },
+                               [](const auto&) { return 0.0; }},
+                    field.member);
+}
 
-  std::optional<std::string> text() const {
-    return std::visit([this](const auto& member) { return textOf(member); }, field_.member);
-  }
-
- private:
-  template <typename Member>
-  std::optional<std::string> textOf(Member FixtureSettings::*member) const {
-    if constexpr (std::is_same_v<Member, bool>) {
-      return ofNumbers(before_.*member ? 1 : 0, after_.*member ? 1 : 0);
-    } else if constexpr (std::is_arithmetic_v<Member>) {
-      return ofNumbers(before_.*member, after_.*member);
-    } else {
-      return ofShape(before_.*member == after_.*member);
-    }
-  }
-  std::optional<std::string> textOf(const WordMember<FixtureSettings>& member) const {
-    return ofShape(member.get(before_) == member.get(after_));
-  }
-  std::optional<std::string> textOf(const VectorMember<FixtureSettings>& member) const {
-    return ofShape(before_.*member.member == after_.*member.member);
-  }
-
-  std::optional<std::string> textOf(const QuaternionMember<FixtureSettings>&) const { return std::nullopt; }
-
-  std::optional<std::string> ofNumbers(double before, double after) const {
-    if (!field_.looser) return ofShape(before == after);
-    if (!isLooser(*field_.looser, before, after)) return std::nullopt;
-    return fmt::format("{} from {} to {}", field_.name, numberText(before),
-                       withUnit(numberText(after), field_.unit));
-  }
-  std::optional<std::string> ofShape(bool same) const {
-    if (same) return std::nullopt;
-    return fmt::format("{} changes", field_.name);
-  }
-
-  const Field& field_;
-  const FixtureSettings& before_;
-  const FixtureSettings& after_;
-};
+/// How one member of a fixture protects less; nothing: it does not. Both are of the same kind, or the member
+/// is part of either.
+std::optional<std::string> weaknessOf(const FixtureField& field, const FixtureSettings& before,
+                                      const FixtureSettings& after) {
+  if (isSameIn(field, before, after)) return std::nullopt;
+  if (!field.looser) return fmt::format("{} changes", field.name);
+  const double from = numberOf(field, before);
+  const double to = numberOf(field, after);
+  if (!isLooser(*field.looser, from, to)) return std::nullopt;
+  return fmt::format("{} from {} to {}", field.name, numberText(from), withUnit(numberText(to), field.unit));
+}
 
 /// Why `after` protects less than `before`; empty: it does not.
 std::string weakness(const FixtureSettings& before, const FixtureSettings& after) {
@@ -99,7 +72,7 @@ std::string weakness(const FixtureSettings& before, const FixtureSettings& after
   std::vector<std::string> members;
   for (const auto& field : fixtureFields()) {
     if (!field.used(before) && !field.used(after)) continue;
-    if (auto text = MemberChange(field, before, after).text()) members.push_back(std::move(*text));
+    if (auto text = weaknessOf(field, before, after)) members.push_back(std::move(*text));
   }
   return members.empty() ? "" : fmt::format("may protect less: {}", fmt::join(members, ", "));
 }
