@@ -139,8 +139,7 @@ TEST_P(EachConstraint, AConvexEdgeIsCrossedWithoutAForceJump) {
   const Vec3 start = rig.hip();
   Vec3 before = rig.tick(start).blended_force_n_in_world;
   constexpr double kStep_m = 1e-4;
-  const double max_n =
-      rig.stiffness_n_per_m() * (kStep_m + rt::kFastestSurface_m_per_s * kTick_s);
+  const double max_n = rig.stiffness_n_per_m() * (kStep_m + rt::kFastestSurface_m_per_s * kTick_s);
   for (int step = 1; step <= 500; ++step) {
     const Vec3 force = rig.moveTo(start + (step * kStep_m) * along).blended_force_n_in_world;
     // the ideal constraint releases at once when the HIP leaves through the other face; the blend does not
@@ -167,8 +166,7 @@ TEST_P(EachLaw, AStepInDepthIsStrokedWithoutAForceJump) {
   }
   // springs: the slope of the steepest law plus a change of the N_max-th point; laws with a proxy: what the
   // HIP's displacement and the blend explain
-  const double explained_n =
-      rig.stiffness_n_per_m() * (kStep_m + rt::kFastestSurface_m_per_s * kTick_s);
+  const double explained_n = rig.stiffness_n_per_m() * (kStep_m + rt::kFastestSurface_m_per_s * kTick_s);
   EXPECT_LE(largest, rt::hasProxy(GetParam()) ? explained_n : 0.8);
 }
 

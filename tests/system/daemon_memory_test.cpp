@@ -47,9 +47,9 @@ TEST_P(DaemonMemory, IsWhatTheDoctorExpectsAndNotMuchLess) {
   const std::string status = folder.path() / "Status";
   const std::string control = folder.path() / "Control";
   folder.write("hapticd.yaml",
-               GetParam() + "\nhandle: {driver: simulated}\nstate: {folder: " +
-                   (folder.path() / "state").string() + "}\ncontrol: {status_socket: " + status +
-                   ", control_socket: " + control + "}\n");
+               GetParam() +
+                   "\nhandle: {driver: simulated}\nstate: {folder: " + (folder.path() / "state").string() +
+                   "}\ncontrol: {status_socket: " + status + ", control_socket: " + control + "}\n");
   const auto settings = config::loadSettings(folder.path() / "hapticd.yaml");
   ASSERT_TRUE(settings) << settings.error().front().text();
   Program daemon({HAPTICD_PROGRAM, "--config", folder.path() / "hapticd.yaml"});

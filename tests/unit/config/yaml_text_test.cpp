@@ -8,8 +8,8 @@
 namespace hapticd::test {
 namespace {
 
-using config::Parameter;
 using config::allParameters;
+using config::Parameter;
 using config::Settings;
 
 /// Returns a value in range other than the default; the numbers have no short decimal form.

@@ -37,9 +37,7 @@ double ReferenceWall::force_n(double h_m, double velocity_m_per_s) {
 }
 
 CoreWall::CoreWall(rt::ForceLaw law, const rt::LiveParameters& parameters, CoreOutput output)
-    : box_(fineDepthModel(), {}, {}),
-      output_(output),
-      frame_(std::make_unique<rt::DepthFrame>()) {
+    : box_(fineDepthModel(), {}, {}), output_(output), frame_(std::make_unique<rt::DepthFrame>()) {
   std::fill(frame_->image().begin(), frame_->image().end(), kRaw);
   frame_->sequence = 1;
   box_.parameters() = parameters;

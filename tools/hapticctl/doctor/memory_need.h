@@ -7,9 +7,9 @@
 
 namespace hapticd::tools {
 
-/// The memory that hapticd takes, and locks where that is permitted, by what it depends on; in bytes. Sizes of
-/// structures and buffers times what the configuration says, and for what lies between them figures that were
-/// measured on the running daemon; daemon_memory_test compares the sum with the daemon for several
+/// The memory that hapticd takes, and locks where that is permitted, by what it depends on; in bytes. Sizes
+/// of structures and buffers times what the configuration says, and for what lies between them figures that
+/// were measured on the running daemon; daemon_memory_test compares the sum with the daemon for several
 /// configurations.
 struct MemoryNeed {
   std::uint64_t program = 0;  ///< code, libraries, heap, drivers; rings of ticks
