@@ -15,7 +15,7 @@ using kinect::kPacketsPerFrame;
 using usbip::ControlAnswer;
 
 constexpr std::int64_t kMicroframeNs = 125'000;
-constexpr double kMicroframesPerSecond = 8000;
+constexpr double kMicroframesPerFrame = 8000.0 / 30;
 constexpr std::uint32_t kTicksPerMicroframe = 7500;  // of the camera's clock of 60 MHz
 constexpr std::int64_t kUsualUrbPackets = 16;
 
@@ -61,13 +61,8 @@ usbip::Descriptors describe(const std::string& serial) {
 
 }  // namespace
 
-KinectDevice::KinectDevice(PackedRecording recording, const KinectOptions& options, usbip::Log log)
-    : recording_(std::move(recording)),
-      fps_(options.fps),
-      log_(std::move(log)),
-      descriptors_(describe(options.serial)),
-      frozen_(options.freeze.has_value()),
-      next_frame_(options.freeze.value_or(0)) {}
+KinectDevice::KinectDevice(PackedRecording recording, const std::string& serial, usbip::Log log)
+    : recording_(std::move(recording)), log_(std::move(log)), descriptors_(describe(serial)) {}
 
 void KinectDevice::reset() {
   commands_ = {};
@@ -99,8 +94,7 @@ void KinectDevice::execute(std::span<const std::uint8_t> command) {
 }
 
 std::uint64_t KinectDevice::nextFrameAt() const {
-  return static_cast<std::uint64_t>(
-      std::llround(static_cast<double>(frames_begun_) * kMicroframesPerSecond / fps_));
+  return static_cast<std::uint64_t>(std::llround(static_cast<double>(frames_begun_) * kMicroframesPerFrame));
 }
 
 void KinectDevice::beginFrame() {

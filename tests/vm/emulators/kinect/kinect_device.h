@@ -15,20 +15,11 @@
 
 namespace hapticd::test {
 
-struct KinectOptions {
-  std::string serial = "A00000000000002A";  ///< ASCII, at most 126 characters
-  double fps = 30;                          ///< frames per second, 1 to kMostFps
-  std::optional<std::size_t> freeze;        ///< the frame to be repeated; nothing: all are played
-};
-
-/// 242 packets must fit between two frames.
-inline constexpr double kMostFps = 33;
-
 /// The camera as a USB device. Its commands are described in README.md.
 class KinectDevice final : public usbip::UsbDevice {
  public:
-  /// `recording`: at least one frame; options.freeze below its frames.
-  KinectDevice(PackedRecording recording, const KinectOptions& options, usbip::Log log);
+  /// `recording`: at least one frame. `serial`: ASCII, at most 126 characters.
+  KinectDevice(PackedRecording recording, const std::string& serial, usbip::Log log);
 
   const usbip::Descriptors& descriptors() const override { return descriptors_; }
   void reset() override;
@@ -61,7 +52,6 @@ class KinectDevice final : public usbip::UsbDevice {
   void resume();
 
   PackedRecording recording_;
-  double fps_;
   usbip::Log log_;
   usbip::Descriptors descriptors_;
   kinect::KinectCommands commands_;
