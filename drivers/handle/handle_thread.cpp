@@ -32,7 +32,8 @@ HandleThreadPolicy handleThreadPolicy(const config::HandleSettings& settings, co
   return {settings.thread_priority >= 0 ? settings.thread_priority : needed, isolated_cpu};
 }
 
-config::Result<HandleThread> startHandleThread(const HandleThreadPolicy& policy, std::function<void()> body) {
+config::Result<HandleThread> startHandleThread(const HandleThreadPolicy& policy,
+                                               std::move_only_function<void()> body) {
   auto thread = startThread("handle", std::move(body));
   if (!thread) return std::unexpected(thread.error());
   const pthread_t handle = thread->native_handle();
