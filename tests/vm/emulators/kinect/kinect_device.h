@@ -33,9 +33,6 @@ class KinectDevice final : public usbip::UsbDevice {
   std::string status() const override;
 
  private:
-  /// Which requests at the control endpoint are not answered.
-  enum class Mute : std::uint8_t { nothing, commands, everything };
-
   /// When the bus polls an endpoint.
   struct Schedule {
     std::uint8_t endpoint;
@@ -47,7 +44,7 @@ class KinectDevice final : public usbip::UsbDevice {
   void poll(Schedule& schedule, std::int64_t now_ns, usbip::PendingUrbs& urbs);
   void beginFrame();
   std::uint64_t nextFrameAt() const;
-  std::string lose(std::string_view arguments);
+  std::string lose(std::string_view argument);
   std::string freeze(std::string_view argument);
   void resume();
 
@@ -57,7 +54,7 @@ class KinectDevice final : public usbip::UsbDevice {
   kinect::KinectCommands commands_;
   kinect::DepthPackets packets_;
   StreamFaults faults_;
-  Mute mute_ = Mute::nothing;
+  bool mute_ = false;  // commands are not answered
   bool stall_ = false;
   bool frozen_ = false;
   Schedule video_{kinect::kVideoEndpoint};
@@ -66,8 +63,6 @@ class KinectDevice final : public usbip::UsbDevice {
   std::uint64_t frames_begun_ = 0;  // since then
   std::uint64_t frames_sent_ = 0;   // since then
   std::size_t next_frame_ = 0;      // of the recording
-  std::size_t frame_index_ = 0;     // of the recording, the newest begun
-  std::uint64_t starved_ = 0;
 };
 
 }  // namespace hapticd::test

@@ -38,8 +38,6 @@ class DepthStream {
   std::uint64_t framesSent() const { return sent_; }
   std::uint64_t framesSkipped() const { return skipped_; }
   std::uint64_t framesSpoilt() const { return spoilt_; }
-  /// Number of the newest frame that was begun.
-  std::uint32_t frameNumber() const { return number_; }
 
  private:
   void beginFrame(std::int64_t now_ns);

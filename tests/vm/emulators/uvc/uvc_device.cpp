@@ -198,10 +198,10 @@ std::string UvcDevice::commands() const {
 std::string UvcDevice::status() const {
   const auto& stream = negotiation_.committed();
   return fmt::format(R"("streaming":{},"mode":"{}","interval_us":{},"frames":{},"skipped":{},"spoilt":{},)"
-                     R"("frame_number":{},"depth_unit_um":{})",
+                     R"("depth_unit_um":{})",
                      stream_.isStreaming(), stream ? sizeOf(model_.modes[stream->mode]) : "",
                      stream ? stream->interval_100ns / 10 : 0, stream_.framesSent(), stream_.framesSkipped(),
-                     stream_.framesSpoilt(), stream_.frameNumber(), unit_->depthUnit_um());
+                     stream_.framesSpoilt(), unit_->depthUnit_um());
 }
 
 }  // namespace hapticd::test::uvc
