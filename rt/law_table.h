@@ -113,10 +113,4 @@ constexpr bool hasProxy(ForceLaw law) noexcept {
   return rowOf(law).has_proxy;
 }
 
-/// Returns the radius around its focus, in metres, within which one evaluation of the law in `parameters`
-/// needs the scene.  RT: safe.
-inline double reachOfLaw_m(const LiveParameters& parameters) noexcept {
-  return rowOf(parameters.law).reach_m(parameters);
-}
-
 }  // namespace hapticd::rt

@@ -58,8 +58,6 @@ class OcclusionMemory {
   void update(const DisparityFrame& frame, const PixelWindow& window) noexcept;
   /// Returns the strip that a frame updates; without a range of raw values.
   PixelWindow stripOf(std::uint64_t sequence) const noexcept;
-  /// Number of frames in which the whole image is updated once.
-  int strips() const noexcept { return static_cast<int>(strips_); }
 
   /// Returns raw values in frame layout: the surface hidden behind the visible one at each pixel, or
   /// kNoRawDisparity where nothing is hidden or known. Valid in the windows with which the newest frame was

@@ -31,6 +31,7 @@ struct HandleThread {
 
 /// Runs `body` in a thread that is scheduled as far as permitted.
 /// Errors: the system limit on threads is reached.
-config::Result<HandleThread> startHandleThread(const HandleThreadPolicy& policy, std::function<void()> body);
+config::Result<HandleThread> startHandleThread(const HandleThreadPolicy& policy,
+                                               std::move_only_function<void()> body);
 
 }  // namespace hapticd::drivers

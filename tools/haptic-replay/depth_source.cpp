@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "drivers/camera/recorded/depth_pgm.h"
+#include "drivers/camera/recorded/depth_image.h"
 
 namespace hapticd::tools {
 
@@ -39,7 +39,7 @@ config::Result<void> DepthSource::read(std::size_t index, rt::DepthFrame& frame)
   frame.sequence = 1;
   frame.arrival_ns = 0;
   frame.device_ticks = 0;
-  return drivers::readDepthPgm(image_, frame);
+  return drivers::readKinectImage(image_, frame);
 }
 
 }  // namespace hapticd::tools

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/freenect/freenect_camera.h"
 
+#include <utility>
+
+#include "drivers/base/start_thread.h"
+
 namespace hapticd::drivers {
 
 config::Result<void> FreenectCamera::start(FrameSink& sink) {
-  return thread_.start(std::make_shared<FreenectWorker>(serial_, sink), "freenect");
+  return thread_.start(std::make_shared<FreenectWorker>(serial_, sink), "freenect",
+                       [](auto body) { return startThread("camera", std::move(body)); });
 }
 
 void FreenectCamera::stop() {

@@ -5,9 +5,9 @@
 #include <memory>
 #include <string>
 
+#include "drivers/base/worker_thread.h"
 #include "drivers/camera/camera.h"
 #include "drivers/camera/freenect/freenect_worker.h"
-#include "drivers/camera/worker_thread.h"
 
 namespace hapticd::drivers {
 

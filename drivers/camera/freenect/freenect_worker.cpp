@@ -31,17 +31,13 @@ void FreenectWorker::run() {
     in_libfreenect_since_ns_ = 0;
     next_try = Clock::now() + kRetryPeriod;
   }
-  const std::lock_guard lock(mutex_);
-  ended_ = true;
-  changed_.notify_all();
 }
 
-bool FreenectWorker::stop(milliseconds limit) {
+void FreenectWorker::requestStop() {
   stop_signal_.raise();
   std::unique_lock lock(mutex_);
   stop_requested_ = true;
   changed_.wait(lock, [this] { return !sink_lent_; });
-  return changed_.wait_for(lock, limit, [this] { return ended_; });
 }
 
 CameraStatus FreenectWorker::status() const {

@@ -24,13 +24,11 @@ class FreenectWorker {
  public:
   FreenectWorker(std::string serial, FrameSink& sink) : serial_(std::move(serial)), sink_(sink) {}
 
-  /// Runs until stop().  Thread: the driver's own, which ends with it.
+  /// Runs until requestStop().  Thread: the driver's own, which ends with it.
   void run();
 
-  /// Asks run() to end. Returns true if it has ended, or false if it has been hanging in libfreenect for
-  /// longer than `limit` and must be abandoned. In both cases the sink is no longer accessed.
-  /// Thread: any except the driver's own.
-  bool stop(std::chrono::milliseconds limit);
+  /// Asks run() to end, and waits until the sink is no longer accessed.  Thread: any except the driver's own.
+  void requestStop();
 
   /// Returns the current state.  Thread: any.
   CameraStatus status() const;
@@ -60,7 +58,6 @@ class FreenectWorker {
   std::condition_variable changed_;
   bool stop_requested_ = false;
   bool sink_lent_ = false;
-  bool ended_ = false;
 };
 
 }  // namespace hapticd::drivers

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/recorded/depth_image.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,11 +9,16 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <iterator>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "config/value_text.h"
+#include "drivers/camera/damaged_pixels.h"
+#include "drivers/camera/kinect_image.h"
 #include "drivers/camera/recorded/png_pixels.h"
 
 namespace hapticd::drivers {
@@ -30,10 +34,20 @@ constexpr const char* kFormats =
     "depth images are binary PGM (P5) or PNG with 16 bits of grey for each pixel";
 constexpr const char* kCopyAgain = "copy the recording again";
 
+constexpr std::string_view kKinectHeader = "P5 640 480 65535\n";
+constexpr std::size_t kKinectPixelBytes = kKinectPixels * sizeof(std::uint16_t);
+constexpr std::size_t kKinectFileBytes = kKinectHeader.size() + kKinectPixelBytes;
+
 struct CloseFile {
   void operator()(std::FILE* file) const noexcept { std::fclose(file); }
 };
 using File = std::unique_ptr<std::FILE, CloseFile>;
+
+/// Width and height of an image in pixels.
+struct ImageSize {
+  int width_px = 0;
+  int height_px = 0;
+};
 
 std::unexpected<config::Error> refuse(const fs::path& file, std::string what, std::string remedy) {
   return std::unexpected(config::Error{file.string(), std::move(what), std::move(remedy)});
@@ -167,6 +181,59 @@ config::Result<void> readPixels(const fs::path& file, std::FILE* stream, rt::Dep
   return readPgmPixels(file, stream, frame);
 }
 
+std::unexpected<config::Error> refuseKinectHeader(const fs::path& file, std::string_view header) {
+  constexpr const char* kRemedy =
+      "record it with libfreenect's own recorder (fakenect-record), or write the header \"P5 640 480 65535\" "
+      "and little-endian pixels";
+  if (header.find('\r') != std::string_view::npos) {
+    return refuse(file,
+                  "the header has CRLF line endings: the file was copied as text and its pixels are damaged",
+                  "copy the recording again as binary data");
+  }
+  const std::size_t line_end = header.find('\n');
+  const std::string_view line = header.substr(0, line_end);
+  if (header.starts_with("P5") && line.size() < kKinectHeader.size() - 1) {
+    return refuse(file,
+                  fmt::format("the header begins with the line {}; expected one single line "
+                              "\"P5 640 480 65535\"",
+                              config::inQuotes(line)),
+                  kRemedy);
+  }
+  if (header.starts_with("P5")) {
+    return refuse(file,
+                  fmt::format("the header is {}; expected \"P5 640 480 65535\"", config::inQuotes(line)),
+                  kRemedy);
+  }
+  return refuse(file, "not a PGM image: it does not begin with \"P5\"", kRemedy);
+}
+
+std::unexpected<config::Error> refuseKinectPixels(const fs::path& file, rt::DepthFrame& frame) {
+  const std::size_t damaged = countDamagedPixels(frame.image());
+  const bool byte_swapped = std::ranges::all_of(
+      frame.image(), [](std::uint16_t value) { return swapped(value) < kKinectRawValues; });
+  if (byte_swapped) {
+    return refuse(file, fmt::format("{} pixels are above 2047: the pixels are big-endian", damaged),
+                  "swap the bytes of the pixels; libfreenect's recordings are little-endian, unlike the PGM "
+                  "standard");
+  }
+  return refuse(file, fmt::format("{} of {} pixels are above 2047", damaged, kKinectPixels),
+                "the frame is damaged; copy the recording again");
+}
+
+config::Result<void> writePgm(const fs::path& file, std::string_view header,
+                              std::span<const std::uint16_t> pixels) {
+  const File stream(std::fopen(file.c_str(), "wbe"));
+  bool whole = stream != nullptr;
+  whole = whole && std::fwrite(header.data(), 1, header.size(), stream.get()) == header.size();
+  whole = whole && std::fwrite(pixels.data(), sizeof pixels[0], pixels.size(), stream.get()) == pixels.size();
+  whole = whole && std::fflush(stream.get()) == 0;
+  if (whole) return {};
+  const int problem = errno;
+  std::error_code ignored;
+  if (stream) fs::remove(file, ignored);
+  return refuse(file, fmt::format("cannot be written: {}", std::strerror(problem)), "check the disk");
+}
+
 void fillPadding(rt::DepthFrame& frame) {
   for (int v = 0; v < frame.camera.height_px; ++v) {
     std::uint16_t* const row = rowOf(frame, v);
@@ -176,14 +243,6 @@ void fillPadding(rt::DepthFrame& frame) {
 }
 
 }  // namespace
-
-config::Result<ImageSize> sizeOfDepthImage(const fs::path& file) {
-  const auto stream = opened(file);
-  if (!stream) return std::unexpected(stream.error());
-  if (!isPng(stream->get())) return readPgmHeader(file, stream->get());
-  PngPixels png(stream->get());
-  return readPngHeader(file, png);
-}
 
 config::Result<void> readDepthImage(const fs::path& file, rt::DepthFrame& frame) {
   const auto stream = opened(file);
@@ -201,23 +260,41 @@ config::Result<void> readDepthImage(const fs::path& file, rt::DepthFrame& frame)
 
 config::Result<void> writeDepthImage(const fs::path& file, const rt::DepthFrame& frame) {
   const rt::DepthModelParameters& camera = frame.camera;
-  const File stream(std::fopen(file.c_str(), "wbe"));
-  const std::string header = fmt::format("P5\n{} {}\n{}\n", camera.width_px, camera.height_px, kMostValue);
-  bool whole = stream != nullptr;
-  whole = whole && std::fwrite(header.data(), 1, header.size(), stream.get()) == header.size();
-  std::vector<std::uint16_t> row(static_cast<std::size_t>(camera.width_px));
-  for (int v = 0; whole && v < camera.height_px; ++v) {
+  std::vector<std::uint16_t> pixels;
+  for (int v = 0; v < camera.height_px; ++v) {
     const std::uint16_t* const from =
         frame.raw + static_cast<std::ptrdiff_t>(v) * rt::strideOf(camera.width_px);
-    std::transform(from, from + camera.width_px, row.begin(), swapped);
-    whole = std::fwrite(row.data(), sizeof row[0], row.size(), stream.get()) == row.size();
+    std::transform(from, from + camera.width_px, std::back_inserter(pixels), swapped);
   }
-  whole = whole && std::fflush(stream.get()) == 0;
-  if (whole) return {};
-  const int problem = errno;
-  std::error_code ignored;
-  if (stream) fs::remove(file, ignored);
-  return refuse(file, fmt::format("cannot be written: {}", std::strerror(problem)), "check the disk");
+  return writePgm(file, fmt::format("P5\n{} {}\n{}\n", camera.width_px, camera.height_px, kMostValue),
+                  pixels);
+}
+
+config::Result<void> readKinectImage(const fs::path& file, rt::DepthFrame& frame) {
+  const auto stream = opened(file);
+  if (!stream) return std::unexpected(stream.error());
+  std::setvbuf(stream->get(), nullptr, _IONBF, 0);  // so that one read goes straight into the frame
+  char header[kKinectHeader.size()];
+  const std::size_t header_bytes = std::fread(header, 1, sizeof header, stream->get());
+  const bool has_header = header_bytes == sizeof header;
+  const std::string_view found(header, header_bytes);
+  if (has_header && found != kKinectHeader) return refuseKinectHeader(file, found);
+  const std::size_t pixel_bytes = has_header ? std::fread(frame.raw, 1, kKinectPixelBytes, stream->get()) : 0;
+  if (pixel_bytes < kKinectPixelBytes) {
+    return refuse(file,
+                  fmt::format("has {} bytes, expected {}", header_bytes + pixel_bytes, kKinectFileBytes),
+                  "the file is truncated; copy it again");
+  }
+  if (std::fgetc(stream->get()) != EOF) {
+    return refuse(file, fmt::format("has more than the expected {} bytes", kKinectFileBytes),
+                  "libfreenect's depth images are 640 x 480; copy or record it again");
+  }
+  if (hasDamagedPixels(frame.image())) return refuseKinectPixels(file, frame);
+  return {};
+}
+
+config::Result<void> writeKinectImage(const fs::path& file, const rt::DepthFrame& frame) {
+  return writePgm(file, kKinectHeader, std::span(frame.raw).first<kKinectPixels>());
 }
 
 }  // namespace hapticd::drivers

@@ -8,17 +8,6 @@
 
 namespace hapticd::drivers {
 
-/// Width and height of an image in pixels.
-struct ImageSize {
-  int width_px = 0;
-  int height_px = 0;
-};
-
-/// Reads the size of a 16-bit image from its header.
-/// Errors: no such file, neither PGM nor PNG of 16-bit greys, larger than any camera's frame.
-/// Thread: any.  RT: not safe.
-config::Result<ImageSize> sizeOfDepthImage(const std::filesystem::path& file);
-
 /// Reads an image of raw values into `frame.raw`, in the padded rows of `frame.camera`, whose size it must
 /// have: binary PGM (P5) of 16 bits as netpbm defines it, with the more significant byte first, or PNG of 16
 /// bits of grey. The file's first bytes decide the format. The other members of `frame` are not
@@ -31,5 +20,10 @@ config::Result<void> readDepthImage(const std::filesystem::path& file, rt::Depth
 /// name is replaced.
 /// Errors: it cannot be written completely; the file is then removed.
 config::Result<void> writeDepthImage(const std::filesystem::path& file, const rt::DepthFrame& frame);
+
+/// The same for the images of a Kinect v1 as libfreenect's recorder writes them: exactly the header line "P5
+/// 640 480 65535" and 614400 bytes of little-endian 16-bit raw disparities up to 2047.
+config::Result<void> readKinectImage(const std::filesystem::path& file, rt::DepthFrame& frame);
+config::Result<void> writeKinectImage(const std::filesystem::path& file, const rt::DepthFrame& frame);
 
 }  // namespace hapticd::drivers

@@ -14,7 +14,6 @@
 #include "drivers/camera/recorded/camera_description.h"
 #include "drivers/camera/recorded/decimal_time.h"
 #include "drivers/camera/recorded/depth_image.h"
-#include "drivers/camera/recorded/depth_pgm.h"
 #include "drivers/camera/recorded/frame_list.h"
 #include "rt/clock.h"
 #include "rt/depth_model.h"
@@ -188,7 +187,7 @@ config::Result<void> RecordingReader::read(std::size_t index, rt::DepthFrame& fr
   frame.device_ticks = recorded.device_ticks;
   frame.exposure_ns =
       recorded.exposure_ns ? recorded.host_ns - (recorded.realtime_ns - *recorded.exposure_ns) : 0;
-  if (!camera_) return readDepthPgm(folder_ / recorded.file, frame);
+  if (!camera_) return readKinectImage(folder_ / recorded.file, frame);
   frame.camera = *camera_;
   return readDepthImage(folder_ / recorded.file, frame);
 }

@@ -50,7 +50,7 @@ class RecordingReader {
 
   /// Reads frame `index` (below frames().size()). Sets raw, sequence = index + 1, arrival_ns = its host_ns,
   /// device_ticks, and camera if camera() is known. exposure_ns is relative to the first frame as arrival_ns
-  /// is, and may be below 0.  Errors: see readDepthPgm() and readDepthImage().
+  /// is, and may be below 0.  Errors: see readKinectImage() and readDepthImage().
   config::Result<void> read(std::size_t index, rt::DepthFrame& frame) const;
 
  private:

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "drivers/camera/recorded/depth_pgm.h"
+#include "drivers/camera/recorded/depth_image.h"
 #include "rt/clock.h"
 
 namespace hapticd::drivers {
@@ -31,7 +31,7 @@ config::Result<std::unique_ptr<RecordingWriter>> RecordingWriter::create(const s
 /// Writes the image before its index line, so that a reader of the index finds every file named there.
 config::Result<void> RecordingWriter::write(const rt::DepthFrame& frame) {
   const std::string name = nameOf(frame, realtime_offset_ns_);
-  if (auto image = writeDepthPgm(folder_ / name, frame); !image) return image;
+  if (auto image = writeKinectImage(folder_ / name, frame); !image) return image;
   if (auto listed = index_.append(name + "\n"); !listed) return listed;
   ++frames_;
   return {};

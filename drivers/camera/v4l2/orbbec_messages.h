@@ -25,7 +25,6 @@ enum class Operation : std::uint16_t {
 inline constexpr std::uint32_t kDepthUnitProperty = 176;       ///< float, in mm
 inline constexpr std::uint32_t kLaserProperty = 182;           ///< 0 off, 1 on, 2 automatic
 inline constexpr std::uint32_t kVersionStructure = 1000;       ///< firmware, serial number
-inline constexpr std::uint32_t kTemperatureStructure = 1003;   ///< floats, in degrees Celsius
 inline constexpr std::uint32_t kDepthCalibrationList = 4026;   ///< baseline
 inline constexpr std::uint32_t kCameraCalibrationList = 4027;  ///< intrinsics of the modes
 

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/v4l2/v4l2_camera.h"
 
+#include <utility>
+
+#include "drivers/base/start_thread.h"
+
 namespace hapticd::drivers {
 
 config::Result<void> V4l2Camera::start(FrameSink& sink) {
-  return thread_.start(std::make_shared<V4l2Worker>(settings_, calls_, root_, sink), "v4l2");
+  return thread_.start(std::make_shared<V4l2Worker>(settings_, calls_, root_, sink), "v4l2",
+                       [](auto body) { return startThread("camera", std::move(body)); });
 }
 
 void V4l2Camera::stop() {

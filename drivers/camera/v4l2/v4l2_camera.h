@@ -4,9 +4,9 @@
 #include <chrono>
 #include <memory>
 
+#include "drivers/base/worker_thread.h"
 #include "drivers/camera/camera.h"
 #include "drivers/camera/v4l2/v4l2_worker.h"
-#include "drivers/camera/worker_thread.h"
 
 namespace hapticd::drivers {
 

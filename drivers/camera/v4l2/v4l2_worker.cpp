@@ -66,9 +66,6 @@ void V4l2Worker::run() {
     show(useCameraOnce());
     next_try = Clock::now() + kRetryPeriod;
   }
-  const std::lock_guard lock(mutex_);
-  ended_ = true;
-  changed_.notify_all();
 }
 
 /// Shows why the camera cannot be used, if it cannot.
@@ -77,11 +74,10 @@ void V4l2Worker::show(const config::Result<void>& used) {
   board_.set(seen_ ? CameraState::lost : CameraState::absent, used.error().text());
 }
 
-bool V4l2Worker::stop(milliseconds limit) {
+void V4l2Worker::requestStop() {
   stop_signal_.raise();
-  std::unique_lock lock(mutex_);
+  const std::lock_guard lock(mutex_);
   stop_requested_ = true;
-  return changed_.wait_for(lock, limit, [this] { return ended_; });
 }
 
 config::Result<V4l2Worker::Chosen> V4l2Worker::chosenDevice() {

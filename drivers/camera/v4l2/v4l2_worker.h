@@ -2,7 +2,6 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -29,11 +28,10 @@ class V4l2Worker {
              FrameSink& sink)
       : settings_(std::move(settings)), calls_(std::move(calls)), root_(std::move(root)), sink_(sink) {}
 
-  /// Runs until stop().  Thread: the driver's own, which ends with it.
+  /// Runs until requestStop().  Thread: the driver's own, which ends with it.
   void run();
-  /// Asks run() to end, after which the sink is no longer accessed. Returns true if it has ended, or false if
-  /// it still waits for the kernel after `limit`.
-  bool stop(std::chrono::milliseconds limit);
+  /// Asks run() to end, after which the sink is no longer accessed.
+  void requestStop();
   /// Returns the current state.  Thread: any.
   CameraStatus status() const { return board_.snapshot(); }
 
@@ -75,9 +73,7 @@ class V4l2Worker {
   std::optional<std::uint32_t> last_sequence_;  // run() only, of this stream
 
   std::mutex mutex_;
-  std::condition_variable changed_;
   bool stop_requested_ = false;
-  bool ended_ = false;
 };
 
 }  // namespace hapticd::drivers

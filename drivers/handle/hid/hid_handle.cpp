@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/handle/hid/hid_handle.h"
 
+#include <memory>
+#include <thread>
+#include <utility>
+
 namespace hapticd::drivers {
 namespace {
 
@@ -19,38 +23,21 @@ config::Result<HidSelection> selectionFrom(const config::HandleSettings& setting
 }  // namespace
 
 config::Result<void> HidHandle::start(HandleChannels& channels) {
-  if (thread_.joinable()) return std::unexpected(config::Error{"hid handle", "is already running", ""});
   const auto selection = selectionFrom(settings_);
   if (!selection) return std::unexpected(selection.error());
-  const auto worker = std::make_shared<HidWorker>(settings_, scale_, *selection, open_, channels);
-  auto started = startHandleThread(policy_, [worker] { worker->run(); });
-  if (!started) return std::unexpected(started.error());
-  const std::lock_guard lock(worker_mutex_);
-  worker_ = worker;
-  scheduling_ = started->scheduling;
-  thread_ = std::move(started->thread);
-  return {};
-}
-
-void HidHandle::stop() {
-  if (!thread_.joinable()) return;
-  if (worker_->stop(kStopLimit)) {
-    thread_.join();
-  } else {
-    thread_.detach();
-  }
+  const auto startThread = [this](auto body) -> config::Result<std::thread> {
+    auto started = startHandleThread(policy_, std::move(body));
+    if (!started) return std::unexpected(started.error());
+    scheduling_ = started->scheduling;
+    return std::move(started->thread);
+  };
+  return thread_.start(std::make_shared<HidWorker>(settings_, scale_, *selection, open_, channels),
+                       "hid handle", startThread);
 }
 
 HandleStatus HidHandle::status() const {
-  const std::lock_guard lock(worker_mutex_);
-  HandleStatus status;
-  if (worker_) {
-    status = worker_->status();
-    status.scheduling = scheduling_;
-    return status;
-  }
-  status.identity = "hid " + settings_.hid.device;
-  status.detail = "not started";
+  HandleStatus status = thread_.status("hid " + settings_.hid.device);
+  status.scheduling = scheduling_;
   return status;
 }
 

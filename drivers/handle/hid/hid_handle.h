@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <chrono>
-#include <memory>
-#include <mutex>
-#include <thread>
 
 #include "config/settings.h"
+#include "drivers/base/worker_thread.h"
 #include "drivers/handle/handle.h"
 #include "drivers/handle/handle_thread.h"
 #include "drivers/handle/hid/hid_port.h"
@@ -32,7 +31,7 @@ class HidHandle final : public Handle {
 
   /// Errors: hid_handle.device names no device, the driver is already running, no thread can be started.
   config::Result<void> start(HandleChannels& channels) override;
-  void stop() override;
+  void stop() override { thread_.stop(kStopLimit); }
   HandleStatus status() const override;
 
  private:
@@ -40,10 +39,8 @@ class HidHandle final : public Handle {
   rt::HandleScaleParameters scale_;
   HidOpener open_;
   HandleThreadPolicy policy_;
-  mutable std::mutex worker_mutex_;
-  std::shared_ptr<HidWorker> worker_;  // kept after stop() for status()
-  HandleScheduling scheduling_;
-  std::thread thread_;
+  std::atomic<HandleScheduling> scheduling_{HandleScheduling{}};
+  WorkerThread<HidWorker> thread_;
 };
 
 }  // namespace hapticd::drivers

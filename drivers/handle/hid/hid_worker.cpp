@@ -45,17 +45,12 @@ void HidWorker::run() {
     useDeviceOnce();
     next_try = Clock::now() + kRetryPeriod;
   }
-  const std::lock_guard lock(mutex_);
-  ended_ = true;
-  changed_.notify_all();
 }
 
-bool HidWorker::stop(milliseconds limit) {
+void HidWorker::requestStop() {
   stop_signal_.raise();
-  std::unique_lock lock(mutex_);
-  const bool ended = changed_.wait_for(lock, limit, [this] { return ended_; });
+  const std::lock_guard lock(mutex_);
   channels_ = nullptr;
-  return ended;
 }
 
 HandleStatus HidWorker::status() const {

@@ -3,7 +3,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <mutex>
 #include <optional>
@@ -27,13 +26,12 @@ class HidWorker {
   HidWorker(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale,
             HidSelection selection, HidOpener open, HandleChannels& channels);
 
-  /// Runs until stop().  Thread: the driver's own, which ends with it.
+  /// Runs until requestStop().  Thread: the driver's own, which ends with it.
   void run();
 
-  /// Asks run() to switch the motors off and to end. Returns false if it has not ended within `limit` and
-  /// must be abandoned. In both cases the channels are no longer accessed.
+  /// Asks run() to switch the motors off and to end; the channels are no longer accessed.
   /// Thread: any except the driver's own.
-  bool stop(std::chrono::milliseconds limit);
+  void requestStop();
 
   /// Returns the current state.  Thread: any.
   HandleStatus status() const;
@@ -67,9 +65,7 @@ class HidWorker {
   std::int64_t reported_ns_ = 0;
 
   std::mutex mutex_;
-  std::condition_variable changed_;
   HandleChannels* channels_;  // null once taken away
-  bool ended_ = false;
 };
 
 }  // namespace hapticd::drivers

@@ -138,14 +138,6 @@ TEST(CameraNoise, GrowsByTheScale) {
   EXPECT_NEAR(variance / 4, 1, std::sqrt(2) * toleranceOf(kModels[0]));
 }
 
-TEST(CameraNoise, IsDeterminedBySeedFrameAndImage) {
-  const rt::DepthModelParameters camera = cameraWith(kModels[0]);
-  const Image errors = errorsOf(camera, 7, 3, ramp());
-  EXPECT_EQ(errors, errorsOf(camera, 7, 3, ramp()));
-  EXPECT_NE(errors, errorsOf(camera, 8, 3, ramp()));
-  EXPECT_NE(errors, errorsOf(camera, 7, 4, ramp()));
-}
-
 TEST(CameraNoise, InventsNothingAndCarriesNothingBehindTheCamera) {
   rt::DepthNoiseParameters noise = kModels[0];
   noise.c0_m = 5;  // often more than the depth
@@ -156,12 +148,6 @@ TEST(CameraNoise, InventsNothingAndCarriesNothingBehindTheCamera) {
       std::all_of(depths_m.begin(), depths_m.begin() + kWidth, [](float z) { return z == kNothingSeen; }));
   EXPECT_TRUE(std::all_of(depths_m.begin() + kWidth, depths_m.end(), [](float z) { return z >= 0; }));
   EXPECT_GT(std::ranges::count(depths_m, 0.0F), 0);
-}
-
-TEST(CameraNoise, OfACameraThatStatesNoneIsNone) {
-  Image depths_m = ramp();
-  CameraNoise(cameraWith({}), 1).addTo(1, depths_m);
-  EXPECT_EQ(depths_m, ramp());
 }
 
 }  // namespace

@@ -161,16 +161,5 @@ TEST_F(CameraRecording, PlaysFramesOfTheCameraWithTheirAge) {
   }
 }
 
-TEST_F(CameraRecording, SkipsADamagedFirstFrame) {
-  writeRecording(path(), cameras()[1], 2);
-  folder.write("recording/depth-000001.pgm", "P5 424 240 65535\nshort");
-  test::FrameCollector frames;
-  RecordedCamera player(path(), false, 1);
-  ASSERT_TRUE(player.start(frames));
-  ASSERT_TRUE(frames.waitForFrames(1));
-  player.stop();
-  EXPECT_EQ(player.status().damaged_frames, 1U);
-}
-
 }  // namespace
 }  // namespace hapticd::drivers

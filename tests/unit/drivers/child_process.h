@@ -1,20 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <string>
 #include <vector>
+
+#include "tests/support/rerun.h"
 
 namespace hapticd::test {
 
 /// Returns true in a process started by runInChild().
-bool isChild();
+inline bool isChild() {
+  return !rerunPart().empty();
+}
 
-/// Runs the current test again in a process of its own with these "NAME=value" added to its environment, for
-/// libraries that are chosen at the start of a process, keep state in it, or end it. Returns the exit status,
-/// or -1 if the child was killed, which happens after 120 s.
-int runInChild(const std::vector<std::string>& environment);
-
-/// Returns the folder of libfreenect's player `fakenect`, next to libfreenect itself.
-std::string fakenectFolder();
+/// Runs the current test again in a process of its own with these "NAME=value" in its environment, for
+/// libraries that are chosen at the start of a process, keep state in it, or end it. Returns the exit status.
+inline int runInChild(const std::vector<std::string>& environment) {
+  const Finished child = rerunThisTest("child", environment);
+  if (child.ending != exitedWith(0)) ADD_FAILURE() << child.output << child.errors;
+  return child.ending.code;
+}
 
 }  // namespace hapticd::test

@@ -79,17 +79,9 @@ TEST(DepthUse, TellsSwappedBytesFromDepthThatIsOnlyTooFarOrTooNear) {
   EXPECT_GT(in_range, 20);
 }
 
-TEST(DepthUse, FindsSwappedBytesOfAnImageWithoutAnyStep) {
-  const auto camera = tools::stereoCamera(424, 240, 69, 0.05, 0.001, 0.3, 4);
-  const Frame frame = tools::frameOf(camera, tools::tiltedPlane(camera, 1, 0));  // 1000 everywhere
-  EXPECT_FALSE(useOf(*frame).looks_swapped);
-  swapBytes(*frame);
-  EXPECT_TRUE(useOf(*frame).looks_swapped);
-}
-
 TEST(DepthUse, FindsSwappedBytesOfAnImageWhoseRowsHaveNoSteps) {
-  const auto camera = tools::stereoCamera(424, 240, 69, 0.05, 0.001, 0.4, 4);
-  for (const double tilt_rad : {-0.5, -0.3, 0.1, 0.3, 0.5}) {
+  const auto camera = tools::stereoCamera(424, 240, 69, 0.05, 0.001, 0.3, 4);
+  for (const double tilt_rad : {-0.5, -0.3, 0.0, 0.1, 0.3, 0.5}) {  // 0: 1000 everywhere
     const Frame frame = tools::frameOf(camera, tools::tiltedPlane(camera, 1, tilt_rad));
     EXPECT_FALSE(useOf(*frame).looks_swapped) << tilt_rad;
     swapBytes(*frame);

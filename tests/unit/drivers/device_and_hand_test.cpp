@@ -30,26 +30,6 @@ TEST(Motion, FollowsTheClosedFormOfAFreeDampedOscillation) {
   }
 }
 
-TEST(Motion, OfAFreeDeviceUnderAConstantForceNearsForceByDamping) {
-  Motion motion({.mass_kg = 0.045, .damping_n_s_per_m = 0.05}, 0.001, 20);
-  motion.place(0, 0);
-  for (int tick = 0; tick < 1000; ++tick) motion.advance(0.07, 0.03, 5);  // no hand: the target has no effect
-  const double rate_per_s = 0.05 / 0.045;
-  EXPECT_NEAR(motion.velocity_m_per_s(), 0.1 / 0.05 * (1 - std::exp(-rate_per_s)), 1e-12);
-}
-
-TEST(Motion, IsTheSameWhateverTheSubStepsWhereNothingSticks) {
-  const DeviceAndHand system{.hand_stiffness_n_per_m = 1000, .hand_damping_n_s_per_m = 10};
-  Motion coarse(system, 0.001, 1), fine(system, 0.001, 50);
-  coarse.place(0.01, 0.3);
-  fine.place(0.01, 0.3);
-  for (int tick = 0; tick < 100; ++tick) {
-    coarse.advance(0.1 * tick, 0, 0);
-    fine.advance(0.1 * tick, 0, 0);
-  }
-  EXPECT_NEAR(coarse.position_m(), fine.position_m(), 1e-13);
-}
-
 TEST(Motion, StopsByCoulombFrictionAfterMassTimesSpeedSquaredByTwiceTheFriction) {
   const double mass_kg = 0.045, speed_m_per_s = 0.1, friction_n = 0.26;
   Motion motion({.mass_kg = mass_kg, .damping_n_s_per_m = 0, .coulomb_friction_n = friction_n}, 0.001, 20);
@@ -63,15 +43,6 @@ TEST(Motion, StopsByCoulombFrictionAfterMassTimesSpeedSquaredByTwiceTheFriction)
   EXPECT_EQ(ticks, static_cast<int>(std::ceil(stop_s / 0.001)));
   // the deceleration is constant, so a stop within a sub-step is exact as well
   EXPECT_NEAR(motion.position_m(), mass_kg * speed_m_per_s * speed_m_per_s / (2 * friction_n), 1e-12);
-}
-
-TEST(Motion, SticksUntilTheForceExceedsFriction) {
-  Motion motion({.coulomb_friction_n = 0.26, .hand_stiffness_n_per_m = 400}, 0.001, 20);
-  motion.place(0, 0);
-  for (int tick = 0; tick < 50; ++tick) motion.advance(0, 0, 0.26 / 400 * 0.999);
-  EXPECT_EQ(motion.position_m(), 0);
-  for (int tick = 0; tick < 50; ++tick) motion.advance(0, 0, 0.26 / 400 * 1.1);
-  EXPECT_GT(motion.position_m(), 0);
 }
 
 TEST(Motion, OfASpringWithCoulombFrictionLosesTwiceFrictionByStiffnessPerHalfSwing) {

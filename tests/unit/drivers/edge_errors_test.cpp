@@ -100,14 +100,6 @@ TEST(EdgeErrors, HalfOfTheTimeOfFlightPixelsAtAnEdgeFly) {
   EXPECT_NEAR(shares / flying, 0.25, kStandardErrors * std::sqrt(1.0 / 48 / flying));
 }
 
-TEST(EdgeErrors, AreTheSameForTheSameImageAndDifferBetweenCameras) {
-  for (const rt::DepthModelParameters& camera : {stereo(), config::timeOfFlightCamera({kWidth, kHeight})}) {
-    const Image image = withErrors(camera, bodyBeforeAWall());
-    EXPECT_EQ(image, withErrors(camera, bodyBeforeAWall()));
-    EXPECT_NE(image, withErrors(camera, bodyBeforeAWall(), 2));
-  }
-}
-
 TEST(EdgeErrors, SmallStepsAndSteepPlanesAreNoEdges) {
   const rt::DepthModelParameters flight = config::timeOfFlightCamera({640, kHeight});
   Image plane_m;

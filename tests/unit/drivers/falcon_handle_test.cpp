@@ -196,19 +196,6 @@ TEST(FalconHandle, DescribesTheFaultOfAnImageThatItNeeds) {
   }
 }
 
-TEST(FalconHandle, RetriesABootloaderThatDoesNotRespondAndNamesTheStep) {
-  if (!isChildOnTheBus()) return;
-  Rig rig;
-  rig.falcon->has_firmware = false;
-  rig.falcon->unanswered_greetings = 150;  // the first load sends 100
-  rig.start();
-  EXPECT_TRUE(rig.waitForDetail("try 1 of 10"));
-  EXPECT_TRUE(rig.waitForDetail(
-      "try 2 of 10; previous try: falcon firmware: the bootloader does not respond (unplug"));
-  EXPECT_EQ(rig.handle->status().state, HandlePresence::calibrating);
-  EXPECT_TRUE(rig.waitForDetail("pull the grip"));
-}
-
 TEST(FalconHandle, LoadsAgainAfterAWrongEchoAndGivesUpAfterTenTries) {
   if (!isChildOnTheBus()) return;
   Rig rig;
@@ -241,14 +228,6 @@ TEST(FalconHandle, ExertsForcesWithMotorCountsAndNoneOnceCommandsStopOrTheDriver
     EXPECT_EQ(falcon.motors, Counts{});
     EXPECT_EQ(falcon.openings, 0);
   });
-}
-
-TEST(FalconHandle, TurnsForcesIntoItsOwnAxes) {
-  if (!isChildOnTheBus()) return;
-  Rig rig;
-  rig.settings.pose.pitch_rad = 1.5707963267948966;  // its z is the world's x
-  rig.startHomedAtCentre();
-  EXPECT_TRUE(rig.commandUntil({1, 0, 0}, [](FakeFalcon& f) { return f.motors == Counts{-63, -63, -63}; }));
 }
 
 TEST(FalconHandle, ExertsNoForceWhileNotHomedOrWithoutPosition) {

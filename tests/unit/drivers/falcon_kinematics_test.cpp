@@ -55,38 +55,6 @@ TEST(FalconKinematics, FindsThePositionsThatWereComputedElsewhereForCounts) {
   }
 }
 
-TEST(FalconKinematics, FindsTheAnglesThatWereComputedElsewhereForPositions) {
-  struct Vector {
-    Vec3 position_m;
-    FalconAngles thighs_deg;
-  };
-  const Vector vectors[] = {{{0.02, 0, 0.125}, {33.081, 16.937, 37.534}},
-                            {{0, 0.02, 0.125}, {17.127, 32.373, 38.046}},
-                            {{-0.02, 0.03, 0.13}, {15.115, 51.334, 42.473}}};
-  for (const auto& [position_m, thighs_deg] : vectors) {
-    const auto pose = falconPoseAt(position_m);
-    ASSERT_TRUE(pose);
-    // rounded to a thousandth of a degree
-    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(pose->legs[k].thigh_rad / kDegree, thighs_deg[k], 0.6e-3);
-  }
-}
-
-TEST(FalconKinematics, FindsTheAnglesOnTheAxisThatWereComputedElsewhere) {
-  const double rows[][4] = {{0.100, 8.01, 132.84, 91.07},  {0.110, 16.19, 131.73, 91.07},
-                            {0.125, 27.71, 129.02, 91.07}, {0.140, 39.17, 125.22, 91.07},
-                            {0.150, 47.24, 122.04, 91.07}, {0.170, 66.76, 113.21, 91.07}};
-  for (const auto& [z, thigh, shin, tilt] : rows) {
-    const auto pose = falconPoseAt({0, 0, z});
-    ASSERT_TRUE(pose);
-    for (const FalconLeg& leg : pose->legs) {
-      // rounded to a hundredth of a degree
-      EXPECT_NEAR(leg.thigh_rad / kDegree, thigh, 0.006) << z;
-      EXPECT_NEAR(leg.shin_rad / kDegree, shin, 0.006) << z;
-      EXPECT_NEAR(leg.tilt_rad / kDegree, tilt, 0.006) << z;
-    }
-  }
-}
-
 TEST(FalconKinematics, LegsReachFromTheBaseToTheGrip) {
   const double azimuths_deg[] = {105, -15, -135};
   forWorkspace([&](const Vec3& p) {
@@ -101,33 +69,6 @@ TEST(FalconKinematics, LegsReachFromTheBaseToTheGrip) {
                   0.06 * std::cos(t1) - 0.01443 + reach * std::cos(t2), 1e-15);
       EXPECT_NEAR(-p.x * std::sin(phi) + p.y * std::cos(phi) + 0.02309, 0.1025 * std::cos(t3) + 0.025, 1e-15);
       EXPECT_NEAR(p.z, 0.06 * std::sin(t1) + reach * std::sin(t2), 1e-15);
-    }
-  });
-}
-
-/// Returns the leg's thigh angle at `p` + `displacement`.
-double thighBeside(const Vec3& p, const Vec3& displacement, std::size_t leg) {
-  const auto pose = falconPoseAt(p + displacement);
-  EXPECT_TRUE(pose);
-  return pose ? pose->legs[leg].thigh_rad : kNan;
-}
-
-TEST(FalconKinematics, JacobianIsTheSlopeOfTheInverseKinematics) {
-  constexpr double kStep_m = 1e-5;
-  forWorkspace([&](const Vec3& p) {
-    const auto pose = falconPoseAt(p);
-    ASSERT_TRUE(pose);
-    for (double Vec3::*axis : {&Vec3::x, &Vec3::y, &Vec3::z}) {
-      Vec3 step;
-      step.*axis = kStep_m;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const double near = thighBeside(p, step, k) - thighBeside(p, -step, k);
-        const double far = thighBeside(p, 2 * step, k) - thighBeside(p, -2 * step, k);
-        const double slope = (8 * near - far) / (12 * kStep_m);
-        // rounding of angles of 1 rad over the step, plus its fourth power times the fifth derivative, at
-        // most 60 rad/m * (190 / m)^4 where a leg is nearly stretched
-        EXPECT_NEAR(pose->jacobian[k].*axis, slope, 2e-9) << p.x << " " << p.y << " " << p.z;
-      }
     }
   });
 }

@@ -35,12 +35,6 @@ TEST(FalconPacket, OrdersHaveTheNibblesOfEachMotorTheLeastFirst) {
   EXPECT_EQ(text(frameOf({{-1447, 4095, 1}, FalconLed::off, false})), "<JFKPPPPABAAAAA>");
 }
 
-TEST(FalconPacket, OrdersCarryTheLedAndTheHomingRequest) {
-  EXPECT_EQ(text(frameOf({{}, FalconLed::green, false}))[13], 'A' + 2);
-  EXPECT_EQ(text(frameOf({{}, FalconLed::blue, true}))[13], 'A' + 5);
-  EXPECT_EQ(text(frameOf({{}, FalconLed::red, true}))[13], 'A' + 9);
-}
-
 TEST(FalconPacket, NoMotorGetsMoreThanItsLimit) {
   // beyond 16 bits the sign would change: 0x0FFF, 0xF001
   EXPECT_EQ(text(frameOf({{40000, -40000, 0}, FalconLed::off, false})), "<PPPABAAPAAAAAA>");

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "drivers/camera/synthetic/nothing_seen.h"
@@ -36,22 +37,14 @@ std::vector<int> columns(int first, int last) {
 }
 
 // 44.6 px m (1/Z_n - 1/Z_f) = 0.137 px * 100 = 13.7 px from the body's last column on: 13 whole pixels.
-TEST(ProjectorShadow, HidesTheStripOfTheWallThatTheBodyCovers) {
-  auto row = bodyBeforeAWall();
-  removeShadow(row, ShadowSide::right, kPixelsPerRaw);
-  EXPECT_EQ(missing(row), columns(300, 312));
-}
-
-TEST(ProjectorShadow, LiesAtTheBodysOtherSideForAProjectorAtTheOtherSide) {
-  auto row = bodyBeforeAWall();
-  removeShadow(row, ShadowSide::left, kPixelsPerRaw);
-  EXPECT_EQ(missing(row), columns(187, 199));
-}
-
-TEST(ProjectorShadow, IsNotThereWithoutASide) {
-  auto row = bodyBeforeAWall();
-  removeShadow(row, ShadowSide::none, kPixelsPerRaw);
-  EXPECT_TRUE(missing(row).empty());
+TEST(ProjectorShadow, HidesTheStripOfTheWallBesideTheBodyOppositeToTheProjector) {
+  const std::pair<ShadowSide, std::vector<int>> cases[] = {
+      {ShadowSide::right, columns(300, 312)}, {ShadowSide::left, columns(187, 199)}, {ShadowSide::none, {}}};
+  for (const auto& [side, hidden] : cases) {
+    auto row = bodyBeforeAWall();
+    removeShadow(row, side, kPixelsPerRaw);
+    EXPECT_EQ(missing(row), hidden);
+  }
 }
 
 TEST(ProjectorShadow, CoversASurfaceThatIsSteeperThanTheLineToTheProjectorAndNoOther) {

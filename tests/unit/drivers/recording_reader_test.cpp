@@ -10,7 +10,7 @@
 #include <string>
 
 #include "drivers/camera/kinect_image.h"
-#include "drivers/camera/recorded/depth_pgm.h"
+#include "drivers/camera/recorded/depth_image.h"
 #include "tests/support/raw_image.h"
 #include "tests/support/recording.h"
 #include "tests/support/scratch_recording.h"
@@ -34,7 +34,7 @@ std::string openError(const std::filesystem::path& folder) {
 /// Returns the error of reading one image, or "" if it is read.
 std::string imageError(const std::filesystem::path& file) {
   const auto frame = std::make_unique<rt::DepthFrame>();
-  const auto read = readDepthPgm(file, *frame);
+  const auto read = readKinectImage(file, *frame);
   return read ? "" : read.error().text();
 }
 
@@ -133,25 +133,13 @@ TEST(RecordingReader, LeavesOutALastLineThatWasCutOffAndNamesIt) {
   }
 }
 
-TEST(RecordingReader, RefusesAMissingFolderByName) {
+TEST(RecordingReader, RefusesWhatIsNoRecordingAndSaysWhatIsMissing) {
   const test::TemporaryFolder folder;
   EXPECT_TRUE(contains(openError(folder.path() / "nowhere"), "nowhere"));
-}
-
-TEST(RecordingReader, RefusesAFileInPlaceOfAFolder) {
-  const test::TemporaryFolder folder;
   test::writeFile(folder.path() / "archive.tar", "x");
   EXPECT_TRUE(contains(openError(folder.path() / "archive.tar"), "not a folder"));
-}
-
-TEST(RecordingReader, RefusesAFolderWithoutIndex) {
-  const test::TemporaryFolder folder;
   EXPECT_TRUE(contains(openError(folder.path()), "INDEX.txt"));
-}
-
-TEST(RecordingReader, RefusesAnIndexWithoutDepthFrames) {
   for (const char* index : {"", "\n", "a-1.5-7.dump\n"}) {
-    const test::TemporaryFolder folder;
     test::writeFile(folder.path() / "INDEX.txt", index);
     EXPECT_TRUE(contains(openError(folder.path()), "no depth frame")) << index;
   }
@@ -189,64 +177,40 @@ TEST(RecordingReader, RefusesNamesThatAreNotThoseOfARecording) {
   }
 }
 
-TEST(DepthPgm, NamesTheSizeOfATruncatedFileAndTheExpectedOne) {
-  const test::TemporaryFolder folder;
-  const std::filesystem::path file = folder.path() / "d-1.0-1.pgm";
-  test::writeFile(file, test::pgmBytes(0).substr(0, 1000));
-  const std::string error = imageError(file);
-  EXPECT_TRUE(contains(error, "d-1.0-1.pgm")) << error;
-  EXPECT_TRUE(contains(error, "1000 bytes")) << error;
-  EXPECT_TRUE(contains(error, "614417")) << error;
-}
-
-TEST(DepthPgm, RefusesAFileShorterThanItsHeader) {
-  const test::TemporaryFolder folder;
-  for (const char* content : {"", "P5 640"}) {
-    test::writeFile(folder.path() / "short.pgm", content);
-    EXPECT_TRUE(contains(imageError(folder.path() / "short.pgm"), "614417")) << content;
-  }
-}
-
-TEST(DepthPgm, RefusesAFileThatIsTooLong) {
-  const test::TemporaryFolder folder;
-  test::writeFile(folder.path() / "long.pgm", test::pgmBytes(0) + "x");
-  EXPECT_TRUE(contains(imageError(folder.path() / "long.pgm"), "more than"));
-}
-
-TEST(DepthPgm, RefusesEveryOtherHeaderAndNamesTheExpectedOne) {
-  const test::TemporaryFolder folder;
-  for (const char* header : {"P5\n640 480\n65535\n", "P5\n640 480\n2047\n", "P5 640 480 2047\n",
-                             "P5 320 240 65535\n", "P2 640 480 65535\n", "P5 640 480 65535\r\n", "\x89PNG"}) {
-    test::writeFile(folder.path() / "header.pgm", test::pgmBytes(0, header));
-    const std::string error = imageError(folder.path() / "header.pgm");
-    EXPECT_TRUE(contains(error, "header") || contains(error, "P5")) << header << ": " << error;
-    EXPECT_TRUE(contains(error, "P5 640 480 65535") || contains(error, "binary")) << header << ": " << error;
-  }
-}
-
-TEST(DepthPgm, CountsPixelsWiderThan11Bits) {
-  const test::TemporaryFolder folder;
+/// The bytes of an image of libfreenect with some of its pixels changed.
+std::string imageWith(auto change) {
   std::string bytes = test::pgmBytes(0);
-  for (std::size_t pixel = 0; pixel < 3; ++pixel)
-    bytes[test::kPgmHeader.size() + 2 * pixel + 1] = '\x08';  // 2048
-  test::writeFile(folder.path() / "wide.pgm", bytes);
-  const std::string error = imageError(folder.path() / "wide.pgm");
-  EXPECT_TRUE(contains(error, "3 of 307200")) << error;
+  change(bytes.data() + test::kPgmHeader.size());
+  return bytes;
 }
 
-TEST(DepthPgm, RecognisesBigEndianPixels) {
-  const test::TemporaryFolder folder;
-  std::string bytes = test::pgmBytes(0);
-  for (std::size_t at = test::kPgmHeader.size(); at < bytes.size(); at += 2)
-    std::swap(bytes[at], bytes[at + 1]);
-  test::writeFile(folder.path() / "standard.pgm", bytes);
-  EXPECT_TRUE(contains(imageError(folder.path() / "standard.pgm"), "big-endian"));
-}
-
-TEST(DepthPgm, RefusesAMissingFileAndAFolder) {
+TEST(KinectImage, IsRefusedWithWhatIsWrongAndWhatIsExpected) {
   const test::TemporaryFolder folder;
   EXPECT_FALSE(imageError(folder.path() / "missing.pgm").empty());
   EXPECT_FALSE(imageError(folder.path()).empty());
+  const std::string other_header = R"("P5 640 480 65535")";
+  const std::pair<std::string, std::string> cases[] = {
+      {"", "has 0 bytes, expected 614417"},
+      {"P5 640", "has 6 bytes, expected 614417"},
+      {test::pgmBytes(0).substr(0, 1000), "image.pgm: has 1000 bytes, expected 614417"},
+      {test::pgmBytes(0) + "x", "more than the expected 614417 bytes"},
+      {test::pgmBytes(0, "P5\n640 480\n65535\n"), "one single line"},
+      {test::pgmBytes(0, "P5\n640 480\n2047\n"), "one single line"},
+      {test::pgmBytes(0, "P5 640 480 2047\n"), other_header},
+      {test::pgmBytes(0, "P5 320 240 65535\n"), other_header},
+      {test::pgmBytes(0, "P2 640 480 65535\n"), "not a PGM image"},
+      {test::pgmBytes(0, "\x89PNG"), "not a PGM image"},
+      {test::pgmBytes(0, "P5 640 480 65535\r\n"), "CRLF"},
+      {imageWith([](char* pixels) { pixels[1] = pixels[3] = pixels[5] = '\x08'; }), "3 of 307200 pixels"},
+      {imageWith([](char* pixels) {
+         for (std::size_t at = 0; at < 2 * kKinectPixels; at += 2) std::swap(pixels[at], pixels[at + 1]);
+       }),
+       "big-endian"}};
+  for (const auto& [bytes, expected] : cases) {
+    test::writeFile(folder.path() / "image.pgm", bytes);
+    const std::string error = imageError(folder.path() / "image.pgm");
+    EXPECT_TRUE(contains(error, expected)) << expected << " is not in: " << error;
+  }
 }
 
 TEST(RecordingReader, EscapesTextOfAnIndexAndAnImageInMessages) {

@@ -81,45 +81,6 @@ TEST(SensorNoise, HasTheMeanOfTheSurfaceAndTheVarianceOfNoiseAndRounding) {
       kSigmas * expected * std::sqrt(2 / kIndependentPatches) + (4 * kSigmaRaw * kSigmaRaw + 0.1) * phase);
 }
 
-TEST(SensorNoise, IsCorrelatedOverTheWindowAndNotBeyond) {
-  // Rounding errors of different noise values are uncorrelated except for the same damped part: neighbours
-  // three pixels apart differ by sigma sqrt(2/3), which leaves (1/12) exp(-2 pi^2 (2/3) sigma^2), i.e. 0.003
-  // of it.
-  const double share = kSigmaRaw * kSigmaRaw / (kSigmaRaw * kSigmaRaw + 1.0 / 12);
-  const double rounding = 0.003 / (kSigmaRaw * kSigmaRaw + 1.0 / 12);
-  const double tolerance = kSigmas / std::sqrt(kIndependentPatches) + rounding;
-  EXPECT_NEAR(momentsAtLag(3).correlation(), share * (1 - 3.0 / SensorNoise::kCorrelationPixels), tolerance);
-  EXPECT_NEAR(momentsAtLag(6).correlation(), share * (1 - 6.0 / SensorNoise::kCorrelationPixels), tolerance);
-  EXPECT_NEAR(momentsAtLag(12).correlation(), 0, tolerance);
-}
-
-TEST(SensorNoise, OfARestingSceneIsMostlyTheSameInEveryFrame) {
-  const SensorNoise noise(7, SensorNoise::harsh());
-  const std::vector<float> exact(kKinectPixels, kFlat);
-  const Image first = sensorImage(noise, 1, exact);
-  const Image later = sensorImage(noise, 5000, exact);
-  double count = 0;
-  double products = 0;
-  for (std::size_t pixel = 0; pixel < first.size(); ++pixel) {
-    if (first[pixel] == kKinectNoMeasurement || later[pixel] == kKinectNoMeasurement) continue;
-    products += (first[pixel] - double{kFlat}) * (later[pixel] - double{kFlat});
-    count += 1;
-  }
-  // The static part, plus the common part of two roundings of it after a change of sqrt(2) 0.2 raw: exp(-2
-  // pi^2 0.08) / (2 pi^2) = 0.0104.
-  const double expected = 0.25 + 0.0104;
-  const double patches = kIndependentPatches / kFrames;
-  EXPECT_NEAR(products / count, expected, kSigmas * expected * std::sqrt(2 / patches));
-}
-
-TEST(SensorNoise, IsTheSameForTheSameSeedFrameAndImage) {
-  const std::vector<float> exact(kKinectPixels, kFlat);
-  const Image image = sensorImage(SensorNoise(7), 3, exact);
-  EXPECT_EQ(image, sensorImage(SensorNoise(7), 3, exact));
-  EXPECT_NE(image, sensorImage(SensorNoise(8), 3, exact));
-  EXPECT_NE(image, sensorImage(SensorNoise(7), 4, exact));
-}
-
 TEST(SensorNoise, MakesTheStatedShareOfPixelsFlicker) {
   const SensorNoise noise(7);
   const std::vector<float> exact(kKinectPixels, kFlat);
@@ -198,36 +159,12 @@ TEST(SensorNoise, MakesTheStatedShareOfTheMeasuredRimFlyingPixels) {
   EXPECT_NEAR(flying / measured, expected, kSigmas * std::sqrt(expected * (1 - expected) / measured));
 }
 
-TEST(SensorNoise, DarkensTheStripBesideABodyThatTheProjectorDoesNotReach) {
-  const SensorNoise noise(7, {.flicker_share = 0});
-  std::vector<float> exact(kKinectPixels, kFlat + 100);
-  for (int row = 0; row < kKinectHeight; ++row) {
-    for (int column = 200; column < 300; ++column) exact[at(column, row)] = kFlat;
-  }
-  const Image raw = sensorImage(noise, 3, exact);
-  // 13.7 px to the left of the body; the rims of body and wall flicker
-  for (int row = 0; row < kKinectHeight; ++row) {
-    for (int column = 187; column < 200; ++column) ASSERT_EQ(raw[at(column, row)], kKinectNoMeasurement);
-    ASSERT_NE(raw[at(185, row)], kKinectNoMeasurement);
-    ASSERT_NE(raw[at(302, row)], kKinectNoMeasurement);
-  }
-}
-
 TEST(SensorNoise, LeavesTheLastColumnsWithoutMeasurement) {
   const SensorNoise noise(7);
   const Image raw = sensorImage(noise, 3, std::vector<float>(kKinectPixels, kFlat));
   for (int row = 0; row < kKinectHeight; ++row) {
     for (int column = 632; column < 640; ++column) ASSERT_EQ(raw[at(column, row)], 2047);
   }
-}
-
-TEST(SensorNoise, InventsNothingWhereNothingIsSeen) {
-  const SensorNoise noise(7);
-  const std::vector<float> nothing(kKinectPixels, kNothingSeen);
-  Image raw = sensorImage(noise, 3, nothing);
-  EXPECT_TRUE(std::ranges::all_of(raw, [](auto value) { return value == 2047; }));
-  noise.dither(3, nothing, raw.data());
-  EXPECT_TRUE(std::ranges::all_of(raw, [](auto value) { return value == 2047; }));
 }
 
 TEST(SensorNoise, StaysWithin11BitsAtBothEndsOfTheRange) {

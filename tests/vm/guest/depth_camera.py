@@ -208,12 +208,11 @@ def metadata():
     with video_nodes.Node(camera.nodes()[1]) as node:
         node.choose_metadata("D4XX")
         running = begun(6)
-        blocks = [buffer[22:62] for buffer in node.metadata(20 if counted() else 3)]
+        timings = [video_nodes.timing_of(buffer) for buffer in node.metadata(20 if counted() else 3)]
     running.communicate(timeout=300)
     write("/sys/bus/usb/drivers/uvcvideo/remove_id", "8086 0b07")
     camera.replug()
     expect(before == ["UVCH"] and after == ["UVCH", "D4XX"], f"{before}, then {after}")
-    timings = [struct.unpack("<10I", block) for block in blocks]
     expect(len(timings) >= 3 and all(timing[:4] == (0x80000001, 40, 1, 0x3F) for timing in timings), str(timings[:2]))
     numbers = [timing[4] for timing in timings]
     expect(all(later > earlier for earlier, later in zip(numbers, numbers[1:])), f"frame counters: {numbers}")

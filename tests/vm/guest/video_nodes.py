@@ -24,7 +24,18 @@ VIDIOC_ENUM_FRAMESIZES = 0xC02C564A
 VIDIOC_ENUM_FRAMEINTERVALS = 0xC034564B
 UVCIOC_CTRL_QUERY = 0xC0107521
 
+# of a buffer of a metadata node: the kernel's time and frame number, then the payload's header of 12 bytes
+METADATA_HEAD_BYTES = 10 + 12
+
 SET_CUR, GET_CUR, GET_MIN, GET_MAX, GET_LEN = 0x01, 0x81, 0x82, 0x83, 0x85
+
+
+def timing_of(buffer):
+    """The ten numbers of RealSense's timing block, the first behind the head of a buffer of format D4XX."""
+    block = buffer[METADATA_HEAD_BYTES:METADATA_HEAD_BYTES + 40]
+    if len(block) < 40:
+        raise ValueError(f"{len(block)} of 40 bytes of a timing block: {buffer.hex()}")
+    return struct.unpack("<10I", block)
 
 
 class Node:
@@ -84,7 +95,11 @@ class Node:
         fcntl.ioctl(self.file, VIDIOC_S_FMT, bytearray(struct.pack("<IIII", META_CAPTURE, 0, code, 0).ljust(208, b"\0")))
 
     def metadata(self, count):
-        """Buffers of a metadata node while its camera streams."""
+        """Buffers of a metadata node while its camera streams.
+
+        A buffer that the kernel takes in the middle of a frame comes back empty: the header, which it copies, stood at
+        the frame's beginning. Such ones are left out.
+        """
         asked = bytearray(struct.pack("<5I", 4, META_CAPTURE, 1, 0, 0))
         fcntl.ioctl(self.file, VIDIOC_REQBUFS, asked)
         shared = []
@@ -104,7 +119,8 @@ class Node:
             struct.pack_into("<I", buffer, 60, 1)
             fcntl.ioctl(self.file, VIDIOC_DQBUF, buffer)
             index, _, used = struct.unpack_from("<3I", buffer)
-            found.append(shared[index][:used])
+            if used:
+                found.append(shared[index][:used])
             fcntl.ioctl(self.file, VIDIOC_QBUF, buffer)
         for memory in shared:
             memory.close()

@@ -34,15 +34,12 @@ Vec3 shortened(const Vec3& force_n) {
 
 }  // namespace
 
-Controller::Controller(const std::string& serial, const std::string& log)
+Controller::Controller(const std::string& serial)
     : identity_{"hapticd test controller",
                 serial,
                 kVendor,
                 kProduct,
-                {std::begin(kDescriptor), std::end(kDescriptor)}},
-      log_(log.empty() ? nullptr : std::fopen(log.c_str(), "we")) {
-  if (log_) std::fputs("t_ns,fx_n,fy_n,fz_n,exerted_n\n", log_.get());
-}
+                {std::begin(kDescriptor), std::end(kDescriptor)}} {}
 
 bool Controller::isSilent(std::int64_t now_ns) const {
   return output_ns_ == 0 || now_ns - output_ns_ > drivers::kControllerWatchdogNs;
@@ -77,9 +74,6 @@ void Controller::count(std::int64_t now_ns) {
   const double force_n = norm(exerted_n_);
   most_force_n_ = std::max(most_force_n_, force_n);
   if (force_n > 0) last_force_ns_ = now_ns;
-  if (!log_) return;
-  const Vec3& asked = output_.force_n;
-  std::fputs(fmt::format("{},{},{},{},{}\n", now_ns, asked.x, asked.y, asked.z, force_n).c_str(), log_.get());
 }
 
 void Controller::take(std::span<const std::uint8_t> report, std::int64_t now_ns) {

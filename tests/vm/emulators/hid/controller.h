@@ -3,8 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <cstdio>
-#include <memory>
 #include <string>
 
 #include "drivers/handle/hid/report.h"
@@ -20,8 +18,7 @@ class Controller final : public HidDevice {
  public:
   static constexpr double kHandSpeedMPerS = 0.3;
 
-  /// `log`: path of a CSV file that gets a line per tick; empty: none.
-  Controller(const std::string& serial, const std::string& log);
+  explicit Controller(const std::string& serial);
 
   const Identity& identity() const override { return identity_; }
   std::optional<Bytes> tick(std::int64_t now_ns) override;
@@ -30,16 +27,11 @@ class Controller final : public HidDevice {
   std::string stats(std::int64_t now_ns) const override;
 
  private:
-  struct CloseFile {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
-
   bool isSilent(std::int64_t now_ns) const;
   void moveHand();
   void count(std::int64_t now_ns);
 
   Identity identity_;
-  std::unique_ptr<std::FILE, CloseFile> log_;
   drivers::InputReport input_;
   drivers::OutputReport output_;  // the last valid one
   std::int64_t output_ns_ = 0;    // when it came; 0: none yet

@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
-#include <signal.h>
-#include <sys/signalfd.h>
 #include <sysexits.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <cstdio>
 #include <memory>
 #include <string>
 
@@ -16,36 +12,23 @@
 #include "tests/vm/emulators/hid/hid_emulator.h"
 #include "tests/vm/emulators/hid/spacemouse.h"
 #include "tests/vm/emulators/hid/uhid_link.h"
+#include "tests/vm/emulators/usbip/emulator_program.h"
 
 namespace hapticd::test::hid {
 namespace {
+
+constexpr const char* kProgram = "emulated-hid-handle";
 
 struct Options {
   std::string control;
   std::string serial = "T1";
   std::string gadget;
-  std::string log;
   bool spacemouse = false;
 };
 
-int fail(const config::Error& error) {
-  std::fputs(fmt::format("emulated-hid-handle: {}\n", error.text()).c_str(), stderr);
-  return EX_UNAVAILABLE;
-}
-
-/// Readable at SIGTERM and SIGINT, which do nothing else from then on.
-int stopSignals() {
-  sigset_t signals;
-  sigemptyset(&signals);
-  sigaddset(&signals, SIGTERM);
-  sigaddset(&signals, SIGINT);
-  ::sigprocmask(SIG_BLOCK, &signals, nullptr);
-  return ::signalfd(-1, &signals, SFD_CLOEXEC);
-}
-
 std::unique_ptr<HidDevice> deviceFor(const Options& options) {
   if (options.spacemouse) return std::make_unique<SpaceMouse>(options.serial);
-  return std::make_unique<Controller>(options.serial, options.log);
+  return std::make_unique<Controller>(options.serial);
 }
 
 config::Result<std::unique_ptr<HidLink>> linkFor(const Options& options) {
@@ -55,12 +38,12 @@ config::Result<std::unique_ptr<HidLink>> linkFor(const Options& options) {
 
 int emulate(const Options& options) {
   auto link = linkFor(options);
-  if (!link) return fail(link.error());
-  const int stop = stopSignals();
+  if (!link) return usbip::fail(kProgram, link.error(), EX_UNAVAILABLE);
+  const int stop = usbip::stopSignals();
   const auto device = deviceFor(options);
   const auto served = HidEmulator(*device, **link, options.control).run(stop);
   ::close(stop);
-  return served ? EX_OK : fail(served.error());
+  return served ? EX_OK : usbip::fail(kProgram, served.error(), EX_UNAVAILABLE);
 }
 
 int run(int argc, char** argv) {
@@ -73,7 +56,6 @@ int run(int argc, char** argv) {
       ->required();
   app.add_option("--serial", options.serial, "serial number (T1)")->type_name("TEXT");
   app.add_option("--gadget", options.gadget, "/dev/hidgN of a gadget, instead of uhid")->type_name("PATH");
-  app.add_option("--log", options.log, "CSV file that gets a line per millisecond")->type_name("FILE");
   app.add_flag("--spacemouse", options.spacemouse, "a SpaceMouse Wireless");
   try {
     app.parse(argc, argv);
@@ -87,6 +69,6 @@ int run(int argc, char** argv) {
 }  // namespace hapticd::test::hid
 
 int main(int argc, char** argv) {
-  return hapticd::config::runProgram("emulated-hid-handle",
+  return hapticd::config::runProgram(hapticd::test::hid::kProgram,
                                      [&] { return hapticd::test::hid::run(argc, argv); });
 }

@@ -15,7 +15,7 @@ using kinect::kPacketsPerFrame;
 using usbip::ControlAnswer;
 
 constexpr std::int64_t kMicroframeNs = 125'000;
-constexpr double kMicroframesPerSecond = 8000;
+constexpr double kMicroframesPerFrame = 8000.0 / 30;
 constexpr std::uint32_t kTicksPerMicroframe = 7500;  // of the camera's clock of 60 MHz
 constexpr std::int64_t kUsualUrbPackets = 16;
 
@@ -61,13 +61,8 @@ usbip::Descriptors describe(const std::string& serial) {
 
 }  // namespace
 
-KinectDevice::KinectDevice(PackedRecording recording, const KinectOptions& options, usbip::Log log)
-    : recording_(std::move(recording)),
-      fps_(options.fps),
-      log_(std::move(log)),
-      descriptors_(describe(options.serial)),
-      frozen_(options.freeze.has_value()),
-      next_frame_(options.freeze.value_or(0)) {}
+KinectDevice::KinectDevice(PackedRecording recording, const std::string& serial, usbip::Log log)
+    : recording_(std::move(recording)), log_(std::move(log)), descriptors_(describe(serial)) {}
 
 void KinectDevice::reset() {
   commands_ = {};
@@ -76,8 +71,7 @@ void KinectDevice::reset() {
 }
 
 bool KinectDevice::answers(const usbip::SetupPacket& setup) const {
-  const bool command = (setup.request_type & USB_TYPE_MASK) == USB_TYPE_VENDOR;
-  return mute_ == Mute::nothing || (mute_ == Mute::commands && !command);
+  return !mute_ || (setup.request_type & USB_TYPE_MASK) != USB_TYPE_VENDOR;
 }
 
 ControlAnswer KinectDevice::control(const usbip::SetupPacket& setup, std::span<const std::uint8_t> data) {
@@ -99,15 +93,13 @@ void KinectDevice::execute(std::span<const std::uint8_t> command) {
 }
 
 std::uint64_t KinectDevice::nextFrameAt() const {
-  return static_cast<std::uint64_t>(
-      std::llround(static_cast<double>(frames_begun_) * kMicroframesPerSecond / fps_));
+  return static_cast<std::uint64_t>(std::llround(static_cast<double>(frames_begun_) * kMicroframesPerFrame));
 }
 
 void KinectDevice::beginFrame() {
-  frame_index_ = next_frame_;
-  if (!frozen_) next_frame_ = (next_frame_ + 1) % recording_.frames();
-  packets_.begin(recording_.frame(frame_index_),
+  packets_.begin(recording_.frame(next_frame_),
                  static_cast<std::uint32_t>(microframe_) * kTicksPerMicroframe);
+  if (!frozen_) next_frame_ = (next_frame_ + 1) % recording_.frames();
   faults_.beginFrame();
   ++frames_begun_;
 }
@@ -146,7 +138,6 @@ void KinectDevice::poll(Schedule& schedule, std::int64_t now_ns, usbip::PendingU
   }
   if (!busy_until_ns || now_ns < *busy_until_ns + kUsualUrbPackets * kMicroframeNs) return;
   busy_until_ns.reset();
-  if (&schedule == &depth_ && commands_.streamsDepth()) ++starved_;
 }
 
 std::optional<std::int64_t> KinectDevice::due_ns(const usbip::PendingUrbs& urbs) const {
@@ -167,9 +158,7 @@ std::string KinectDevice::command(std::string_view line) {
   if (line == "play") {
     frozen_ = false;
   } else if (line == "mute") {
-    mute_ = Mute::commands;
-  } else if (line == "mute all") {
-    mute_ = Mute::everything;
+    mute_ = true;
   } else if (line == "stall") {
     stall_ = true;
   } else if (line == "garbage") {
@@ -185,21 +174,18 @@ std::string KinectDevice::command(std::string_view line) {
 }
 
 void KinectDevice::resume() {
-  mute_ = Mute::nothing;
+  mute_ = false;
   stall_ = false;
   faults_.clear();
 }
 
-std::string KinectDevice::lose(std::string_view arguments) {
-  constexpr std::string_view kOnce = " once";
-  const bool once = arguments.ends_with(kOnce);
-  const std::string_view count = once ? arguments.substr(0, arguments.size() - kOnce.size()) : arguments;
-  const auto packets = arguments == "off" ? 0 : usbip::wholeNumber(count);
+std::string KinectDevice::lose(std::string_view argument) {
+  const auto packets = argument == "off" ? 0 : usbip::wholeNumber(argument);
   if (!packets || *packets > kPacketsPerFrame) {
-    return fmt::format("error: \"{}\" packets cannot be lost of a frame, 0 to {} can", count,
+    return fmt::format("error: \"{}\" packets cannot be lost of a frame, 0 to {} can", argument,
                        kPacketsPerFrame);
   }
-  faults_.lose(*packets, once);
+  faults_.lose(*packets);
   return "ok";
 }
 
@@ -215,14 +201,11 @@ std::string KinectDevice::freeze(std::string_view argument) {
 }
 
 std::string KinectDevice::commands() const {
-  return "lose N, lose N once, lose off, short, garbage, stall, mute, mute all, resume, freeze FRAME, play";
+  return "lose N, lose off, short, garbage, stall, mute, resume, freeze FRAME, play";
 }
 
 std::string KinectDevice::status() const {
-  return fmt::format(R"("streaming":{},"frames":{},"frame_index":{},"recorded_frames":{},"lost_packets":{},)"
-                     R"("garbage_packets":{},"short_packets":{},"starved":{})",
-                     commands_.streamsDepth(), frames_sent_, frame_index_, recording_.frames(),
-                     faults_.lostPackets(), faults_.garbagePackets(), faults_.shortPackets(), starved_);
+  return fmt::format(R"("streaming":{},"frames":{})", commands_.streamsDepth(), frames_sent_);
 }
 
 }  // namespace hapticd::test

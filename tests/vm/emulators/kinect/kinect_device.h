@@ -15,20 +15,11 @@
 
 namespace hapticd::test {
 
-struct KinectOptions {
-  std::string serial = "A00000000000002A";  ///< ASCII, at most 126 characters
-  double fps = 30;                          ///< frames per second, 1 to kMostFps
-  std::optional<std::size_t> freeze;        ///< the frame to be repeated; nothing: all are played
-};
-
-/// 242 packets must fit between two frames.
-inline constexpr double kMostFps = 33;
-
 /// The camera as a USB device. Its commands are described in README.md.
 class KinectDevice final : public usbip::UsbDevice {
  public:
-  /// `recording`: at least one frame; options.freeze below its frames.
-  KinectDevice(PackedRecording recording, const KinectOptions& options, usbip::Log log);
+  /// `recording`: at least one frame. `serial`: ASCII, at most 126 characters.
+  KinectDevice(PackedRecording recording, const std::string& serial, usbip::Log log);
 
   const usbip::Descriptors& descriptors() const override { return descriptors_; }
   void reset() override;
@@ -42,9 +33,6 @@ class KinectDevice final : public usbip::UsbDevice {
   std::string status() const override;
 
  private:
-  /// Which requests at the control endpoint are not answered.
-  enum class Mute : std::uint8_t { nothing, commands, everything };
-
   /// When the bus polls an endpoint.
   struct Schedule {
     std::uint8_t endpoint;
@@ -56,18 +44,17 @@ class KinectDevice final : public usbip::UsbDevice {
   void poll(Schedule& schedule, std::int64_t now_ns, usbip::PendingUrbs& urbs);
   void beginFrame();
   std::uint64_t nextFrameAt() const;
-  std::string lose(std::string_view arguments);
+  std::string lose(std::string_view argument);
   std::string freeze(std::string_view argument);
   void resume();
 
   PackedRecording recording_;
-  double fps_;
   usbip::Log log_;
   usbip::Descriptors descriptors_;
   kinect::KinectCommands commands_;
   kinect::DepthPackets packets_;
   StreamFaults faults_;
-  Mute mute_ = Mute::nothing;
+  bool mute_ = false;  // commands are not answered
   bool stall_ = false;
   bool frozen_ = false;
   Schedule video_{kinect::kVideoEndpoint};
@@ -76,8 +63,6 @@ class KinectDevice final : public usbip::UsbDevice {
   std::uint64_t frames_begun_ = 0;  // since then
   std::uint64_t frames_sent_ = 0;   // since then
   std::size_t next_frame_ = 0;      // of the recording
-  std::size_t frame_index_ = 0;     // of the recording, the newest begun
-  std::uint64_t starved_ = 0;
 };
 
 }  // namespace hapticd::test

@@ -19,7 +19,6 @@
 #include "rt/clock.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/vm/emulators/hid/controller.h"
-#include "tests/vm/emulators/hid/gadget_link.h"
 #include "tests/vm/emulators/hid/hid_emulator.h"
 #include "tests/vm/emulators/hid/spacemouse.h"
 #include "tests/vm/emulators/hid/uhid_link.h"
@@ -45,11 +44,6 @@ std::array<int, 2> packetSockets() {
   std::array<int, 2> ends{-1, -1};
   EXPECT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, ends.data()), 0);
   return ends;
-}
-
-bool arrives(int file) {
-  pollfd waiting{file, POLLIN, 0};
-  return ::poll(&waiting, 1, 60'000) == 1;
 }
 
 /// The part of uhid and hidraw at the other end of `file`.
@@ -86,54 +80,6 @@ class KernelSide final : public drivers::HidPort {
   int file_;
 };
 
-TEST(UhidLink, CreatesTheDeviceWithTheDescriptorOfTheDocument) {
-  const auto ends = packetSockets();
-  UhidLink link(ends[0]);
-  const Controller controller("T9", "");
-  ASSERT_TRUE(link.plug(controller.identity()));
-  uhid_event event{};
-  ASSERT_EQ(::recv(ends[1], &event, sizeof event, 0), static_cast<ssize_t>(sizeof event));
-  ASSERT_EQ(event.type, static_cast<__u32>(UHID_CREATE2));
-  EXPECT_EQ(event.u.create2.vendor, 0x1209U);
-  EXPECT_EQ(event.u.create2.product, 1U);
-  EXPECT_STREQ(reinterpret_cast<const char*>(event.u.create2.uniq), "T9");
-  EXPECT_EQ(event.u.create2.rd_size, 28);
-  EXPECT_EQ(event.u.create2.rd_data[1], 0xAB) << "the usage page";
-  ASSERT_TRUE(link.unplug());
-  ASSERT_GT(::recv(ends[1], &event, sizeof event, 0), 0);
-  EXPECT_EQ(event.type, static_cast<__u32>(UHID_DESTROY));
-  ::close(ends[1]);
-}
-
-TEST(UhidLink, AnswersRequestsThatTheKernelWaitsFor) {
-  const auto ends = packetSockets();
-  UhidLink link(ends[0]);
-  uhid_event request{};
-  request.type = UHID_GET_REPORT;
-  request.u.get_report.id = 42;
-  ASSERT_GT(::send(ends[1], &request, sizeof request, 0), 0);
-  EXPECT_FALSE(link.receive());
-  uhid_event reply{};
-  ASSERT_GT(::recv(ends[1], &reply, sizeof reply, 0), 0);
-  EXPECT_EQ(reply.type, static_cast<__u32>(UHID_GET_REPORT_REPLY));
-  EXPECT_EQ(reply.u.get_report_reply.id, 42U);
-  EXPECT_NE(reply.u.get_report_reply.err, 0);
-  ::close(ends[1]);
-}
-
-TEST(GadgetLink, CarriesReportsAsTheyAre) {
-  const auto ends = packetSockets();
-  GadgetLink link(ends[0]);
-  const Bytes report(64, 0x5A);
-  EXPECT_TRUE(link.send(report));
-  std::array<std::uint8_t, 100> bytes{};
-  EXPECT_EQ(::recv(ends[1], bytes.data(), bytes.size(), 0), 64);
-  ASSERT_EQ(::send(ends[1], report.data(), report.size(), 0), 64);
-  ASSERT_TRUE(arrives(link.file()));
-  EXPECT_EQ(link.receive(), report);
-  ::close(ends[1]);
-}
-
 drivers::InputReport nextOf(Controller& controller, std::int64_t now_ns) {
   const auto report = controller.tick(now_ns);
   EXPECT_TRUE(report);
@@ -141,7 +87,7 @@ drivers::InputReport nextOf(Controller& controller, std::int64_t now_ns) {
 }
 
 TEST(EmulatedController, SwitchesItsMotorsOffWhenNoOutputComesFor20Ms) {
-  Controller controller("T1", "");
+  Controller controller("T1");
   std::int64_t now_ns = 1000 * kMs;
   EXPECT_TRUE(nextOf(controller, now_ns).watchdog_acted) << "nothing has come yet";
   controller.take(encode(drivers::OutputReport{true, 1, {0, 0, 2}}), now_ns);
@@ -155,19 +101,6 @@ TEST(EmulatedController, SwitchesItsMotorsOffWhenNoOutputComesFor20Ms) {
   EXPECT_NE(controller.stats(now_ns).find("\"force_n\":2.0000"), std::string::npos);
   EXPECT_TRUE(nextOf(controller, now_ns + 21 * kMs).watchdog_acted);
   EXPECT_NE(controller.stats(now_ns).find("\"force_n\":0.0000"), std::string::npos);
-}
-
-TEST(EmulatedController, ShortensAForceThatItsMotorsDoNotReachAndRefusesDamagedReports) {
-  Controller controller("T1", "");
-  controller.take(encode(drivers::OutputReport{true, 1, {30, 0, 40}}), kMs);
-  EXPECT_TRUE(controller.tick(kMs));
-  EXPECT_NE(controller.stats(kMs).find("\"force_n\":5.0000"), std::string::npos) << controller.stats(kMs);
-  drivers::Report damaged = encode(drivers::OutputReport{true, 2, {1, 0, 0}});
-  damaged[9] ^= 1;
-  controller.take(damaged, kMs);
-  controller.take(encode(drivers::OutputReport{true, 5, {}}), kMs);
-  EXPECT_NE(controller.stats(kMs).find("\"received\":2,\"invalid\":1,\"lost\":3"), std::string::npos)
-      << controller.stats(kMs);
 }
 
 TEST(EmulatedSpaceMouse, ReportsWhileDeflectedAndZerosOnceWhenReleased) {
@@ -230,7 +163,7 @@ class HidEmulatorTest : public testing::Test {
   std::array<int, 2> ends_ = packetSockets();
   int stop_ = ::eventfd(0, EFD_CLOEXEC);
   UhidLink link_{ends_[0]};
-  Controller controller_{"T1", ""};
+  Controller controller_{"T1"};
   std::unique_ptr<drivers::HandleChannels> channels_ = std::make_unique<drivers::HandleChannels>();
   drivers::HidHandle handle_{
       {}, {}, [this](const drivers::HidSelection&) -> config::Result<drivers::OpenedHid> {

@@ -128,7 +128,6 @@ KernelSide::Reply KernelSide::next() {
     const Bytes descriptor = receive(16);
     const std::uint32_t length = numberAt(descriptor, 8);
     if (length > reply.data.end() - data) throw std::runtime_error("packets longer than the data");
-    reply.offsets.push_back(numberAt(descriptor, 0));
     reply.packets.emplace_back(data, data + length);
     data += length;
   }

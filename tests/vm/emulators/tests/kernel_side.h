@@ -19,7 +19,6 @@ class KernelSide {
     std::uint32_t actual_length = 0;
     Bytes data = {};                  ///< of an IN transfer, joined
     std::vector<Bytes> packets = {};  ///< the same by isochronous packet
-    std::vector<std::uint32_t> offsets = {};
   };
 
   /// Owns `socket`.

@@ -34,9 +34,7 @@ class Rig {
   explicit Rig(const std::filesystem::path& recording) {
     auto packed = PackedRecording::load(recording, kFrames);
     if (!packed) throw std::runtime_error(packed.error().text());
-    KinectOptions options;
-    options.serial = "K1";
-    device_ = std::make_unique<KinectDevice>(std::move(*packed), options, [](std::string_view) {});
+    device_ = std::make_unique<KinectDevice>(std::move(*packed), "K1", [](std::string_view) {});
     const SocketPair sockets;
     connection_ =
         std::make_unique<usbip::Connection>(sockets.device, *device_, counts_, [](std::string_view) {});
@@ -100,12 +98,6 @@ class Rig {
       if (!unread_.front().empty()) all.push_back(unread_.front());
       unread_.erase(unread_.begin());
     }
-    return all;
-  }
-  /// Returns the packets of 17 URBs that are not empty, about a frame period.
-  std::vector<Bytes> packetsOfOnePeriod() {
-    std::vector<Bytes> all = packets(17);
-    std::erase_if(all, [](const Bytes& packet) { return packet.empty(); });
     return all;
   }
   std::vector<std::uint16_t> image() {

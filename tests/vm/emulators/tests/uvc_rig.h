@@ -25,7 +25,7 @@ inline uvc::CameraModel smallCamera(uvc::CameraModel model = uvc::realsenseD435(
 class UvcRig {
  public:
   explicit UvcRig(uvc::CameraModel model = smallCamera())
-      : device_(std::move(model), std::make_unique<uvc::SceneFrames>(), [](std::string_view) {}) {
+      : device_(std::move(model), [](std::string_view) {}) {
     plug();
   }
 

@@ -11,10 +11,6 @@ namespace hapticd::test::usbip {
 /// Prints an error with the name of the program; returns `status`.
 int fail(const std::string& program, const config::Error& error, int status);
 
-/// Sends a command to the running emulator that listens at `control`, and prints its answer. Returns the exit
-/// status of the program.
-int sendCommand(const std::string& program, const std::string& control, const std::string& command);
-
 /// Returns a descriptor that is readable at SIGTERM and SIGINT, which do nothing else from then on.
 int stopSignals();
 

@@ -40,7 +40,6 @@ struct CameraModel {
   std::array<std::uint8_t, 6> module{};    ///< serial number of the optical module, in its details
   std::array<std::uint8_t, 4> firmware{};  ///< major, minor, patch, build
   std::string format = "Z16 ";             ///< fourcc of the pixels, 16 bits each
-  std::uint16_t uvc_version = 0x0110;      ///< 0x0100, 0x0110 or 0x0150
   double horizontal_view_deg = 90;         ///< 10 to 150
   double baseline_mm = 50;
   std::uint32_t depth_unit_um = 1000;  ///< until the host sets another one

@@ -27,7 +27,8 @@ void DepthStream::start(const StreamMode& stream, std::uint32_t unit_um) {
   in_progress_ = false;
   next_number_ = number_ = 0;
   sent_ = skipped_ = 0;
-  source_.begin(mode(), intrinsicsOf(model_, mode().width_px, mode().height_px), unit_um);
+  scene_.emplace(mode().width_px, mode().height_px, intrinsicsOf(model_, mode().width_px, mode().height_px),
+                 unit_um);
   payload_.assign(2 * (payloadHeaderBytes(model_) + frameBytes(mode())),
                   0);  // its pages are there from now on
 }
@@ -80,7 +81,7 @@ void DepthStream::makePayload(std::int64_t now_ns) {
   if (!hasFault(Fault::frame_repeated)) {
     // a payload header of an even number of bytes keeps the pixels aligned
     auto* const pixels = reinterpret_cast<std::uint16_t*>(payload_.data() + header.size());
-    source_.write(frozen_.value_or(number_), {pixels, bytes / 2});
+    scene_->write(frozen_.value_or(number_), {pixels, bytes / 2});
   }
   spoilHeader(header.size());
   spoilSize(header.size());

@@ -7,8 +7,8 @@
 
 #include "tests/vm/emulators/usbip/usb_device.h"
 #include "tests/vm/emulators/uvc/camera_model.h"
+#include "tests/vm/emulators/uvc/depth_scene.h"
 #include "tests/vm/emulators/uvc/faults.h"
-#include "tests/vm/emulators/uvc/frame_source.h"
 #include "tests/vm/emulators/uvc/streaming_control.h"
 
 namespace hapticd::test::uvc {
@@ -18,15 +18,14 @@ namespace hapticd::test::uvc {
 /// does it.  Thread: one.
 class DepthStream {
  public:
-  /// All outlive it.
-  DepthStream(const CameraModel& model, const Faults& faults, FrameSource& source)
-      : model_(model), faults_(faults), source_(source) {}
+  /// Both outlive it.
+  DepthStream(const CameraModel& model, const Faults& faults) : model_(model), faults_(faults) {}
 
   void start(const StreamMode& stream, std::uint32_t unit_um);
   void stop() { stream_.reset(); }
   bool isStreaming() const { return stream_.has_value(); }
 
-  /// Repeats this frame of the source; nothing: plays on.
+  /// Repeats this frame of the scene; nothing: plays on.
   void freeze(std::optional<std::uint32_t> frame) { frozen_ = frame; }
   /// The faults of the stream apply to the next frame only.
   void spoilOnce(Fault fault) { once_ = fault; }
@@ -39,8 +38,6 @@ class DepthStream {
   std::uint64_t framesSent() const { return sent_; }
   std::uint64_t framesSkipped() const { return skipped_; }
   std::uint64_t framesSpoilt() const { return spoilt_; }
-  /// Number of the newest frame that was begun.
-  std::uint32_t frameNumber() const { return number_; }
 
  private:
   void beginFrame(std::int64_t now_ns);
@@ -53,7 +50,7 @@ class DepthStream {
 
   const CameraModel& model_;
   const Faults& faults_;
-  FrameSource& source_;
+  std::optional<DepthScene> scene_;
   std::optional<StreamMode> stream_;
   std::optional<std::int64_t> begun_ns_;  // of frame 0; nothing before the first URB
   std::optional<std::uint32_t> frozen_;

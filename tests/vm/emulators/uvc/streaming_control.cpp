@@ -11,14 +11,11 @@
 namespace hapticd::test::uvc {
 namespace {
 
+constexpr std::size_t kBytes = 34;  // of PROBE and COMMIT in UVC 1.1
 constexpr std::size_t kFormatAt = 2;
 constexpr std::size_t kFrameAt = 3;
 constexpr std::size_t kIntervalAt = 4;
 constexpr std::uint16_t kHintInterval = 1;  // bmHint: the interval is to be kept
-
-std::size_t lengthOf(std::uint16_t uvc_version) {
-  return uvc_version < 0x0110 ? 26 : uvc_version < 0x0150 ? 34 : 48;
-}
 
 std::uint32_t nearestInterval(const DepthMode& mode, std::uint32_t interval) {
   if (interval == 0) return intervalOf(mode.rates_hz.front());
@@ -31,7 +28,7 @@ std::uint32_t nearestInterval(const DepthMode& mode, std::uint32_t interval) {
 }  // namespace
 
 StreamingControl::StreamingControl(const CameraModel& model, std::size_t header_bytes)
-    : model_(model), header_bytes_(header_bytes), length_(lengthOf(model.uvc_version)) {
+    : model_(model), header_bytes_(header_bytes) {
   reset();
 }
 
@@ -55,7 +52,7 @@ std::optional<std::span<const std::uint8_t>> StreamingControl::get(std::uint8_t 
       answer_ = encode(first);
       return answer_;
     case UVC_GET_LEN:
-      answer_ = {static_cast<std::uint8_t>(length_), 0};
+      answer_ = {kBytes, 0};
       return answer_;
     case UVC_GET_INFO:
       answer_ = {UVC_CONTROL_CAP_GET | UVC_CONTROL_CAP_SET};
@@ -66,7 +63,7 @@ std::optional<std::span<const std::uint8_t>> StreamingControl::get(std::uint8_t 
 }
 
 bool StreamingControl::set(std::uint8_t selector, std::span<const std::uint8_t> data) {
-  if (data.size() != length_) return false;
+  if (data.size() != kBytes) return false;
   if (selector == UVC_VS_PROBE_CONTROL) {
     probed_ = agree(data);
     return true;
@@ -91,8 +88,6 @@ Bytes StreamingControl::encode(const StreamMode& stream) const {
   out.zeros(8).u16(0);  // key frames, compression; internal delay in milliseconds
   out.u32(lies_ ? bytes / 2 : bytes).u32(bytes + static_cast<std::uint32_t>(header_bytes_));
   out.u32(kClockHz).u8(0).u8(0).u8(0).u8(0);  // framing and versions do not matter for uncompressed frames
-  encoded.resize(48);
-  encoded.resize(length_);
   return encoded;
 }
 

@@ -17,7 +17,7 @@ struct StreamMode {
 };
 
 /// The negotiation of a stream: the host proposes by PROBE, the camera answers with what it would do, the
-/// host makes it final by COMMIT. The length of both follows from the version of UVC: 26, 34 or 48 bytes.
+/// host makes it final by COMMIT.
 class StreamingControl {
  public:
   /// `model` outlives it. header_bytes: of each payload.
@@ -35,8 +35,6 @@ class StreamingControl {
 
   /// Returns what was committed last; nothing before that.
   const std::optional<StreamMode>& committed() const { return committed_; }
-  /// Bytes of PROBE and COMMIT.
-  std::size_t length() const { return length_; }
 
  private:
   Bytes encode(const StreamMode& stream) const;
@@ -44,7 +42,6 @@ class StreamingControl {
 
   const CameraModel& model_;
   std::size_t header_bytes_;
-  std::size_t length_;
   bool lies_ = false;
   StreamMode probed_;
   std::optional<StreamMode> committed_;

@@ -17,6 +17,7 @@ constexpr std::uint16_t kBulkPacketBytes = 512;  // of a high-speed endpoint
 constexpr std::uint8_t kUndefined = 0;
 
 constexpr std::uint8_t kManufacturerString = 1;
+constexpr std::uint16_t kUvcVersion = 0x0110;
 constexpr std::uint8_t kProductString = 2;
 constexpr std::uint8_t kSerialString = 3;
 constexpr std::uint8_t kFunctionString = 4;
@@ -50,19 +51,17 @@ void addAssociation(Bytes& bytes) {
       .u8(kFunctionString);
 }
 
-Bytes terminalsAndUnits(const CameraModel& model, std::uint32_t selectors, const Faults& faults) {
+Bytes terminalsAndUnits(std::uint32_t selectors, const Faults& faults) {
   Bytes bytes;
   constexpr std::uint8_t kControlBytes = 3;
   ByteWriter out(bytes);
   out.u8(UVC_DT_CAMERA_TERMINAL_SIZE(kControlBytes)).u8(kInterface).u8(UVC_VC_INPUT_TERMINAL);
   out.u8(kCameraTerminal).u16(UVC_ITT_CAMERA).u8(0).u8(0).u16(0).u16(0).u16(0).u8(kControlBytes).zeros(3);
 
-  // since UVC 1.1 a processing unit says which video standards it knows
-  const bool standards = model.uvc_version >= 0x0110;
   constexpr std::uint8_t kProcessingBytes = 2;
-  out.u8(static_cast<std::uint8_t>(9 + kProcessingBytes + (standards ? 1 : 0)));
+  out.u8(10 + kProcessingBytes);
   out.u8(kInterface).u8(UVC_VC_PROCESSING_UNIT).u8(kProcessingUnit).u8(kCameraTerminal).u16(0);
-  out.u8(kProcessingBytes).zeros(kProcessingBytes).u8(0).zeros(standards ? 1 : 0);
+  out.u8(kProcessingBytes).zeros(kProcessingBytes).u8(0).u8(0);
 
   std::uint8_t last = kProcessingUnit;
   if (!faults.has(Fault::no_unit)) {
@@ -83,12 +82,11 @@ Bytes terminalsAndUnits(const CameraModel& model, std::uint32_t selectors, const
   return bytes;
 }
 
-void addControlInterface(Bytes& bytes, const CameraModel& model, std::uint32_t selectors,
-                         const Faults& faults) {
+void addControlInterface(Bytes& bytes, std::uint32_t selectors, const Faults& faults) {
   addInterface(bytes, kControlInterface, 0, UVC_SC_VIDEOCONTROL);
-  const Bytes rest = terminalsAndUnits(model, selectors, faults);
+  const Bytes rest = terminalsAndUnits(selectors, faults);
   ByteWriter out(bytes);
-  out.u8(UVC_DT_HEADER_SIZE(1)).u8(kInterface).u8(UVC_VC_HEADER).u16(model.uvc_version);
+  out.u8(UVC_DT_HEADER_SIZE(1)).u8(kInterface).u8(UVC_VC_HEADER).u16(kUvcVersion);
   out.u16(static_cast<std::uint16_t>(UVC_DT_HEADER_SIZE(1) + rest.size())).u32(kClockHz);
   out.u8(1).u8(kStreamingInterface).append(rest);
 }
@@ -151,7 +149,7 @@ Bytes configurationDescriptor(const CameraModel& model, std::uint32_t selectors,
   ByteWriter out(bytes);
   out.u8(USB_DT_CONFIG_SIZE).u8(USB_DT_CONFIG).u16(0).u8(2).u8(1).u8(0).u8(USB_CONFIG_ATT_ONE).u8(kMilliamps);
   addAssociation(bytes);
-  addControlInterface(bytes, model, selectors, faults);
+  addControlInterface(bytes, selectors, faults);
   addStreamingInterface(bytes, model, faults);
   if (faults.has(Fault::descriptor_cut)) bytes.resize(bytes.size() * 2 / 3);
   put16(bytes, 2, static_cast<std::uint16_t>(bytes.size()));

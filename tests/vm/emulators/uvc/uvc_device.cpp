@@ -33,14 +33,13 @@ std::string sizeOf(const DepthMode& mode) {
 
 }  // namespace
 
-UvcDevice::UvcDevice(CameraModel model, std::unique_ptr<FrameSource> source, usbip::Log log)
+UvcDevice::UvcDevice(CameraModel model, usbip::Log log)
     : full_model_(std::move(model)),
       model_(full_model_),
-      source_(std::move(source)),
       log_(std::move(log)),
       unit_(unitOf(model_, faults_)),
       negotiation_(model_, payloadHeaderBytes(model_)),
-      stream_(model_, faults_, *source_) {
+      stream_(model_, faults_) {
   reset();
 }
 
@@ -168,8 +167,9 @@ std::string UvcDevice::setFault(std::string_view arguments) {
 
 std::string UvcDevice::freeze(std::string_view argument) {
   const auto frame = usbip::wholeNumber(argument);
-  if (!frame || *frame >= source_->frames()) {
-    return fmt::format("error: there is no frame \"{}\", there are 0 to {}", argument, source_->frames() - 1);
+  if (!frame || *frame >= DepthScene::kPhases) {
+    return fmt::format("error: there is no frame \"{}\", there are 0 to {}", argument,
+                       DepthScene::kPhases - 1);
   }
   stream_.freeze(*frame);
   return "ok";
@@ -198,10 +198,10 @@ std::string UvcDevice::commands() const {
 std::string UvcDevice::status() const {
   const auto& stream = negotiation_.committed();
   return fmt::format(R"("streaming":{},"mode":"{}","interval_us":{},"frames":{},"skipped":{},"spoilt":{},)"
-                     R"("frame_number":{},"depth_unit_um":{})",
+                     R"("depth_unit_um":{})",
                      stream_.isStreaming(), stream ? sizeOf(model_.modes[stream->mode]) : "",
                      stream ? stream->interval_100ns / 10 : 0, stream_.framesSent(), stream_.framesSkipped(),
-                     stream_.framesSpoilt(), stream_.frameNumber(), unit_->depthUnit_um());
+                     stream_.framesSpoilt(), unit_->depthUnit_um());
 }
 
 }  // namespace hapticd::test::uvc

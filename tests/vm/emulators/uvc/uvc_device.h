@@ -15,7 +15,7 @@ namespace hapticd::test::uvc {
 /// A depth camera of the USB video class. Its commands are described in README.md.
 class UvcDevice final : public usbip::UsbDevice {
  public:
-  UvcDevice(CameraModel model, std::unique_ptr<FrameSource> source, usbip::Log log);
+  UvcDevice(CameraModel model, usbip::Log log);
 
   const usbip::Descriptors& descriptors() const override { return descriptors_; }
   void reset() override;
@@ -39,7 +39,6 @@ class UvcDevice final : public usbip::UsbDevice {
 
   const CameraModel full_model_;
   CameraModel model_;  ///< with the modes that are offered now
-  std::unique_ptr<FrameSource> source_;
   usbip::Log log_;
   Faults faults_;
   std::unique_ptr<ExtensionUnit> unit_;

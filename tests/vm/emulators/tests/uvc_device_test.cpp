@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Negotiation and payloads of the emulated depth camera. Offsets: USB Video Class 1.1, tables 2-6 and 4-75.
+// The emulated depth camera as a kernel meets it: descriptors, negotiation, payloads. Offsets: USB Video
+// Class 1.1, tables 2-6 and 4-75.
 
 #include <gtest/gtest.h>
 
 #include <cerrno>
 #include <cmath>
+#include <map>
+#include <stdexcept>
 
 #include "tests/vm/emulators/tests/uvc_rig.h"
 
@@ -15,18 +18,78 @@ constexpr std::size_t kHeaderBytes = 12 + 40 + 40 + 60;
 constexpr std::size_t kFrameBytes = 128 * 96 * 2;
 constexpr std::uint32_t k30Hz = 333333;
 
-TEST(EmulatedDepthStream, NegotiatesAsManyBytesAsItsVersionHas) {
-  for (const auto& [version, bytes] : {std::pair{0x0100, 26}, {0x0110, 34}, {0x0150, 48}}) {
-    uvc::CameraModel model = smallCamera();
-    model.uvc_version = static_cast<std::uint16_t>(version);
-    UvcRig rig(model);
-    const Bytes probe = rig.get(0x81, 1, 1, 64).data;
-    EXPECT_EQ(probe.size(), static_cast<std::size_t>(bytes));
-    EXPECT_EQ(rig.get(0x85, 1, 1, 2).data, (Bytes{static_cast<std::uint8_t>(bytes), 0}));
-    EXPECT_EQ(rig.set(1, 1, probe).status, 0);
-    Bytes cut = probe;
-    cut.pop_back();
-    EXPECT_EQ(rig.set(1, 1, cut).status, -EPIPE);
+/// The descriptors in a configuration, one after the other; throws where one is longer than the rest.
+std::vector<Bytes> taken(const Bytes& configuration) {
+  std::vector<Bytes> all;
+  for (std::size_t at = 0; at < configuration.size(); at += configuration.at(at)) {
+    const std::size_t length = configuration[at];
+    if (length < 2 || at + length > configuration.size()) throw std::runtime_error("a descriptor is cut");
+    all.emplace_back(configuration.begin() + static_cast<std::ptrdiff_t>(at),
+                     configuration.begin() + static_cast<std::ptrdiff_t>(at + length));
+  }
+  return all;
+}
+
+/// Class descriptors of a subtype behind the interface descriptor of that subclass.
+std::vector<Bytes> ofClass(const std::vector<Bytes>& all, std::uint8_t subclass, std::uint8_t subtype) {
+  std::vector<Bytes> found;
+  std::uint8_t current = 0;
+  for (const Bytes& one : all) {
+    if (one[1] == 4) current = one[6];
+    if (one[1] == 0x24 && current == subclass && one[2] == subtype) found.push_back(one);
+  }
+  return found;
+}
+
+TEST(EmulatedDepthCamera, DescribesItselfInDescriptorsWhoseLengthsAddUp) {
+  UvcRig rig(uvc::realsenseD435());
+  const Bytes configuration = rig.descriptor(0x0200).data;
+  EXPECT_EQ(word(configuration, 2, 2), configuration.size());
+  const auto all = taken(configuration);
+  std::map<std::uint8_t, std::size_t> bytes;
+  std::uint8_t subclass = 0;
+  for (const Bytes& one : all) {
+    if (one[1] == 4) subclass = one[6];
+    if (one[1] == 0x24) bytes[subclass] += one.size();
+  }
+  EXPECT_EQ(word(ofClass(all, 1, 1).at(0), 5, 2), bytes[1]);
+  EXPECT_EQ(word(ofClass(all, 2, 1).at(0), 4, 2), bytes[2]);
+  const Bytes processing = ofClass(all, 1, 5).at(0);
+  EXPECT_EQ(processing.size(), 10U + processing.at(7));
+}
+
+TEST(EmulatedDepthCamera, OffersEachModeAsZ16AndItsUnitAsThatOfRealsense) {
+  UvcRig rig(uvc::realsenseD435());
+  const auto all = taken(rig.descriptor(0x0200).data);
+  const auto frames = ofClass(all, 2, 5);
+  const Bytes format = ofClass(all, 2, 4).at(0);
+  EXPECT_EQ(Bytes(format.begin() + 5, format.begin() + 21),
+            (Bytes{'Z', '1', '6', ' ', 0, 0, 0x10, 0, 0x80, 0, 0, 0xaa, 0, 0x38, 0x9b, 0x71}));
+  ASSERT_EQ(frames.size(), 6U);
+  EXPECT_EQ(word(frames[1], 5, 2), 848U);
+  EXPECT_EQ(word(frames[1], 7, 2), 480U);
+  EXPECT_EQ(word(frames[1], 17), 848U * 480 * 2);
+  EXPECT_EQ(word(frames[1], 34), 111111U) << "90 Hz";
+  const Bytes unit = ofClass(all, 1, 6).at(0);
+  EXPECT_EQ(unit[3], 3U);
+  // C9606CCB-594C-4D25-AF47-CCC496435995: the first three groups are little-endian
+  EXPECT_EQ(Bytes(unit.begin() + 4, unit.begin() + 20),
+            (Bytes{0xcb, 0x6c, 0x60, 0xc9, 0x4c, 0x59, 0x25, 0x4d, 0xaf, 0x47, 0xcc, 0xc4, 0x96, 0x43, 0x59,
+                   0x95}));
+}
+
+TEST(EmulatedDepthCamera, ShowsFaultsOfDescriptorsWhenItIsPluggedInAgain) {
+  UvcRig rig;
+  const Bytes good = rig.descriptor(0x0200).data;
+  for (const char* fault : {"lies-about-size", "unknown-format", "no-frames", "frame-zero", "interval-zero",
+                            "no-endpoint", "no-unit", "descriptor-cut"}) {
+    rig.tell(std::string("fault ") + fault);
+    EXPECT_EQ(rig.descriptor(0x0200).data, good) << fault << " before that";
+    rig.plug();
+    EXPECT_NE(rig.descriptor(0x0200).data, good) << fault;
+    rig.tell("resume");
+    rig.plug();
+    EXPECT_EQ(rig.descriptor(0x0200).data, good) << fault << " is over";
   }
 }
 
@@ -46,14 +109,6 @@ TEST(EmulatedDepthStream, AnswersAProposalWithWhatItWouldDo) {
   proposal[3] = 9;
   EXPECT_EQ(rig.set(1, 1, proposal).status, 0);
   EXPECT_EQ(rig.get(0x81, 1, 1, 34).data.at(3), 1U) << "a mode that there is";
-}
-
-TEST(EmulatedDepthStream, SaysWhyItHasRefusedARequest) {
-  UvcRig rig;
-  EXPECT_EQ(rig.get(0x81, 9, 1, 34).status, -EPIPE);
-  EXPECT_EQ(rig.get(0x81, 2, 0, 1).data, Bytes{7}) << "invalid request";
-  EXPECT_EQ(rig.get(0x81, 1, 0x0500, 4).status, -EPIPE);
-  EXPECT_EQ(rig.get(0x81, 2, 0, 1).data, Bytes{5}) << "invalid unit";
 }
 
 TEST(EmulatedDepthStream, SendsAFrameAsOnePayloadOfUrbs) {
@@ -84,21 +139,6 @@ TEST(EmulatedDepthStream, PutsTimesIntoTheMetadataAsTheKernelsDocumentHasThem) {
   EXPECT_EQ(word(payload, 96), 60U);
 }
 
-TEST(EmulatedDepthStream, EndsAPayloadThatFillsItsUrbsWithAnEmptyOne) {
-  uvc::CameraModel model = smallCamera(uvc::gemini335());
-  model.modes = {{512, 32, {30}}};  // two URBs together with a header of 0 bytes
-  UvcRig rig(model);
-  rig.commit(1, k30Hz);
-  constexpr std::uint32_t kExact = (512 * 32 * 2 + 12) / 4;
-  std::vector<std::size_t> sizes;
-  for (int urb = 0; urb < 5; ++urb) {
-    rig.host().submitBulk(0x82, kExact);
-    rig.serve();
-    sizes.push_back(rig.host().next().data.size());
-  }
-  EXPECT_EQ(sizes, (std::vector<std::size_t>{kExact, kExact, kExact, kExact, 0}));
-}
-
 TEST(EmulatedDepthStream, SendsThePixelsOfTheTiltedPlaneAndTheSphere) {
   UvcRig rig;
   rig.commit(1, k30Hz);
@@ -122,19 +162,6 @@ TEST(EmulatedDepthStream, SendsThePixelsOfTheTiltedPlaneAndTheSphere) {
   }
   EXPECT_GT(on_plane, 10'000U);
   EXPECT_GT(on_sphere, 100U);
-}
-
-TEST(EmulatedDepthStream, NumbersItsFramesInTheLowBitsOfTheFirstPixels) {
-  UvcRig rig;
-  rig.commit(1, k30Hz);
-  for (std::uint32_t frame = 0; frame < 20; ++frame) {
-    const Bytes payload = rig.payload();
-    std::uint32_t number = 0;
-    for (std::size_t i = 0; i < 8; ++i) {
-      number |= (word(payload, kHeaderBytes + 2 * i, 2) & 15U) << 4 * i;
-    }
-    EXPECT_EQ(number, frame);
-  }
 }
 
 TEST(EmulatedDepthStream, BeginsFramesByTheClockAndSkipsThoseThatTheHostHasNoRoomFor) {
@@ -163,16 +190,6 @@ TEST(EmulatedDepthStream, EndsWhenTheHostClearsTheHaltOfTheEndpoint) {
   EXPECT_TRUE(rig.host().hasNothing());
 }
 
-TEST(EmulatedDepthStream, FreezesAFrame) {
-  UvcRig rig;
-  rig.tell("freeze 3");
-  rig.commit(2, k30Hz);
-  const Bytes first = rig.payload(), second = rig.payload();
-  EXPECT_EQ(Bytes(first.begin() + kHeaderBytes, first.end()),
-            Bytes(second.begin() + kHeaderBytes, second.end()));
-  EXPECT_EQ(rig.device().command("freeze 8").substr(0, 6), "error:");
-}
-
 TEST(EmulatedDepthStream, DamagesFramesUntilItResumes) {
   UvcRig rig;
   rig.commit(1, k30Hz);
@@ -196,27 +213,6 @@ TEST(EmulatedDepthStream, DamagesFramesUntilItResumes) {
   EXPECT_EQ(Bytes(stuck.begin() + kHeaderBytes, stuck.end()),
             Bytes(repeated.begin() + kHeaderBytes, repeated.end()));
   EXPECT_EQ(rig.payload().size(), whole.size());
-}
-
-TEST(EmulatedDepthStream, DamagesOneFrameOnly) {
-  UvcRig rig;
-  rig.commit(1, k30Hz);
-  rig.tell("fault frame-short once");
-  EXPECT_EQ(rig.payload().size(), kHeaderBytes + kFrameBytes / 2);
-  EXPECT_EQ(rig.payload().size(), kHeaderBytes + kFrameBytes);
-  EXPECT_EQ(rig.device().command("fault disparity once").substr(0, 6), "error:");
-}
-
-TEST(EmulatedDepthStream, SendsNothingWhileSilent) {
-  UvcRig rig;
-  rig.commit(1, k30Hz);
-  rig.tell("fault silent");
-  rig.host().submitBulk(0x82, kUrbBytes);
-  rig.advance(1'000'000'000);
-  EXPECT_TRUE(rig.host().hasNothing());
-  rig.tell("resume");
-  rig.advance(1'000'000'000 / 30);
-  EXPECT_EQ(rig.host().next().data.size(), kUrbBytes);
 }
 
 TEST(EmulatedDepthStream, LeavesRequestsOfTheClassUnansweredWhileMute) {
