@@ -13,6 +13,7 @@
 #include <variant>
 #include <vector>
 
+#include "tests/fuzz/seeds.h"
 #include "tools/hapticd-view/live/client_message.h"
 #include "tools/hapticd-view/server/access.h"
 
@@ -70,6 +71,19 @@ void checkPlayback(const PlaybackRequest& request) {
 }
 
 }  // namespace
+
+std::vector<std::string> seeds() {
+  const std::string token(kToken);
+  return {
+      "GET\n/live?token=" + token + "\n127.0.0.1:8765\nhttp://127.0.0.1:8765\nsame-origin\n\n",
+      "GET\n/\n[::1]:8765\n\nnone\ntheme=dark; hapticd-view=" + token + "\n",
+      "POST\n/?token=1\nevil.example\nnull\ncross-site\nhapticd-view=\n",
+      R"({"type":"depth","maxHz":30})",
+      R"({"type":"factor","factor":0.5})",
+      R"({"type":"seek","s":12.5})",
+      R"({"type":"step","frames":-1})",
+  };
+}
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view bytes(reinterpret_cast<const char*>(data), size);
