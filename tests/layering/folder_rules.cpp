@@ -103,7 +103,6 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/haptic-bridge", tool_libraries},
       {"tools/haptic-palpate", tool_libraries},
       {"tools/haptic-replay", tool_libraries},
-      {"tools/haptic-soak", tool_libraries},
       {"tools/hapticbench/main.cpp",
        {"tools/lib/child", "tools/lib/options", "tools/lib/whole_file", "tools/hapticbench",
         "tools/hapticbench/"}},
