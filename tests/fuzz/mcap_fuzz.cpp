@@ -143,6 +143,26 @@ std::string foreignTrace(const std::string& metadata) {
          chunkOf(1'000, 2'000, channel + messages, "zstd") + endOf();
 }
 
+/// A file that its writer closed: a chunk, and a summary that tells the places of everything.
+std::string closedTrace() {
+  using namespace hapticd::test::raw_mcap;
+  const std::string records = schemaRecordOf(1, "a/msg/B", "uint8 x\n") + channelRecordOf(1, 1, "/foreign") +
+                              messageOf(1, 1'000, "x") + messageOf(1, 2'000, "y");
+  std::string file = kMcapMagic + headerOf("hapticd") + traceMetadata("5");
+  const std::size_t begin = file.size();
+  mcap::ChunkContent content;
+  require(mcap::ChunkContent::of(records, content));
+  const mcap::ChunkRecord chunk{content.start_ns, content.end_ns, records.size(), mcap::crcOf(records), "",
+                                records};
+  mcap::addChunk(file, chunk);
+  mcap::Summary summary;
+  summary.addSchema(content.schemas.front());
+  summary.addChannel(content.channels.front());
+  summary.addChunk(begin, file.size() - begin, chunk, content);
+  file += content.indexRecords();
+  return file + summary.ending(file.size(), mcap::crcOf(file));
+}
+
 /// A message of a schema with other fields than any of ours, and one without the first of them.
 std::vector<std::string> messagesOfOtherVersions(const hapticd::rt::Tick& tick) {
   const std::string other =
@@ -172,6 +192,7 @@ std::vector<std::string> seeds() {
   const std::string trace = foreignTrace(traceMetadata("5"));
   all.push_back(trace);
   all.push_back(foreignTrace(""));
+  all.push_back(closedTrace());
   all.push_back(trace.substr(0, trace.size() / 2));
   all.push_back(kMcapMagic + headerOf("x") + traceMetadata("5") + endOf());
   all.push_back(kMcapMagic);
