@@ -147,11 +147,10 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/hapticctl/snapshot", {"tools/lib/client"}},
       {"tools/hapticd-view",
        {"tools/lib/client", "tools/lib/options", "tools/hapticd-view/box_link", "tools/hapticd-view/live",
-        "tools/hapticd-view/recorded", "tools/hapticd-view/server"}},
+        "tools/hapticd-view/server"}},
       {"tools/hapticd-view/box_link", {"tools/lib/client", "tools/hapticd-view/live"}},
       {"tools/hapticd-view/foxglove", {"tools/lib/client", "tools/hapticd-view/live"}},
       {"tools/hapticd-view/live", {"tools/lib/client"}},
-      {"tools/hapticd-view/recorded", {"tools/lib/client", "tools/lib/trace", "tools/hapticd-view/live"}},
       {"tools/hapticd-view/server", {"tools/hapticd-view/foxglove", "tools/hapticd-view/live"}},
       {"tools/manual", {"tools/lib/whole_file"}},
 
