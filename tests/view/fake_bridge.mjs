@@ -90,7 +90,6 @@ export class FakeBridge {
     this.refuses = false;
     this.frames = 0;
     this.windows = 0;
-    this.received = [];
     this.depthHz = 30;
     this.due = 0;
     this.proxy = [kHip[0], kHip[1] + 0.002, kHip[2] + 0.004];
@@ -145,7 +144,6 @@ export class FakeBridge {
         this.drawing = false;
         return;
       }
-      this.received.push(message);
       if (message.type === 'depth') this.depthHz = message.maxHz;
     });
     send({ type: 'hello', protocol: 1, version: '0.1.0' });
