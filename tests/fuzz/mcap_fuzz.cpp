@@ -8,8 +8,10 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <random>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "drivers/trace/depth_codec.h"
 #include "drivers/trace/mcap_format.h"
@@ -18,6 +20,9 @@
 #include "drivers/trace/trace_reader.h"
 #include "drivers/trace/trace_recovery.h"
 #include "drivers/trace/trace_writer.h"
+#include "tests/fuzz/seeds.h"
+#include "tests/support/made_up_trace.h"
+#include "tests/support/raw_mcap.h"
 #include "tests/support/temporary_folder.h"
 
 namespace {
@@ -112,7 +117,87 @@ void takeMessageOfOtherVersion(std::string_view bytes) {
   if (decoder) (void)decoder->decode(bytes.substr(std::min(schema.size() + 1, bytes.size())), record);
 }
 
+template <typename Record>
+std::string encoded(const Record& record) {
+  std::string message;
+  drivers::encode(record, 1'000, message);
+  return message;
+}
+
+/// A message and the same as the content of a chunk.
+template <typename Record>
+void addMessage(std::vector<std::string>& all, std::uint16_t channel, const Record& record) {
+  all.push_back(encoded(record));
+  all.push_back(hapticd::test::raw_mcap::messageOf(channel, 1'000, all.back()));
+}
+
+/// What another program writes: a channel of its own, an attachment, chunks with and without compression.
+std::string foreignTrace(const std::string& metadata) {
+  using namespace hapticd::test::raw_mcap;
+  const std::string channel = schemaRecordOf(1, "a/msg/B", "uint8 x\n") + channelRecordOf(1, 1, "/foreign");
+  const std::string messages = messageOf(1, 1'000, "x") + messageOf(1, 2'000, std::string(40, 'y'));
+  const std::string attachment =
+      little(1, 8) + little(2, 8) + sizedText("a") + sizedText("b") + little(4, 8) + "data" + little(0, 4);
+  return kMcapMagic + headerOf("x") + metadata + channel + recordOf(9, attachment) + messages +
+         chunkOf(1'000, 2'000, channel + messages) + chunkOf(1'000, 2'000, channel + messages, "lz4") +
+         chunkOf(1'000, 2'000, channel + messages, "zstd") + endOf();
+}
+
+/// A file that its writer closed: a chunk, and a summary that tells the places of everything.
+std::string closedTrace() {
+  using namespace hapticd::test::raw_mcap;
+  const std::string records = schemaRecordOf(1, "a/msg/B", "uint8 x\n") + channelRecordOf(1, 1, "/foreign") +
+                              messageOf(1, 1'000, "x") + messageOf(1, 2'000, "y");
+  std::string file = kMcapMagic + headerOf("hapticd") + traceMetadata("5");
+  const std::size_t begin = file.size();
+  mcap::ChunkContent content;
+  require(mcap::ChunkContent::of(records, content));
+  const mcap::ChunkRecord chunk{content.start_ns, content.end_ns, records.size(), mcap::crcOf(records), "",
+                                records};
+  mcap::addChunk(file, chunk);
+  mcap::Summary summary;
+  summary.addSchema(content.schemas.front());
+  summary.addChannel(content.channels.front());
+  summary.addChunk(begin, file.size() - begin, chunk, content);
+  file += content.indexRecords();
+  return file + summary.ending(file.size(), mcap::crcOf(file));
+}
+
+/// A message of a schema with other fields than any of ours, and one without the first of them.
+std::vector<std::string> messagesOfOtherVersions(const hapticd::rt::Tick& tick) {
+  const std::string other =
+      "builtin_interfaces/Time stamp\nuint64 number\nuint8 MODE_IDLE=0\nuint8 MODE_ENGAGED=1\nuint8 mode\n"
+      "float64[3] hip_m_in_world\nstring note\nhapticd_msgs/NamedText[] fields\nuint8[] memory\nint16 "
+      "spare\n";
+  std::string older = drivers::schemaOf<hapticd::rt::Tick>();
+  const std::size_t second_line = older.find('\n') + 1;
+  older.erase(second_line, older.find('\n', second_line) + 1 - second_line);
+  return {other + '\0' + encoded(tick), older + '\0' + encoded(tick)};
+}
+
 }  // namespace
+
+std::vector<std::string> seeds() {
+  using namespace hapticd::test::raw_mcap;
+  std::mt19937_64 random(1);
+  const hapticd::rt::Tick tick = hapticd::test::madeUpTick(random, 1);
+  std::vector<std::string> all = messagesOfOtherVersions(tick);
+  addMessage(all, 1, tick);
+  addMessage(all, 2, hapticd::test::madeUpModel(random));
+  addMessage(all, 3, hapticd::test::madeUpDirective(random));
+  addMessage(all, 4, hapticd::test::madeUpEvent(random));
+  addMessage(all, 5, hapticd::test::madeUpSnapshot(random));
+  addMessage(all, 6, hapticd::test::madeUpAdditions(random));
+  addMessage(all, 7, hapticd::test::madeUpDepth(random));
+  const std::string trace = foreignTrace(traceMetadata("5"));
+  all.push_back(trace);
+  all.push_back(foreignTrace(""));
+  all.push_back(closedTrace());
+  all.push_back(trace.substr(0, trace.size() / 2));
+  all.push_back(kMcapMagic + headerOf("x") + traceMetadata("5") + endOf());
+  all.push_back(kMcapMagic);
+  return all;
+}
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view bytes(reinterpret_cast<const char*>(data), size);

@@ -6,15 +6,21 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "drivers/handle/udp/conversation.h"
 #include "drivers/handle/udp/packet.h"
+#include "tests/fuzz/seeds.h"
 
 namespace {
 
 namespace udp = hapticd::drivers::udp;
+
+constexpr std::uint64_t kSession = 1;  // of the receiver
+const std::vector<std::byte> kKey(16, std::byte{'k'});
 
 void require(bool holds) {
   if (!holds) std::abort();
@@ -31,7 +37,7 @@ std::vector<std::byte> withRightCrc(std::span<const std::byte> bytes) {
 }
 
 void take(std::span<const std::byte> bytes, std::span<const std::byte> key) {
-  static udp::Conversation conversation(1);
+  static udp::Conversation conversation(kSession);
   static std::int64_t now_ns = 0;
   if (const auto state = udp::decodeState(bytes, key)) {
     require(norm(state->position_m_in_handle) <= udp::kMaxPositionM);
@@ -47,13 +53,79 @@ void take(std::span<const std::byte> bytes, std::span<const std::byte> key) {
   }
 }
 
+template <typename Packet>
+std::string encoded(const Packet& packet, std::span<const std::byte> key = {}) {
+  const udp::PacketBytes packed = udp::encode(packet, key);
+  return {reinterpret_cast<const char*>(packed.bytes().data()), packed.bytes().size()};
+}
+
+/// A state of a sender that heard packet `echo` of the receiver `age_ns` ago; 0: it has heard none.
+udp::StatePacket stateOf(std::uint64_t sequence, std::uint64_t echo, std::uint64_t age_ns = 100'000) {
+  udp::StatePacket state;
+  state.header = {.session = 7, .sequence = sequence, .time_ns = 1'000'000'000, .echo = {}};
+  if (echo > 0) state.header.echo = {.session = kSession, .sequence = echo, .age_ns = age_ns};
+  state.position_m_in_handle = {0.01, -0.02, 0.3};
+  state.velocity_m_per_s_in_handle = {0.1, 0, -0.1};
+  state.velocity_valid = state.calibrated = state.damps = true;
+  state.buttons = 3;
+  return state;
+}
+
 }  // namespace
 
+std::vector<std::string> seeds() {
+  std::vector<std::string> all;
+  all.push_back(encoded(stateOf(1, 0)));  // a greeting
+  for (const std::uint64_t sequence : {2U, 3U, 3U, 9U, 8U, 200U, 100U}) {
+    all.push_back(encoded(stateOf(sequence, 1)));  // in order, again, with a gap, late, beyond the window
+  }
+  all.push_back(encoded(stateOf(201, 1, 50'000'000)));  // an echo from long ago, and one of the future
+  all.push_back(encoded(stateOf(202, 1'000'000)));
+  all.push_back(encoded(stateOf(203, 2), kKey));
+  udp::StatePacket state = stateOf(204, 2);
+  state.header.echo.session = 5;  // of an earlier receiver
+  all.push_back(encoded(state));
+  state.header.session = 8;  // the sender started again
+  all.push_back(encoded(state));
+  state.header.session = 0;
+  all.push_back(encoded(state));
+  state = stateOf(205, 2);
+  state.fault = true;
+  state.header.time_ns = std::numeric_limits<std::int64_t>::max();
+  all.push_back(encoded(state));
+  state = stateOf(206, 2);
+  state.position_m_in_handle.x = std::nan("");
+  all.push_back(encoded(state));
+  state.position_m_in_handle = {udp::kMaxPositionM, 1, 0};
+  all.push_back(encoded(state));
+  state = stateOf(207, 2);
+  state.velocity_m_per_s_in_handle.z = udp::kMaxSpeedMPerS;
+  all.push_back(encoded(state));
+
+  udp::CommandPacket command;
+  command.header = stateOf(1, 1).header;
+  all.push_back(encoded(command));
+  command.force_n_in_handle = {1, -2, 3};
+  command.active = command.may_damp = true;
+  command.tick = 42;
+  command.tick_ns = 1'000'000;
+  command.contact_damping_n_s_per_m = 2.5;
+  all.push_back(encoded(command));
+  all.push_back(encoded(command, kKey));
+  command.force_n_in_handle.y = 2 * udp::kMaxForceN;
+  all.push_back(encoded(command));
+  command.force_n_in_handle.y = 0;
+  command.contact_damping_n_s_per_m = std::numeric_limits<double>::infinity();
+  all.push_back(encoded(command));
+  all.push_back(all.front().substr(0, udp::kPlainBytes - 1));
+  all.push_back(all.front() + std::string(udp::kAuthenticatedBytes - udp::kPlainBytes, '\0'));
+  return all;
+}
+
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const std::vector<std::byte> key(16, std::byte{'k'});
   const std::span<const std::byte> bytes = std::as_bytes(std::span(data, size));
   take(bytes, {});
-  take(bytes, key);
+  take(bytes, kKey);
   take(withRightCrc(bytes), {});
   return 0;
 }

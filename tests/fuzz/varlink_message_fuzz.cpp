@@ -7,9 +7,11 @@
 #include <cstdlib>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "daemon/control/control_service.h"
 #include "daemon/control/varlink_message.h"
+#include "tests/fuzz/seeds.h"
 #include "tests/unit/daemon/control/fake_box.h"
 
 namespace {
@@ -64,7 +66,58 @@ struct Daemon {
   FakeBox box;
 };
 
+/// A call as a client sends it. `more`: further members of the message.
+std::string call(const std::string& method, const std::string& parameters = "{}",
+                 const std::string& more = "") {
+  return R"({"method":")" + method + R"(","parameters":)" + parameters + more + "}" + '\0';
+}
+
+std::string status(const std::string& method, const std::string& parameters = "{}",
+                   const std::string& more = "") {
+  return call("io.hapticd.Status." + method, parameters, more);
+}
+
+std::string control(const std::string& method, const std::string& parameters = "{}") {
+  return call("io.hapticd.Control." + method, parameters);
+}
+
 }  // namespace
+
+std::vector<std::string> seeds() {
+  return {
+      call("org.varlink.service.GetInfo"),
+      call("org.varlink.service.GetInterfaceDescription", R"({"interface":"io.hapticd.Status"})"),
+      call("io.nobody.Method") + status("Nope") + call("Nope"),
+      "{\"method\":\"io.hapticd.Status.\\u0000\\ud83d\\ude00\u00e4\"}",
+      status("GetStatus", "null"),
+      status("GetStatus", R"({"x":[[[[[[[[[[[[[{}]]]]]]]]]]]]]})"),
+      status("GetStatus", "{}", R"(,"upgrade":true)"),
+      status("GetStatus", "{}", R"(,"oneway":true)") +
+          status("GetStatus", "{}", R"(,"oneway":false,"more":false)"),
+      status("Monitor", "{}", R"(,"oneway":true,"more":true)"),
+      status("Monitor", R"({"intervalMs":20,"fields":["mode","tick.hipMInWorld.x","handle.link.sent"]})",
+             R"(,"more":true)"),
+      control("Engage") + status("Events", R"({"kinds":["engage","mode"]})", R"(,"more":true)"),
+      status("GetSnapshot", "{}", R"(,"more":true)"),
+      status("GetParameters"),
+      status("GetParameters", R"({"names":["force.radius_m","force.law"]})"),
+      control("SetParameters", R"({"parameters":{"force.stiffness_n_per_m":800,"force.min_points":7,
+                                                 "force.law":"proxy"}})"),
+      control("SetParameters", R"({"parameters":{"force.radius_m":-1e400,"camera.near_m":0.5,
+                                                 "a.b":[null,true,{}],"force.min_points":18446744073709551615}})"),
+      control("Engage", R"({"insideSurface":true})") + control("Disengage") + control("ClearFault"),
+      status("GetCalibration") +
+          control("SetCalibration", R"({"cameraPose":{"xM":1,"yM":-2.5,"zM":1e-3,"rollRad":0,"pitchRad":3.2,
+                                                      "yawRad":-1},"residualM":0.001})"),
+      control("StartTrace", R"({"label":"a-b_c.d","depth":false})") + control("StopTrace") +
+          control("DumpTrace") + control("DeleteTrace", R"({"name":"trace-1"})") + status("ListTraces"),
+      status("ListProfiles"),
+      control("SaveProfile", R"({"name":"a"})"),
+      control("LoadProfile", R"({"name":"../a"})"),
+      control("DeleteProfile", R"({"name":"a"})"),
+      control("SetBootProfile", R"({"name":null})"),
+  };
+}
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static Daemon daemon;

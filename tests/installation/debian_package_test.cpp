@@ -126,7 +126,7 @@ TEST(DebianPackage, SharesNoFileWithTheOther) {
     EXPECT_FALSE(fs::exists(box.path(file))) << file;
   }
   for (const char* program : {"usr/bin/hapticbench", "usr/bin/haptic-palpate", "usr/bin/haptic-replay",
-                              "usr/bin/haptic-soak", "usr/libexec/hapticd/haptic-hdf5"}) {
+                              "usr/libexec/hapticd/haptic-hdf5"}) {
     EXPECT_TRUE(fs::exists(tools.path(program))) << program;
   }
   for (const char* program : {"usr/bin/hapticctl", "usr/bin/hapticd-view", "usr/bin/haptic-bridge",

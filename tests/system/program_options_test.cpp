@@ -29,7 +29,6 @@ const std::vector<Subject> kPrograms{{"hapticd", HAPTICD_PROGRAM, 64},
                                      {"haptic-bridge", HAPTIC_BRIDGE_PROGRAM, 64},
                                      {"haptic-palpate", HAPTIC_PALPATE_PROGRAM, 64},
                                      {"haptic-replay", HAPTIC_REPLAY_PROGRAM, 64},
-                                     {"haptic-soak", HAPTIC_SOAK_PROGRAM, 64},
                                      {"hapticbench", HAPTICBENCH_PROGRAM, 64}};
 
 /// The words in help that stand for values other than numbers: text.
@@ -185,7 +184,6 @@ TEST(ProgramOptions, EndingsThatStandForNoFormatAreRefusedBeforeTheWork) {
   const std::string file = folder.path() / "a.parquet";
   const std::vector<Words> commands{{HAPTIC_BRIDGE_PROGRAM, "--log"},
                                     {HAPTIC_REPLAY_PROGRAM, "--out"},
-                                    {HAPTIC_SOAK_PROGRAM, "--json"},
                                     {HAPTICBENCH_PROGRAM, "accuracy", "--json"},
                                     {HAPTICBENCH_PROGRAM, "stability", "--json"},
                                     {HAPTICBENCH_PROGRAM, "pareto", "--plot"},

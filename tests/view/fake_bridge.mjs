@@ -41,8 +41,8 @@ export function spherePoints(sphere = kSphere) {
   return points;
 }
 
-/** A depth message: a linear law of whole millimetres; 0 means that nothing was measured. */
-function depthMessage(wallM) {
+/** A depth message: a linear law of whole millimetres. */
+function depthMessage() {
   const message = Buffer.alloc(8 + 280 + 2 * kWidth * kHeight);
   message.writeUInt8(1, 0);
   const header = message.subarray(8);
@@ -58,7 +58,7 @@ function depthMessage(wallM) {
   [0, 4, 8].forEach((i) => header.writeDoubleLE(1, 80 + 8 * i));
   for (let row = 0; row < kHeight; row++) {
     for (let column = 0; column < kWidth; column++) {
-      const depth = sphereDepth(column, row) || wallM;
+      const depth = sphereDepth(column, row) || kWallM;
       header.writeUInt16LE(Math.round(depth / kMPerRaw), 280 + 2 * (row * kWidth + column));
     }
   }
@@ -82,23 +82,21 @@ const kStatus = {
 };
 
 export class FakeBridge {
-  /** `status` is sent as it is at each moment; a test may change it, and the flags below. `wall`: behind the sphere. */
-  constructor(folder, { wall = true, timeline = null } = {}) {
+  /** `status` is sent as it is at each moment; a test may change it, and the flags below. */
+  constructor(folder) {
     this.folder = folder;
     this.status = structuredClone(kStatus);
     this.silent = false;
     this.refuses = false;
     this.frames = 0;
     this.windows = 0;
-    this.received = [];
     this.depthHz = 30;
     this.due = 0;
-    this.timeline = timeline;
     this.proxy = [kHip[0], kHip[1] + 0.002, kHip[2] + 0.004];
     /** Sent to each page that connects, and with sendAdditions(); the rest of what windows say of fixtures. */
     this.additions = { fixtures: [], regions: [] };
     this.ofFixtures = {};
-    this.message = depthMessage(wall ? kWallM : 0);
+    this.message = depthMessage();
   }
 
   async start(port = 0) {
@@ -146,13 +144,9 @@ export class FakeBridge {
         this.drawing = false;
         return;
       }
-      this.received.push(message);
       if (message.type === 'depth') this.depthHz = message.maxHz;
     });
-    send({ type: 'hello', protocol: 1, source: this.timeline ? 'trace' : 'live', version: '0.1.0',
-      trace: this.timeline ? { name: 'session', beginNs: 0, durationS: this.timeline.durationS, depth: true } : null });
-    if (this.timeline) send({ type: 'timeline', ...this.timeline });
-    if (this.timeline) send({ type: 'playback', s: 0, playing: true, factor: 1 });
+    send({ type: 'hello', protocol: 1, version: '0.1.0' });
     send({ type: 'additions', ...this.additions });
     send({ type: 'parameters', parameters: {
       'force.radius_m': 0.04, 'contact.proxy_radius_m': 0.008, 'camera.near_m': 0.4, 'camera.far_m': 4,

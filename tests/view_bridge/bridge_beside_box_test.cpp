@@ -38,7 +38,6 @@ TEST(View, ShowsStateParametersForcesAndEvents) {
   WebSocketPeer peer(bridge.port(), bridge.liveTarget());
   const json hello = peer.nextOf("hello", 1);
   EXPECT_EQ(hello.value("protocol", 0), 1);
-  EXPECT_EQ(hello.value("source", ""), "live");
   EXPECT_EQ(peer.nextOf("box").value("reachable", false), true);
   const json state = peer.nextOf("state");
   ASSERT_TRUE(state.contains("status"));

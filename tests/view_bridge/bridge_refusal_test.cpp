@@ -105,6 +105,19 @@ TEST(ViewRefusal, TellsWhereTheTokenComesFrom) {
   EXPECT_TRUE(contains(view.bridge.answerTo(pageRequest(view.host)), "hapticctl view"));
 }
 
+TEST(ViewRefusal, MeetsAWebSocketThatOffersNoFoxgloveProtocol) {
+  View view;
+  const auto answerTo = [&view](const std::string& offered) {
+    const std::string fields = view.cookie + "Sec-WebSocket-Protocol: " + offered + "\r\n";
+    return WebSocketPeer(view.bridge.port(), "/", fields).answer();
+  };
+  EXPECT_EQ(statusLine(answerTo("foxglove.websocket.v2")), "HTTP/1.1 400 Bad Request");
+  EXPECT_TRUE(
+      contains(answerTo("foxglove.websocket.v1"), "Sec-WebSocket-Protocol: foxglove.websocket.v1\r\n"));
+  EXPECT_TRUE(contains(answerTo("foxglove.websocket.v1, foxglove.sdk.v1"),
+                       "Sec-WebSocket-Protocol: foxglove.sdk.v1\r\n"));
+}
+
 TEST(ViewRefusal, NeverLogsAToken) {
   View view;
   view.bridge.answerTo(pageRequest(view.host, "GET /?token=" + view.bridge.token() + " HTTP/1.1"));

@@ -52,10 +52,8 @@ class FakeSource final : public Source {
   void add(Viewer&) override {}
   void remove(Viewer&) override {}
   void wantsChanged() override { ++changes; }
-  void control(const PlaybackRequest& request) override { requests.push_back(request); }
 
   int changes = 0;
-  std::vector<PlaybackRequest> requests;
 };
 
 struct Fixture {
@@ -187,13 +185,6 @@ TEST(LiveSession, SendsTheNewestFrameWhenTheOneBeforeHasBeenDrawn) {
   EXPECT_EQ(frames().size(), 4U) << "nothing has arrived since";
   arrives(6);
   EXPECT_EQ(frames().back(), 6U);
-}
-
-TEST(LiveSession, PassesRequestsForPlaybackOn) {
-  Fixture live;
-  live.session.onText(R"({"type":"seek","s":2})");
-  ASSERT_EQ(live.source.requests.size(), 1U);
-  EXPECT_EQ(std::get<Seek>(live.source.requests[0]).s, 2);
 }
 
 TEST(LiveSession, IgnoresWhatIsNoRequest) {

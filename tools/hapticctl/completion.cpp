@@ -2,488 +2,248 @@
 #include "tools/hapticctl/completion.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <string_view>
 
 #include "config/parameter_table.h"
-#include "tools/hapticctl/command_line.h"
-#include "tools/hapticctl/command_words.h"
+#include "tools/hapticctl/calls.h"
 #include "tools/hapticctl/error_text.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {
 
-using Kind = Takes::Kind;
-using Commands = std::vector<CommandWords>;
+/// Words with their help; each once, in alphabetical order.
+using Candidates = std::map<std::string, std::string>;
 
-// --- parameters
+constexpr const char* kFiles = ":files";
 
-/// The names of parameters, separated by blanks, each with `suffix`.
-std::string parameterNames(bool live_only, std::string_view suffix) {
-  std::string names;
-  for (const config::Parameter& parameter : config::parameterTable()) {
-    if (live_only && parameter.effect != config::Effect::live) continue;
-    names += fmt::format("{}{}{}", names.empty() ? "" : " ", parameter.name, suffix);
+/// Where the daemon lists the names that an argument of that type may have.
+struct NameList {
+  const char* type;
+  const char* method;
+  const char* member;
+};
+constexpr NameList kNameLists[] = {{"PROFILE", "io.hapticd.Status.ListProfiles", "profiles"},
+                                   {"FIXTURE", "io.hapticd.Status.ListFixtures", "fixtures"},
+                                   {"REGION", "io.hapticd.Status.ListRegions", "regions"},
+                                   {"TRACE", "io.hapticd.Status.ListTraces", "traces"},
+                                   {"NAME|FILE", "io.hapticd.Status.ListTraces", "traces"}};
+
+bool isAll(const CLI::App*) {
+  return true;
+}
+
+void addCommands(const CLI::App& group, Candidates& to) {
+  for (const CLI::App* command : group.get_subcommands(isAll))
+    to[command->get_name()] = command->get_description();
+}
+
+void addOptions(const CLI::App& command, Candidates& to) {
+  for (const CLI::Option* option : command.get_options({})) {
+    for (const std::string& name : option->get_lnames()) to["--" + name] = option->get_description();
+    for (const std::string& name : option->get_snames()) to["-" + name] = option->get_description();
   }
-  return names;
 }
 
-std::vector<std::string> wordsOf(const config::Parameter& parameter) {
-  if (parameter.kind == config::Kind::boolean) return {"true", "false"};
-  return {parameter.choices.begin(), parameter.choices.end()};
+/// Adds the words of a type like "FORMAT:{csv,hdf5}".
+void addWords(const std::string& type, Candidates& to) {
+  const std::size_t open = type.find('{');
+  if (open == std::string::npos) return;
+  for (const std::string& word : CLI::detail::split(type.substr(open + 1, type.find('}') - open - 1), ','))
+    to[word];
 }
 
-/// `line` for each live parameter that takes words, with its name and its words.
-std::string choiceLines(const char* line) {
-  std::string lines;
+/// Adds "NAME=" for each live parameter, or "NAME=WORD" for each word of the one that `typed` names.
+void addAssignments(const std::string& typed, Candidates& to) {
+  const std::size_t equals = typed.find('=');
   for (const config::Parameter& parameter : config::parameterTable()) {
-    const auto words = wordsOf(parameter);
-    if (parameter.effect != config::Effect::live || words.empty()) continue;
-    lines += fmt::format(fmt::runtime(line), fmt::arg("name", parameter.name),
-                         fmt::arg("words", fmt::join(words, " ")));
-  }
-  return lines;
-}
-
-// --- commands
-
-/// What each option takes, by its name; options of the same name take the same in all commands.
-std::map<std::string, Takes> valueOptions(const Commands& commands) {
-  std::map<std::string, Takes> options;
-  for (const CommandWords& command : commands) {
-    for (const OptionWord& option : command.options) {
-      if (option.takes.kind != Kind::nothing) options[option.name] = option.takes;
+    const std::string name(parameter.name);
+    if (parameter.effect != config::Effect::live) continue;
+    if (equals == std::string::npos) {
+      to[name + "="];
+    } else if (name == typed.substr(0, equals)) {
+      for (const std::string_view word : parameter.choices) to[fmt::format("{}={}", name, word)];
+      if (parameter.kind != config::Kind::boolean) continue;
+      for (const char* const word : {"=true", "=false"}) to[name + word];
     }
   }
-  return options;
 }
 
-/// The options that take such a value, as a shell pattern: "--interval|--count".
-std::string optionPattern(const Commands& commands, bool (*chosen)(Kind)) {
-  std::vector<std::string> names;
-  for (const auto& [name, takes] : valueOptions(commands)) {
-    if (chosen(takes.kind)) names.push_back(name);
+void addNamesInDaemon(const std::string& type, const CommandOptions& daemon, Candidates& to) {
+  const auto* const list = std::ranges::find(kNameLists, type, &NameList::type);
+  if (list == std::end(kNameLists)) return;
+  const auto reply = callOnce(daemon, {list->method});
+  if (!reply) return;
+  for (const Json& item : reply->value(list->member, Json::array())) to[printable(textAt(item, "name"))];
+}
+
+/// A command line up to the word that is to be completed.
+struct Typed {
+  const CLI::App* command = nullptr;
+  const CLI::Option* option = nullptr;  ///< the one that takes the word; null: none
+  CommandOptions daemon;
+};
+
+/// The option of the command, or of those around it.
+const CLI::Option* optionOf(const CLI::App* command, const std::string& name) {
+  for (; command != nullptr; command = command->get_parent()) {
+    if (const CLI::Option* option = command->get_option_no_throw(name)) return option;
   }
-  return fmt::format("{}", fmt::join(names, "|"));
+  return nullptr;
 }
 
-bool isFiles(Kind kind) {
-  return kind == Kind::files;
-}
-bool isProfiles(Kind kind) {
-  return kind == Kind::profiles;
-}
-/// The command that lists the names which the daemon has of such a thing; empty: it has none.
-std::string_view listCommand(Kind kind) {
-  if (kind == Kind::profiles) return "profiles";
-  if (kind == Kind::fixtures) return "fixture list";
-  if (kind == Kind::regions) return "region list";
-  return kind == Kind::traces || kind == Kind::traces_or_files ? "trace list" : "";
-}
-bool isValue(Kind kind) {
-  return kind != Kind::nothing;
+const CLI::App* commandIn(const CLI::App& group, const std::string& name) {
+  const auto commands = group.get_subcommands(isAll);
+  const auto found = std::ranges::find(commands, name, [](const CLI::App* one) { return one->get_name(); });
+  return found == commands.end() ? nullptr : *found;
 }
 
-/// Quotes a text for a shell, in single quotes.
-std::string quoted(std::string text) {
-  for (std::size_t place = 0; (place = text.find('\'', place)) != std::string::npos; place += 4) {
-    text.replace(place, 1, "'\\''");
-  }
-  return "'" + text + "'";
-}
-
-const CommandWords& commandAt(const Commands& commands, const std::string& path) {
-  return *std::ranges::find(commands, path, &CommandWords::path);
-}
-
-std::string below(const CommandWords& command, const std::string& name) {
-  return command.path.empty() ? name : command.path + " " + name;
-}
-
-// --- bash
-
-/// Lines of a shell's `case` over the command, with the words of each.
-template <typename Words>
-std::string bashCases(const Commands& commands, Words words) {
-  std::string lines;
-  for (const CommandWords& command : commands) {
-    const std::string listed = words(command);
-    if (!listed.empty()) lines += fmt::format("    \"{}\") echo \"{}\" ;;\n", command.path, listed);
-  }
-  return lines;
-}
-
-std::string optionNames(const CommandWords& command) {
-  std::string names;
-  for (const OptionWord& option : command.options) names += (names.empty() ? "" : " ") + option.name;
-  return names;
-}
-
-std::string bashArgument(const CommandWords& command) {
-  switch (command.argument.kind) {
-    case Kind::files:
-      return "@files";
-    case Kind::words:
-      return fmt::format("{}", fmt::join(command.argument.words, " "));
-    case Kind::parameters:
-      return parameterNames(false, "");
-    case Kind::assignments:
-      return "@assignments";
-    case Kind::traces_or_files:
-      return "@names_or_files trace list";
-    default:
-      break;
-  }
-  const std::string_view list = listCommand(command.argument.kind);
-  return list.empty() ? "" : fmt::format("@names {}", list);
-}
-
-/// `line` for each option that takes words, with the pattern of its command and its name, and its words.
-std::string optionWords(const Commands& commands, const char* line) {
-  std::string lines;
-  for (const CommandWords& command : commands) {
-    const std::string path = command.path.empty() ? "*" : quoted(command.path);
-    for (const OptionWord& option : command.options) {
-      if (option.takes.kind != Kind::words) continue;
-      lines += fmt::format(fmt::runtime(line), path, option.name, fmt::join(option.takes.words, " "));
+Typed followed(const CLI::App& app, const std::vector<std::string>& words) {
+  Typed typed{&app, nullptr, {}};
+  for (const std::string& word : words) {
+    if (typed.option != nullptr) {
+      if (typed.option->check_lname("socket")) typed.daemon.socket = word;
+      typed.option = nullptr;
+    } else if (word.starts_with('-')) {
+      const CLI::Option* option = optionOf(typed.command, word);
+      if (option != nullptr && option->get_items_expected_max() > 0) typed.option = option;
+    } else if (const CLI::App* command = commandIn(*typed.command, word)) {
+      typed.command = command;
     }
   }
-  return lines;
+  return typed;
+}
+
+void addValues(const CLI::Option& option, const std::string& last, const CommandLine& line,
+               const Typed& typed, Candidates& to) {
+  const std::string type = option.get_type_name();
+  addWords(type, to);
+  addNamesInDaemon(type, typed.daemon, to);
+  if (type == "COMMAND") addCommands(line.app(), to);
+  if (type == "PARAMETER=VALUE") addAssignments(last, to);
+  if (type == "PARAMETER") {
+    for (const config::Parameter& parameter : config::parameterTable()) to[std::string(parameter.name)];
+  }
+  if (type == "FILE" || type == "PATH" || type == "FOLDER" || type == "NAME|FILE") to[kFiles];
+}
+
+Candidates candidatesFor(const CommandLine& line, std::vector<std::string> words) {
+  const std::string last = words.empty() ? "" : words.back();
+  if (!words.empty()) words.pop_back();
+  const Typed typed = followed(line.app(), words);
+  Candidates candidates;
+  if (typed.option != nullptr) {
+    addValues(*typed.option, last, line, typed, candidates);
+  } else if (last.starts_with('-')) {
+    addOptions(line.app(), candidates);
+    addOptions(*typed.command, candidates);
+  } else {
+    addCommands(*typed.command, candidates);
+    const auto arguments =
+        typed.command->get_options([](const CLI::Option* one) { return one->get_positional(); });
+    if (!arguments.empty()) addValues(*arguments.front(), last, line, typed, candidates);
+  }
+  std::erase_if(candidates,
+                [&](const auto& one) { return one.first != kFiles && !one.first.starts_with(last); });
+  return candidates;
+}
+
+/// bash takes '=' for a word of its own.
+std::vector<std::string> joinedAtEquals(const std::vector<std::string>& words) {
+  std::vector<std::string> joined;
+  bool goes_on = false;
+  for (const std::string& word : words) {
+    if (!joined.empty() && (goes_on || word == "=")) {
+      joined.back() += word;
+    } else {
+      joined.push_back(word);
+    }
+    goes_on = word == "=";
+  }
+  return joined;
 }
 
 constexpr std::string_view kBashScript =
     R"sh(# bash completion of hapticctl. Load it with: source <(hapticctl completion bash)
-_hapticctl_commands() {{
-  case "$1" in
-{subcommands}  esac
-}}
-_hapticctl_options() {{
-  case "$1" in
-{options}  esac
-}}
-_hapticctl_argument() {{
-  case "$1" in
-{arguments}  esac
-}}
-_hapticctl_words() {{
-  case "$1" in
-{words}  esac
-}}
-_hapticctl_values() {{
-  case "$1" in
-{values}    *) ;;
-  esac
-}}
-# The names that the daemon has; the caller sets the socket.
-_hapticctl_names() {{
-  hapticctl "${{socket[@]}}" "$@" --names 2>/dev/null
-}}
-_hapticctl() {{
-  local current="${{COMP_WORDS[COMP_CWORD]}}" previous="${{COMP_WORDS[COMP_CWORD-1]}}" command="" index
-  local -a socket=()
+_hapticctl() {
+  local line current="${COMP_WORDS[COMP_CWORD]}"
   COMPREPLY=()
-  for ((index = 1; index < COMP_CWORD; index++)); do
-    case "${{COMP_WORDS[index]}}" in
-      --socket) ((index++)); socket=(--socket "${{COMP_WORDS[index]}}") ;;
-      {value_options}) ((index++)) ;;
-      -*) ;;
-      *) [[ " $(_hapticctl_commands "$command") " == *" ${{COMP_WORDS[index]}} "* ]] &&
-           command="${{command:+$command }}${{COMP_WORDS[index]}}" ;;
-    esac
-  done
-  case "$previous" in
-    {file_options}) COMPREPLY=($(compgen -f -- "$current")); return ;;
-    {profile_options}) COMPREPLY=($(compgen -W "$(_hapticctl_names profiles)" -- "$current")); return ;;
-    {value_options}) COMPREPLY=($(compgen -W "$(_hapticctl_words "$command:$previous")" -- "$current")); return ;;
-  esac
-  local argument="$(_hapticctl_argument "$command")"
-  if [[ "$current" == -* ]]; then
-    local options="$(_hapticctl_options "")"
-    [[ -n "$command" ]] && options="$options $(_hapticctl_options "$command")"
-    COMPREPLY=($(compgen -W "$options" -- "$current" | sort -u))
-  elif [[ "$argument" == "@files" ]]; then
-    COMPREPLY=($(compgen -f -- "$current"))
-  elif [[ "$argument" == "@names"* ]]; then
-    COMPREPLY=($(compgen -W "$(_hapticctl_names ${{argument#* }})" -- "$current"))
-    [[ "$argument" == "@names_or_files "* ]] && COMPREPLY+=($(compgen -f -- "$current"))
-  elif [[ "$argument" == "@assignments" ]]; then
-    # bash makes '=' a word of its own.
-    if [[ "$current" == "=" ]]; then
-      COMPREPLY=($(compgen -W "$(_hapticctl_values "$previous")" -- ""))
-    elif [[ "$previous" == "=" ]]; then
-      COMPREPLY=($(compgen -W "$(_hapticctl_values "${{COMP_WORDS[COMP_CWORD-2]}}")" -- "$current"))
+  while IFS= read -r line; do
+    if [[ "$line" == :files ]]; then
+      compopt -o filenames 2>/dev/null
+      mapfile -t -O "${#COMPREPLY[@]}" COMPREPLY < <(compgen -f -- "$current")
     else
-      COMPREPLY=($(compgen -W "{assignments}" -- "$current"))
-      compopt -o nospace 2>/dev/null
+      COMPREPLY+=("${line%%$'\t'*}")
     fi
-  else
-    COMPREPLY=($(compgen -W "$(_hapticctl_commands "$command") $argument" -- "$current"))
+  done < <(hapticctl __complete "${COMP_WORDS[@]:1:COMP_CWORD}" 2>/dev/null)
+  if [[ "$current" == = || "${COMP_WORDS[COMP_CWORD-1]}" == = ]]; then
+    COMPREPLY=("${COMPREPLY[@]#*=}") # bash completes what stands behind the '='
+  elif [[ "${COMPREPLY[0]-}" == *= ]]; then
+    compopt -o nospace 2>/dev/null
   fi
-}}
+}
 complete -F _hapticctl hapticctl
 )sh";
 
-std::string bashScript(const Commands& commands) {
-  return fmt::format(kBashScript,
-                     fmt::arg("subcommands", bashCases(commands,
-                                                       [](const CommandWords& command) {
-                                                         return fmt::format(
-                                                             "{}", fmt::join(command.subcommands, " "));
-                                                       })),
-                     fmt::arg("options", bashCases(commands, optionNames)),
-                     fmt::arg("arguments", bashCases(commands, bashArgument)),
-                     fmt::arg("words", optionWords(commands, "    {}:{}) echo \"{}\" ;;\n")),
-                     fmt::arg("values", choiceLines("    {name}) echo \"{words}\" ;;\n")),
-                     fmt::arg("value_options", optionPattern(commands, isValue)),
-                     fmt::arg("file_options", optionPattern(commands, isFiles)),
-                     fmt::arg("profile_options", optionPattern(commands, isProfiles)),
-                     fmt::arg("assignments", parameterNames(true, "=")));
-}
-
-// --- zsh
-
-/// A word with its help for zsh: "'name:help'", with the colons of the help escaped.
-std::string zshWord(const std::string& name, std::string help) {
-  for (std::size_t place = 0; (place = help.find(':', place)) != std::string::npos; place += 2) {
-    help.insert(place, "\\");
-  }
-  return quoted(name + ":" + help);
-}
-
-std::string zshOptions(const Commands& commands) {
-  std::string lines;
-  for (const CommandWords& command : commands) {
-    lines += fmt::format("    ({}) options+=(", quoted(command.path));
-    for (const OptionWord& option : command.options) lines += zshWord(option.name, option.help) + " ";
-    lines += ") ;;\n";
-  }
-  return lines;
-}
-
-std::string zshArgument(const Commands& commands, const CommandWords& command) {
-  switch (command.argument.kind) {
-    case Kind::files:
-      return "_files";
-    case Kind::words:
-      return fmt::format("compadd -- {}", fmt::join(command.argument.words, " "));
-    case Kind::parameters:
-      return "compadd -- " + parameterNames(false, "");
-    case Kind::assignments:
-      return "_hapticctl_assignments";
-    case Kind::traces_or_files:
-      return "_hapticctl_names trace list; _files";
-    default:
-      break;
-  }
-  if (const auto list = listCommand(command.argument.kind); !list.empty())
-    return fmt::format("_hapticctl_names {}", list);
-  if (command.subcommands.empty()) return "";
-  std::string words = "subcommands=(";
-  for (const std::string& name : command.subcommands) {
-    words += zshWord(name, commandAt(commands, below(command, name)).help) + " ";
-  }
-  return words + "); _describe command subcommands";
-}
-
-std::string zshArguments(const Commands& commands) {
-  std::string lines;
-  for (const CommandWords& command : commands) {
-    lines += fmt::format("    ({}) {} ;;\n", quoted(command.path), zshArgument(commands, command));
-  }
-  return lines;
-}
-
-/// The steps from a command to a command below it, as a pattern: "':status'|'trace:start'".
-std::string zshSteps(const Commands& commands) {
-  std::vector<std::string> steps;
-  for (const CommandWords& command : commands) {
-    for (const std::string& name : command.subcommands) steps.push_back(quoted(command.path + ":" + name));
-  }
-  return fmt::format("{}", fmt::join(steps, "|"));
-}
-
-constexpr std::string_view kZshScript =
-    R"sh(#compdef hapticctl
+constexpr std::string_view kZshScript = R"sh(#compdef hapticctl
 # zsh completion of hapticctl. Load it with: source <(hapticctl completion zsh)
-_hapticctl_assignments() {{
-  case "$PREFIX" in
-{values}    (*) compadd -S '' -- {assignments} ;;
-  esac
-}}
-# The names that the daemon has; the caller sets the socket.
-_hapticctl_names() {{
-  compadd -- ${{(f)"$(hapticctl $socket "$@" --names 2>/dev/null)"}}
-}}
-_hapticctl() {{
-  local command="" word index
-  local -a subcommands options socket
-  for ((index = 2; index < CURRENT; index++)); do
-    word="$words[index]"
-    case "$word" in
-      (--socket) ((index++)); socket=(--socket "$words[index]") ;;
-      ({value_options}) ((index++)) ;;
-      (-*) ;;
-      (*) case "$command:$word" in
-            ({steps}) command="${{command:+$command }}$word" ;;
-          esac ;;
+_hapticctl() {
+  local line
+  local -a assignments candidates
+  for line in "${(@f)$(hapticctl __complete "${(@)words[2,CURRENT-1]}" "$PREFIX" 2>/dev/null)}"; do
+    case "$line" in
+      (:files) _files ;;
+      (*=) assignments+=("$line") ;;
+      (?*) line="${line//:/\\:}"; candidates+=("${line/$'\t'/:}") ;;
     esac
   done
-  case "$words[CURRENT-1]" in
-    ({file_options}) _files; return ;;
-    ({profile_options}) _hapticctl_names profiles; return ;;
-  esac
-  case "$command:$words[CURRENT-1]" in
-{words}    (*:({value_options})) return ;;
-  esac
-  if [[ "$PREFIX" == -* ]]; then
-    for word in "" $command; do
-      case "$word" in
-{options}      esac
-    done
-    _describe option options
-    return
-  fi
-  case "$command" in
-{arguments}  esac
-}}
+  compadd -S '' -- $assignments
+  _describe hapticctl candidates
+}
 # zsh calls this file as a function when it finds it in fpath
-if [[ "${{funcstack[1]}}" == _hapticctl ]]; then
+if [[ "${funcstack[1]}" == _hapticctl ]]; then
   _hapticctl "$@"
 elif (( $+functions[compdef] )); then
   compdef _hapticctl hapticctl
 fi
 )sh";
 
-std::string zshScript(const Commands& commands) {
-  return fmt::format(
-      kZshScript, fmt::arg("values", choiceLines("    ({name}=*) compset -P '*='; compadd -- {words} ;;\n")),
-      fmt::arg("assignments", parameterNames(true, "=")),
-      fmt::arg("value_options", optionPattern(commands, isValue)),
-      fmt::arg("file_options", optionPattern(commands, isFiles)),
-      fmt::arg("profile_options", optionPattern(commands, isProfiles)), fmt::arg("steps", zshSteps(commands)),
-      fmt::arg("words", optionWords(commands, "    ({}:{}) compadd -- {}; return ;;\n")),
-      fmt::arg("options", zshOptions(commands)), fmt::arg("arguments", zshArguments(commands)));
-}
-
-// --- fish
-
-/// The condition under which fish offers the words of a command: each word of its path has been typed.
-std::string fishCondition(const CommandWords& command) {
-  if (command.path.empty()) return "";
-  std::string condition = "__fish_seen_subcommand_from " + command.path;
-  const std::size_t blank = command.path.find(' ');
-  if (blank != std::string::npos) {
-    condition = fmt::format("__fish_seen_subcommand_from {}; and __fish_seen_subcommand_from {}",
-                            command.path.substr(0, blank), command.path.substr(blank + 1));
-  }
-  return " -n " + quoted(condition);
-}
-
-/// The part of a line that offers the names which the daemon has of such a thing; empty: it has none.
-std::string fishNames(Kind kind) {
-  const std::string_view list = listCommand(kind);
-  return list.empty() ? "" : fmt::format(" -a '(__hapticctl_names {})'", list);
-}
-
-std::string fishOptions(const CommandWords& command) {
-  std::string lines;
-  for (const OptionWord& option : command.options) {
-    const bool long_name = option.name.starts_with("--");
-    std::string value = option.takes.kind == Kind::nothing ? ""
-                        : option.takes.kind == Kind::files ? " -r -F"
-                                                           : " -x";
-    if (option.takes.kind == Kind::words)
-      value += fmt::format(" -a '{}'", fmt::join(option.takes.words, " "));
-    value += fishNames(option.takes.kind);
-    lines +=
-        fmt::format("complete -c hapticctl{} -{} {}{} -d {}\n", fishCondition(command), long_name ? "l" : "s",
-                    option.name.substr(long_name ? 2 : 1), value, quoted(option.help));
-  }
-  return lines;
-}
-
-std::string fishAssignments(const std::string& condition) {
-  std::string lines = fmt::format("complete -c hapticctl{} -a '{}'\n", condition, parameterNames(true, "="));
-  for (const config::Parameter& parameter : config::parameterTable()) {
-    if (parameter.effect != config::Effect::live) continue;
-    for (const std::string& word : wordsOf(parameter)) {
-      lines += fmt::format("complete -c hapticctl{} -a '{}={}'\n", condition, parameter.name, word);
-    }
-  }
-  return lines;
-}
-
-std::string fishArgument(const CommandWords& command) {
-  const std::string condition = fishCondition(command);
-  switch (command.argument.kind) {
-    case Kind::files:
-      return fmt::format("complete -c hapticctl{} -F\n", condition);
-    case Kind::words:
-      return fmt::format("complete -c hapticctl{} -a '{}'\n", condition,
-                         fmt::join(command.argument.words, " "));
-    case Kind::parameters:
-      return fmt::format("complete -c hapticctl{} -a '{}'\n", condition, parameterNames(false, ""));
-    case Kind::assignments:
-      return fishAssignments(condition);
-    case Kind::traces_or_files:
-      return fmt::format("complete -c hapticctl{} -F{}\n", condition, fishNames(command.argument.kind));
-    default:
-      break;
-  }
-  const std::string names = fishNames(command.argument.kind);
-  return names.empty() ? "" : fmt::format("complete -c hapticctl{}{}\n", condition, names);
-}
-
-std::string fishSubcommands(const Commands& commands, const CommandWords& command) {
-  const std::string none_of_them =
-      fmt::format("not __fish_seen_subcommand_from {}", fmt::join(command.subcommands, " "));
-  const std::string condition =
-      quoted(command.path.empty()
-                 ? none_of_them
-                 : fmt::format("__fish_seen_subcommand_from {}; and {}", command.path, none_of_them));
-  std::string lines;
-  for (const std::string& name : command.subcommands) {
-    lines += fmt::format("complete -c hapticctl -n {} -a {} -d {}\n", condition, name,
-                         quoted(commandAt(commands, below(command, name)).help));
-  }
-  return lines;
-}
-
-std::string fishScript(const Commands& commands) {
-  std::string script =
-      "# fish completion of hapticctl. Load it with: hapticctl completion fish | source\n"
-      "# The names that the daemon has, at the socket of the command line.\n"
-      "function __hapticctl_names\n"
-      "  set -l typed (commandline -opc)\n"
-      "  set -l socket\n"
-      "  if set -l at (contains -i -- --socket $typed)\n"
-      "    set socket --socket $typed[(math $at + 1)]\n"
-      "  end\n"
-      "  hapticctl $socket $argv --names 2>/dev/null\n"
-      "end\n"
-      "complete -c hapticctl -f\n";
-  for (const CommandWords& command : commands) {
-    script += fishOptions(command) + fishSubcommands(commands, command) + fishArgument(command);
-  }
-  return script;
-}
+constexpr std::string_view kFishScript =
+    R"sh(# fish completion of hapticctl. Load it with: hapticctl completion fish | source
+function __hapticctl_complete
+  set -l typed (commandline -opc)
+  set -l current (commandline -ct)
+  set -e typed[1]
+  for line in (hapticctl __complete $typed "$current" 2>/dev/null)
+    if test "$line" = :files
+      __fish_complete_path "$current"
+    else
+      echo $line
+    end
+  end
+end
+complete -c hapticctl -f -a '(__hapticctl_complete)'
+)sh";
 
 }  // namespace
 
-std::string completionScript(std::string_view shell, const CLI::App& app) {
-  const Commands commands = commandWordsOf(app);
-  if (shell == "zsh") return zshScript(commands);
-  return shell == "fish" ? fishScript(commands) : bashScript(commands);
+int printCandidates(const CommandLine& line, const std::vector<std::string>& typed) {
+  for (auto [word, help] : candidatesFor(line, joinedAtEquals(typed))) {
+    std::ranges::replace(help, '\n', ' ');
+    fmt::print("{}{}{}\n", word, help.empty() ? "" : "\t", help);
+  }
+  return kOk;
 }
 
 void addCompletionCommand(CommandLine& line) {
   const auto shell = std::make_shared<std::string>();
   line.add("completion", "Print the completion script of a shell: source <(hapticctl completion bash)",
-           [&line, shell] {
-             fmt::print("{}", completionScript(*shell, line.app()));
+           [shell] {
+             fmt::print("{}", *shell == "zsh" ? kZshScript : *shell == "fish" ? kFishScript : kBashScript);
              return static_cast<int>(kOk);
            })
       .add_option("SHELL", *shell, "bash, zsh or fish")

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <string_view>
+
 #include "config/program.h"
 #include "tools/hapticctl/command_line.h"
+#include "tools/hapticctl/completion.h"
 
 namespace {
 
@@ -21,6 +24,8 @@ int run(int argc, char** argv) {
   addDoctorCommand(line);
   addCompletionCommand(line);
   addHelpCommand(line);
+  if (argc > 1 && argv[1] == std::string_view("__complete"))
+    return printCandidates(line, {argv + 2, argv + argc});
   return line.run(argc, argv);
 }
 

@@ -10,15 +10,12 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <memory>
 #include <optional>
 #include <utility>
 
 #include "config/program.h"
 #include "tools/hapticd-view/box_link/box_source.h"
 #include "tools/hapticd-view/box_link/open_to_everybody.h"
-#include "tools/hapticd-view/recorded/recorded_session.h"
-#include "tools/hapticd-view/recorded/trace_source.h"
 #include "tools/hapticd-view/server/listener.h"
 #include "tools/hapticd-view/server/service_manager.h"
 
@@ -41,23 +38,18 @@ class Context : public boost::asio::io_context {
 /// The program's parts, and when it ends.
 class Bridge {
  public:
-  /// `recorded`: what to show in place of a running box.
-  Bridge(const BridgeOptions& options, PageFiles page, std::optional<RecordedSession> recorded)
-      : source_(makeSource(options, std::move(recorded))),
+  Bridge(const BridgeOptions& options, PageFiles page)
+      : source_(context_, options.socket, options.version),
         open_to_everybody_(context_, options.socket),
         server_{.context = context_,
-                .source = *source_,
+                .source = source_,
                 .rules = {.local_address = "",
                           .hosts = options.hosts,
                           .origins = options.origins,
                           .token = options.token},
                 .page = std::move(page),
                 .ask_open_to_everybody =
-                    [this, is_box = options.trace.empty()](OpenToEverybody::Answer answer) {
-                      if (!is_box) return answer(false);  // the box's parameter is not about recordings
-                      open_to_everybody_.ask(std::move(answer));
-                    }},
-        address_end_(options.prints_token ? "/?token=" + options.token : ""),
+                    [this](OpenToEverybody::Answer answer) { open_to_everybody_.ask(std::move(answer)); }},
         signals_(context_, SIGTERM, SIGINT),
         timer_(context_) {}
   /// Connections are owned by what waits for them, and use the other parts to the end.
@@ -85,7 +77,6 @@ class Bridge {
     for (Listener& listener : listeners_) {
       listener.start();
       fmt::print("hapticd-view listens at {}\n", listener.endpointText());
-      if (!address_end_.empty()) fmt::print("Open http://{}{}\n", listener.endpointText(), address_end_);
       if (!listener.isLoopback()) warnOfNetwork(listener.endpointText());
     }
     config::flushOutput();
@@ -98,11 +89,6 @@ class Bridge {
   }
 
  private:
-  std::unique_ptr<Source> makeSource(const BridgeOptions& options, std::optional<RecordedSession> recorded) {
-    if (recorded) return std::make_unique<TraceSource>(context_, std::move(*recorded), options.version);
-    return std::make_unique<BoxSource>(context_, options.socket, options.version);
-  }
-
   void warnOfNetwork(const std::string& endpoint) {
     server_.log.write(fmt::format(
         "warning: {} can be reached over the network, and the link is not encrypted: who listens in sees the "
@@ -132,10 +118,9 @@ class Bridge {
   }
 
   Context context_{1};
-  std::unique_ptr<Source> source_;
+  BoxSource source_;
   OpenToEverybody open_to_everybody_;
   Server server_;
-  std::string address_end_;  // after the endpoint, where the address is printed
   std::vector<Listener> listeners_;
   boost::asio::signal_set signals_;
   boost::asio::steady_timer timer_;
@@ -147,13 +132,7 @@ class Bridge {
 std::optional<BridgeFailure> runBridge(const BridgeOptions& options) {
   auto page = PageFiles::in(options.page);
   if (!page) return BridgeFailure{page.error(), EX_NOINPUT};
-  std::optional<RecordedSession> recorded;
-  if (!options.trace.empty()) {
-    auto loaded = RecordedSession::load(options.trace);
-    if (!loaded) return BridgeFailure{loaded.error(), EX_NOINPUT};
-    recorded.emplace(std::move(*loaded));
-  }
-  Bridge bridge(options, std::move(*page), std::move(recorded));
+  Bridge bridge(options, std::move(*page));
   if (auto failure = bridge.listen(options)) return failure;
   bridge.run();
   return std::nullopt;

@@ -12,13 +12,11 @@ namespace hapticd::tools::view {
 
 struct BridgeOptions {
   std::string socket = config::Settings().control.status_socket;
-  std::string trace = {};                 ///< a trace to show in place of a running box; empty: none
   std::string listen = "127.0.0.1:8765";  ///< unused where the service manager passes sockets
   std::vector<std::string> hosts = {};
   std::vector<std::string> origins = {};
   std::string page = {};
-  std::string token = {};     ///< empty: none is needed
-  bool prints_token = false;  ///< print the address with the token, which is in no file
+  std::string token = {};  ///< empty: none is needed
   std::optional<double> idle_exit_s = {};
   std::string version = {};
 };

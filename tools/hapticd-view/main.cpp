@@ -44,8 +44,7 @@ int run(int argc, char** argv) {
   app.footer(
       "SIGTERM or Ctrl-C ends it. 'hapticctl view' prints the address with the token.\n"
       "From another computer: ssh -L 8765:127.0.0.1:8765 BOX, and then the same address there.\n"
-      "Exit status: 0 done, 64 usage, 66 no page or no such trace, 69 the address cannot be used, 73 no "
-      "token.");
+      "Exit status: 0 done, 64 usage, 66 no page, 69 the address cannot be used, 73 no token.");
   BridgeOptions options;
   options.version = HAPTICD_VERSION;
   std::string token_file = kTokenFile;
@@ -53,8 +52,13 @@ int run(int argc, char** argv) {
   bool make_token = false;
   app.add_option("--socket", options.socket, "of a running hapticd (" + options.socket + ")")
       ->type_name("FILE");
-  app.add_option("--trace", options.trace, "show this trace instead of a running box; needs no hapticd")
-      ->type_name("FILE");
+  app.add_option_function<std::string>(
+         "--trace",
+         [](const std::string& trace) {
+           throw CLI::ValidationError(
+               "--trace", "only a running box is shown: open " + trace + " itself in Foxglove or Lichtblick");
+         })
+      ->group("");  // hidden: for those who had it from a build of the sources
   app.add_option("--listen", options.listen,
                  "where to answer (" + options.listen + "); port 0: any free one, which is printed")
       ->type_name("ADDRESS:PORT");
@@ -81,10 +85,8 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return config::endWithoutWork(app, error, EX_USAGE);
   }
-  // A person who shows a trace of his own needs no file that others can read.
-  options.prints_token = !options.trace.empty() && file->count() == 0 && !no_token && !make_token;
   if (!no_token) {
-    const auto token = options.prints_token ? newToken() : tokenOf(token_file);
+    const auto token = tokenOf(token_file);
     if (!token) return fail(token.error(), EX_CANTCREAT);
     options.token = *token;
   }

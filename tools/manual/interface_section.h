@@ -2,12 +2,15 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
-#include "tools/manual/interface_text.h"
+#include "config/error.h"
 
 namespace hapticd::tools {
 
-/// An interface in roff: a section with its methods, then errors, then types, each with its fields.
-std::string interfaceSection(const InterfaceText& interface);
+/// A Varlink interface definition in roff: a section with its methods, then errors, then types, each with its
+/// fields. The text has an item, or a field of it, in each line, and comments in lines above what they belong
+/// to. Errors: another form, with the line.
+config::Result<std::string> interfaceSection(std::string_view text);
 
 }  // namespace hapticd::tools

@@ -4,12 +4,10 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <fstream>
-#include <iterator>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "config/file_content.h"
 #include "config/program.h"
 #include "tools/lib/whole_file/whole_file.h"
 #include "tools/manual/page.h"
@@ -29,19 +27,14 @@ struct Arguments {
   std::string out_file;
 };
 
-std::optional<std::string> contentOf(const std::string& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) return std::nullopt;
-  return std::string{std::istreambuf_iterator<char>(stream), {}};
-}
-
 int writePage(const Arguments& arguments) {
-  const auto text = contentOf(arguments.template_file);
-  if (!text) return fail({arguments.template_file, "cannot be read", "check --template"}, EX_NOINPUT);
+  constexpr config::FileRequest kText{.longest = 1024 * 1024};
+  const auto text = config::fileContent(arguments.template_file, kText);
+  if (!text) return fail({arguments.template_file, text.error().text(), "check --template"}, EX_NOINPUT);
   PageSource source{*text, arguments.program, HAPTICD_VERSION};
   for (const std::string& file : arguments.interface_files) {
-    auto interface = contentOf(file);
-    if (!interface) return fail({file, "cannot be read", "check --interface"}, EX_NOINPUT);
+    auto interface = config::fileContent(file, kText);
+    if (!interface) return fail({file, interface.error().text(), "check --interface"}, EX_NOINPUT);
     source.interfaces.push_back(std::move(*interface));
   }
   const auto page = manualPage(source);

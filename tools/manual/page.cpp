@@ -7,7 +7,6 @@
 
 #include "tools/manual/help_text.h"
 #include "tools/manual/interface_section.h"
-#include "tools/manual/interface_text.h"
 #include "tools/manual/parameter_section.h"
 #include "tools/manual/roff.h"
 
@@ -75,9 +74,9 @@ Result<std::string> commandSections(const std::string& program, const HelpText& 
 Result<std::string> interfaceSections(const std::vector<std::string>& texts) {
   std::string roff;
   for (const std::string& text : texts) {
-    const Result<InterfaceText> interface = parseInterface(text);
-    if (!interface) return std::unexpected(interface.error());
-    roff += interfaceSection(*interface);
+    const Result<std::string> section = interfaceSection(text);
+    if (!section) return section;
+    roff += *section;
   }
   return roff;
 }

@@ -48,7 +48,6 @@ add_manual_page(hapticctl.1 PROGRAM hapticctl)
 add_manual_page(haptic-bridge.1 PROGRAM haptic-bridge)
 add_manual_page(haptic-palpate.1 PROGRAM haptic-palpate)
 add_manual_page(haptic-replay.1 PROGRAM haptic-replay)
-add_manual_page(haptic-soak.1 PROGRAM haptic-soak)
 add_manual_page(hapticbench.1 PROGRAM hapticbench)
 
 add_completion(bash hapticctl)
@@ -70,4 +69,4 @@ add_compressed(${CMAKE_SOURCE_DIR}/CHANGELOG.md changelog.gz)
 
 # All that an installation needs, and no test.
 add_custom_target(installable ALL DEPENDS ${generated_files})
-add_dependencies(installable hapticd hapticd-view hapticctl haptic-bridge haptic-palpate haptic-replay haptic-soak hapticbench haptic-hdf5)
+add_dependencies(installable hapticd hapticd-view hapticctl haptic-bridge haptic-palpate haptic-replay hapticbench haptic-hdf5)

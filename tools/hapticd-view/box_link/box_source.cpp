@@ -86,7 +86,7 @@ BoxSource::BoxSource(boost::asio::io_context& context, const std::string& socket
       additions_fetch_(context, socket, [this](const Json& additions) { setAdditions(additions); }) {}
 
 Json BoxSource::hello() const {
-  return {{"type", "hello"}, {"protocol", 1}, {"source", "live"}, {"version", version_}, {"trace", nullptr}};
+  return {{"type", "hello"}, {"protocol", 1}, {"version", version_}};
 }
 
 void BoxSource::add(Viewer& viewer) {

@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <random>
 #include <utility>
 
 #include "drivers/trace/foxglove_messages.h"
@@ -226,7 +227,7 @@ void FoxgloveSession::onDepth(const std::shared_ptr<const DepthPicture>& picture
     wants_changed_ = true;
   }
   const std::int64_t since_cloud_ns = header.arrival_ns - last_cloud_ns_;
-  if (since_cloud_ns >= kCloudPeriod_ns || since_cloud_ns < 0) {  // a recording may jump back
+  if (since_cloud_ns >= kCloudPeriod_ns || since_cloud_ns < 0) {  // the box may have started again
     last_cloud_ns_ = header.arrival_ns;
     publish(cloud, realtime_ns, [&](std::uint64_t time_ns, std::string& to) {
       foxglove::encodePointCloud(time_ns, foxglove::kCameraFrame,
@@ -342,6 +343,18 @@ void FoxgloveSession::answer(const GetParameters& request) {
   Json message{{"op", "parameterValues"}, {"parameters", std::move(values)}};
   if (request.id) message["id"] = *request.id;
   sendText(message);
+}
+
+std::unique_ptr<FoxgloveSession> makeFoxgloveSession(Source& source, MessageSink& sink) {
+  // a number of its own for each run of the server
+  static const std::string run = [] {
+    std::random_device random;
+    return fmt::format("{:08x}{:08x}", random(), random());
+  }();
+  return std::make_unique<FoxgloveSession>(
+      source, sink,
+      FoxgloveSession::Identity{fmt::format("hapticd {}", textAt(source.hello(), "version")), run},
+      [] { return rt::realtimeNow_ns() - rt::monotonicNow_ns(); });
 }
 
 }  // namespace hapticd::tools::view

@@ -122,4 +122,7 @@ class FoxgloveSession final : public Session {
   int statuses_ = 0;
 };
 
+/// The session of a client that has agreed on the protocol, with the clocks of this computer.
+std::unique_ptr<FoxgloveSession> makeFoxgloveSession(Source& source, MessageSink& sink);
+
 }  // namespace hapticd::tools::view

@@ -7,23 +7,15 @@
 #include <utility>
 #include <variant>
 
+#include "tools/hapticd-view/live/client_message.h"
+
 namespace hapticd::tools::view {
 namespace {
 
 using Clock = LiveSession::Clock;
 
 /// The keys of what a newer message replaces.
-enum Key : std::uint64_t {
-  kBox = 1,
-  kDepthState,
-  kParameters,
-  kAdditions,
-  kState,
-  kWindow,
-  kDepth,
-  kTimeline,
-  kPlayback
-};
+enum Key : std::uint64_t { kBox = 1, kDepthState, kParameters, kAdditions, kState, kWindow, kDepth };
 
 MessageKey key(Key value) {
   return static_cast<MessageKey>(value);
@@ -110,18 +102,9 @@ void LiveSession::onBox(bool reachable, const std::string& reason) {
   sink_.send(textMessage(textOf({{"type", "box"}, {"reachable", reachable}, {"reason", reason}})), key(kBox));
 }
 
-void LiveSession::onTimeline(const Json& timeline) {
-  sink_.send(textMessage(textOf(timeline)), key(kTimeline));
-}
-
-void LiveSession::onPlayback(const Json& playback) {
-  sink_.send(textMessage(textOf(playback)), key(kPlayback));
-}
-
 void LiveSession::onText(std::string_view message) {
   const auto request = parseClientMessage(message);
   if (!request) return;
-  if (const auto* playback = std::get_if<PlaybackRequest>(&*request)) return source_.control(*playback);
   if (std::holds_alternative<Drawn>(*request)) {
     reports_drawn_ = true;
     drawing_ = false;

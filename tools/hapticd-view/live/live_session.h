@@ -34,8 +34,6 @@ class LiveSession final : public Session {
   void onDepth(const std::shared_ptr<const DepthPicture>& picture) override;
   void onDepthState(bool available, const std::string& reason) override;
   void onBox(bool reachable, const std::string& reason) override;
-  void onTimeline(const Json& timeline) override;
-  void onPlayback(const Json& playback) override;
   bool wantsTicks() const override { return true; }
   bool wantsDepth() const override { return depth_max_hz_ > 0; }
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "tools/hapticd-view/live/client_message.h"
 #include "tools/hapticd-view/live/viewer.h"
 
 namespace hapticd::tools::view {
 
-/// Where pictures come from: a running box or a recorded trace. Thread: the io_context's.
+/// Where pictures come from. Thread: the io_context's.
 class Source {
  public:
   virtual ~Source() = default;
@@ -21,9 +20,6 @@ class Source {
 
   /// A viewer's wantsTicks() or wantsDepth() has changed.
   virtual void wantsChanged() = 0;
-
-  /// A request about the playback of a recording. Ignored by a live source.
-  virtual void control(const PlaybackRequest&) {}
 };
 
 }  // namespace hapticd::tools::view

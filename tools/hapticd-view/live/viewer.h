@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <span>
 #include <string>
 #include <string_view>
 
@@ -40,9 +39,6 @@ class Viewer {
   virtual void onDepthState(bool /*available*/, const std::string& /*reason*/) {}
   /// The connection to the box came or went. reason: for people, with the remedy; empty when reachable.
   virtual void onBox(bool /*reachable*/, const std::string& /*reason*/) {}
-  /// Only of a recorded source: messages `timeline` and `playback` of the protocol of `/live`.
-  virtual void onTimeline(const Json&) {}
-  virtual void onPlayback(const Json&) {}
 
   /// What the source needs to fetch for this viewer. After a change call Source::wantsChanged().
   virtual bool wantsTicks() const = 0;
@@ -52,9 +48,8 @@ class Viewer {
 /// A viewer at the other end of a WebSocket.
 class Session : public Viewer {
  public:
-  /// A complete message from the client. Errors: an invalid one is ignored, or MessageSink::close().
+  /// A complete text message from the client. Errors: an invalid one is ignored, or MessageSink::close().
   virtual void onText(std::string_view message) = 0;
-  virtual void onBinary(std::span<const std::byte> /*message*/) {}
   /// The longest message that the client may send, bytes; a longer one closes the connection.
   virtual std::size_t longestMessage() const { return 4096; }
 };

@@ -26,7 +26,7 @@ class Chart {
 
   add(timeS, value) {
     const last = this.samples.at(-1);
-    // a recording was wound, or the box has started again
+    // the box has started again
     if (last && (timeS < last.timeS || timeS - last.timeS > kSpanS)) this.samples = [];
     this.samples.push({ timeS, value });
     if (this.samples.length > kMostSamples) this.samples.shift();

@@ -12,7 +12,6 @@ import { pick, PickList } from './picking.js';
 import { Bridge } from './protocol.js';
 import { arrowScale, Picture } from './scene.js';
 import { Theme } from './themes.js';
-import { TimeLine } from './timeline.js';
 import { isVector, norm } from './vectors.js';
 import { isLawOfPoints } from './words.js';
 
@@ -176,16 +175,11 @@ function takeDepth(frame) {
   requestAnimationFrame(() => bridge.drawn());
 }
 
-function takeHello(message) {
-  notices.isTrace = message.source === 'trace';
-  element('source').textContent = notices.isTrace ? `recording ${message.trace?.name ?? ''}` : 'live view';
-  document.title = notices.isTrace ? `hapticd: ${message.trace?.name ?? 'recording'}` : 'hapticd: live view';
+function takeHello() {
   scene.trail = [];
   panel.clearEvents();
   additions.take({});
 }
-
-const timeLine = new TimeLine(element('timeline'), (message) => bridge.send(message));
 
 const kTakers = {
   hello: takeHello,
@@ -202,11 +196,6 @@ const kTakers = {
   },
   box: (message) => { notices.box = message; },
   depth: (message) => { notices.depth = message; },
-  timeline: (message) => timeLine.describe(message),
-  playback: (message) => {
-    notices.playing = message.playing;
-    timeLine.follow(message);
-  },
 };
 
 function showNotices() {
@@ -251,9 +240,8 @@ function setPaused(wanted) {
   notices.show();
 }
 
-function togglePlay() {
-  if (notices.isTrace) timeLine.toggle();
-  else setPaused(!paused);
+function togglePause() {
+  setPaused(!paused);
 }
 
 function setColouring(name) {
@@ -310,7 +298,7 @@ for (const box of document.querySelectorAll('[data-layer]')) {
 }
 element('full-detail').addEventListener('change', (event) => picture?.detail.force(event.target.checked));
 element('colouring').addEventListener('change', (event) => setColouring(event.target.value));
-element('pause').addEventListener('click', togglePlay);
+element('pause').addEventListener('click', togglePause);
 element('png').addEventListener('click', savePng);
 element('theme').addEventListener('click', () => theme.toggle());
 element('help').addEventListener('click', () => element('keys').showModal());
@@ -322,9 +310,7 @@ const kKeys = {
   3: () => look('above'),
   c: () => setColouring(kColourings[(kColourings.indexOf(scene.colouring) + 1) % kColourings.length]),
   p: savePng,
-  ' ': togglePlay,
-  ',': () => timeLine.step(-1),
-  '.': () => timeLine.step(1),
+  ' ': togglePause,
   '?': () => element('keys').showModal(),
 };
 document.addEventListener('keydown', (event) => {

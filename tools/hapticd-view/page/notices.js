@@ -16,8 +16,6 @@ export class Notices {
     this.connection = { state: 'connecting', reason: '' };
     this.box = { reachable: true, reason: '' };
     this.depth = { available: true, reason: '' };
-    this.isTrace = false;
-    this.playing = false;
     this.paused = false;
     this.fault = '';
     this.dataMs = null;
@@ -41,11 +39,10 @@ export class Notices {
   }
 
   get stale() {
-    if (this.isTrace && !this.playing && this.connection.state === 'open') return false;
     return this.dataMs !== null && performance.now() - this.dataMs > kStaleMs;
   }
 
-  /** Whether what the page knows of the box is of this moment (or of the recording's). */
+  /** Whether what the page knows of the box is of this moment. */
   get hearsBox() {
     const opening = this.dataMs === null && performance.now() - this.openMs < kStaleMs;
     return opening || (this.connection.state === 'open' && this.box.reachable && !this.stale);
@@ -80,15 +77,14 @@ export class Notices {
 
   lesser() {
     if (this.paused) return { level: 'doubtful', chip: 'Paused', title: '', text: '' };
-    const chip = this.isTrace ? 'Recording' : 'Live';
     if (!this.depth.available) {
-      return { level: 'doubtful', chip, title: 'No depth', text: this.depth.reason };
+      return { level: 'doubtful', chip: 'Live', title: 'No depth', text: this.depth.reason };
     }
     const ageS = this.ageS(this.frameMs);
-    if (ageS !== null && ageS * 1000 > kStaleMs && !this.isTrace) {
-      return { level: 'doubtful', chip, title: `No depth frame for ${ageS.toFixed(1)} s`, text: '' };
+    if (ageS !== null && ageS * 1000 > kStaleMs) {
+      return { level: 'doubtful', chip: 'Live', title: `No depth frame for ${ageS.toFixed(1)} s`, text: '' };
     }
-    return { level: 'good', chip, title: '', text: '' };
+    return { level: 'good', chip: 'Live', title: '', text: '' };
   }
 
   /** To be called ten times a second, and whenever something has changed. */

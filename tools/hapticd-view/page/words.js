@@ -106,9 +106,3 @@ export function upTime(seconds) {
   if (seconds < 120) return `${seconds.toFixed(0)} s`;
   return seconds < 7200 ? `${Math.floor(seconds / 60)} min` : `${(seconds / 3600).toFixed(1)} h`;
 }
-
-/** "1:05.3" */
-export function playTime(seconds) {
-  const whole = Math.floor(seconds / 60);
-  return `${whole}:${(seconds - 60 * whole).toFixed(1).padStart(4, '0')}`;
-}

@@ -23,12 +23,6 @@ namespace {
 using boost::asio::ip::address;
 using boost::asio::ip::tcp;
 
-/// An IPv4 address that came in at a socket for IPv6 as what it is.
-address plain(const address& any) {
-  if (!any.is_v6() || !any.to_v6().is_v4_mapped()) return any;
-  return boost::asio::ip::make_address_v4(boost::asio::ip::v4_mapped, any.to_v6());
-}
-
 void put(const address& from, __be32 (&to)[4]) {
   if (from.is_v4()) {
     const auto bytes = from.to_v4().to_bytes();
@@ -78,8 +72,8 @@ std::optional<uid_t> userIn(const std::byte* answer, std::size_t bytes) {
 std::optional<uid_t> userAt(const tcp::endpoint& remote, const tcp::endpoint& local) {
   const config::Descriptor socket(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_SOCK_DIAG));
   if (!socket) return std::nullopt;
-  const Question question =
-      questionAbout(plain(remote.address()), remote.port(), plain(local.address()), local.port());
+  const Question question = questionAbout(plainAddress(remote.address()), remote.port(),
+                                          plainAddress(local.address()), local.port());
   if (::send(socket.get(), &question, sizeof question, 0) < 0) return std::nullopt;
   std::array<std::byte, 4096> answer;
   const ssize_t bytes = ::recv(socket.get(), answer.data(), answer.size(), MSG_DONTWAIT);
@@ -89,9 +83,14 @@ std::optional<uid_t> userAt(const tcp::endpoint& remote, const tcp::endpoint& lo
 
 }  // namespace
 
+address plainAddress(const address& any) {
+  if (!any.is_v6() || !any.to_v6().is_v4_mapped()) return any;
+  return boost::asio::ip::make_address_v4(boost::asio::ip::v4_mapped, any.to_v6());
+}
+
 std::string connectionOwner(const tcp::endpoint& remote, const tcp::endpoint& local) {
   if (const auto user = userAt(remote, local)) return fmt::format("user {}", *user);
-  return plain(remote.address()).to_string();
+  return plainAddress(remote.address()).to_string();
 }
 
 }  // namespace hapticd::tools::view

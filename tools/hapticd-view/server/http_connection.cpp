@@ -43,24 +43,13 @@ constexpr const char* kTokenPage =
     "address "
     "that it prints.</p></body></html>\n";
 
-std::vector<std::string> fieldsOf(const UpgradeRequest& request, http::field name) {
+/// `name`: a number that Beast has for it, or a text.
+template <typename Name>
+std::vector<std::string> fieldsOf(const UpgradeRequest& request, Name name) {
   std::vector<std::string> values;
   const auto [begin, end] = request.equal_range(name);
   for (auto field = begin; field != end; ++field) values.emplace_back(field->value());
   return values;
-}
-
-std::vector<std::string> fieldsOf(const UpgradeRequest& request, const char* name) {
-  std::vector<std::string> values;
-  const auto [begin, end] = request.equal_range(name);
-  for (auto field = begin; field != end; ++field) values.emplace_back(field->value());
-  return values;
-}
-
-/// As it stands in a Host field: an IPv4 address where one came in at a socket for IPv6.
-std::string textOf(const boost::asio::ip::address& address) {
-  if (!address.is_v6() || !address.to_v6().is_v4_mapped()) return address.to_string();
-  return boost::asio::ip::make_address_v4(boost::asio::ip::v4_mapped, address.to_v6()).to_string();
 }
 
 class HttpConnection final : public WaitingConnection, public std::enable_shared_from_this<HttpConnection> {
@@ -82,7 +71,7 @@ class HttpConnection final : public WaitingConnection, public std::enable_shared
     const auto local = stream_.socket().local_endpoint(error);
     if (error) return;
     name_ = fmt::format("{}:{}", remote.address().to_string(), remote.port());
-    local_address_ = textOf(local.address());
+    local_address_ = plainAddress(local.address()).to_string();
     stream_.socket().set_option(boost::asio::socket_base::receive_buffer_size(kReceiveBufferBytes), error);
     parser_.header_limit(kLongestHeader);
     parser_.body_limit(0);

@@ -14,15 +14,11 @@ namespace {
 constexpr std::size_t kLongestFile = 4 * 1024 * 1024;
 constexpr const char* kRemedy = "name the folder of the page with --page";
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kTypes{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kTypes{{
     {".html", "text/html; charset=utf-8"},
     {".js", "text/javascript; charset=utf-8"},
     {".css", "text/css; charset=utf-8"},
     {".svg", "image/svg+xml"},
-    {".png", "image/png"},
-    {".ico", "image/x-icon"},
-    {".json", "application/json"},
-    {".webmanifest", "application/manifest+json"},
 }};
 
 }  // namespace

@@ -10,7 +10,7 @@
 #include <boost/beast/http/rfc7230.hpp>
 #include <string_view>
 
-#include "tools/hapticd-view/foxglove/make_session.h"
+#include "tools/hapticd-view/foxglove/foxglove_session.h"
 #include "tools/hapticd-view/live/live_session.h"
 #include "tools/hapticd-view/server/socket_progress.h"
 
@@ -34,6 +34,7 @@ std::string dropsText(std::uint64_t replaced, std::uint64_t dropped) {
 
 std::string foxgloveProtocolOf(const UpgradeRequest& request) {
   std::string found;
+  // both mean the same messages here
   for (const auto& name : beast::http::token_list(request[beast::http::field::sec_websocket_protocol])) {
     if (name == "foxglove.sdk.v1") return "foxglove.sdk.v1";
     if (name == "foxglove.websocket.v1") found = "foxglove.websocket.v1";
@@ -87,9 +88,8 @@ void WebSocketClient::begin(const std::string& protocol) {
   if (protocol.empty()) {
     session_ = std::make_unique<LiveSession>(server_.source, *this);
   } else {
-    session_ = makeFoxgloveSession(server_.source, *this, protocol);
+    session_ = makeFoxgloveSession(server_.source, *this);
   }
-  if (!session_) return close("this protocol is not offered");
   socket_.read_message_max(session_->longestMessage());
   server_.source.add(*session_);
   registered_ = true;
@@ -116,14 +116,9 @@ void WebSocketClient::take() {
   }
   if (++messages_in_second_ > kMostMessagesPerSecond) {
     close(fmt::format("more than {} messages a second", kMostMessagesPerSecond));
-  } else if (!closing_since_) {
+  } else if (!closing_since_ && socket_.got_text()) {
     const auto bytes = input_.cdata();
-    const auto* data = static_cast<const std::byte*>(bytes.data());
-    if (socket_.got_text()) {
-      session_->onText({reinterpret_cast<const char*>(data), bytes.size()});
-    } else {
-      session_->onBinary({data, bytes.size()});
-    }
+    session_->onText({static_cast<const char*>(bytes.data()), bytes.size()});
   }
   input_.consume(input_.size());
   read();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The completion scripts of all shells, each run by its shell. zsh offers completions in a terminal only, so
-// its functions that take them print them instead.
+// What `hapticctl __complete` offers, and that each shell shows it. zsh offers completions in a terminal
+// only, so its functions that take them print them instead.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,133 +17,30 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-std::string inQuotes(const std::string& word) {
-  return "'" + word + "'";
-}
-
-std::string joined(const Words& words) {
-  std::string text;
-  for (const std::string& word : words) text += inQuotes(word) + " ";
-  return text;
-}
-
-/// bash makes '=' a word of its own.
-Words asBashSeparates(const Words& words) {
-  Words separated;
-  for (const std::string& word : words) {
-    const std::size_t equals = word.find('=');
-    separated.push_back(word.substr(0, equals));
-    if (equals == std::string::npos) continue;
-    separated.emplace_back("=");
-    if (equals + 1 < word.size()) separated.push_back(word.substr(equals + 1));
+/// The lines of a text that are not empty, sorted; of each what stands before a tab.
+Words linesOf(const std::string& text) {
+  std::istringstream lines(text);
+  Words words;
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.empty()) words.push_back(line.substr(0, line.find('\t')));
   }
-  return separated;
-}
-
-std::string bashScript(const Words& words) {
-  const Words separated = asBashSeparates(words);
-  return "source <(hapticctl completion bash)\nCOMP_WORDS=(" + joined(separated) +
-         ")\nCOMP_CWORD=" + std::to_string(separated.size() - 1) +
-         "\n_hapticctl\nprintf '%s\\n' \"${COMPREPLY[@]}\"\n";
-}
-
-std::string zshScript(const Words& words) {
-  return R"(
-    compadd() {
-      local word behind=
-      for word; do
-        if [[ -n $behind ]]; then print -r -- "$word"; elif [[ $word == -- ]]; then behind=yes; fi
-      done
-    }
-    _describe() { local word; for word in "${(@P)2}"; do print -r -- "${word%%:*}"; done }
-    _files() { print -rl -- "$PREFIX"*(N) }
-    compset() { [[ $PREFIX == ${~2}* ]] && PREFIX="${PREFIX#${~2}}" }
-    source <(hapticctl completion zsh)
-    words=()" +
-         joined(words) + ") CURRENT=" + std::to_string(words.size()) +
-         R"(
-    PREFIX="$words[CURRENT]"
-    _hapticctl >$HOME/offered
-    while read -r word; do [[ $word == "$PREFIX"* ]] && print -r -- "$word"; done <$HOME/offered
-    true)";
-}
-
-std::string fishScript(const Words& words) {
-  std::string line;
-  for (const std::string& word : words) line += (line.empty() ? "" : " ") + word;
-  return "hapticctl completion fish | source\ncomplete -C '" + line +
-         "' | string replace -r '\\t.*' '' | string replace -r '^.*=(?=.)' ''\n";
-}
-
-struct Shell {
-  const char* name;
-  Words command;
-  std::string (*script)(const Words& words);
-  /// It also offers candidates that merely contain the letters, behind those that begin with them (fish 4).
-  bool is_loose = false;
-
-  friend std::ostream& operator<<(std::ostream& stream, const Shell& shell) { return stream << shell.name; }
-};
-
-const Shell kBash{"bash", {"/bin/bash", "--norc", "-c"}, bashScript};
-const Shell kZsh{"zsh", {"/bin/zsh", "-f", "-c"}, zshScript};
-const Shell kFish{"fish", {"/usr/bin/fish", "--no-config", "-c"}, fishScript, true};
-
-/// Returns the part of the last word that is to be completed.
-std::string typedOf(const Words& words) {
-  return words.back().substr(words.back().rfind('=') + 1);
-}
-
-/// Returns the words with the last one reduced to the part that determines its kind, such as `--kind=`.
-Words withNothingTyped(Words words) {
-  const std::string typed = typedOf(words);
-  const std::size_t kept =
-      words.back().size() - typed.size() + std::min(typed.find_first_not_of('-'), typed.size());
-  words.back().resize(kept);
+  std::ranges::sort(words);
   return words;
 }
 
-class Completion : public ControlFixture, public testing::WithParamInterface<Shell> {
+class Completion : public ControlFixture {
  protected:
-  Completion() {
-    std::filesystem::create_directories(folder.path("bin"));
-    std::filesystem::create_symlink(HAPTICCTL, folder.path("bin/hapticctl"));
-  }
-  /// Returns the offered completions that begin with the typed part of the last word, sorted. Each other
-  /// offer is a candidate in that place too.
-  Words completions(const Words& words) const {
-    Words offered = allCompletions(words);
-    if (!GetParam().is_loose) return offered;
-    const auto loose = std::ranges::stable_partition(
-        offered, [&](const std::string& word) { return word.starts_with(typedOf(words)); });
-    if (!loose.empty()) {
-      const Words candidates = allCompletions(withNothingTyped(words));
-      for (const std::string& word : loose) {
-        EXPECT_TRUE(std::ranges::binary_search(candidates, word)) << word;
-      }
-    }
-    offered.erase(loose.begin(), loose.end());
-    return offered;
-  }
-
-  /// All that the shell offers for the last word, sorted.
-  Words allCompletions(const Words& words) const {
-    Words command = GetParam().command;
-    command.push_back("export PATH=" + folder.path("bin") + ":/usr/bin:/bin\n" + GetParam().script(words));
-    const hapticd::test::Finished result =
-        hapticd::test::runToEnd(command, {.environment = {"HOME=" + folder.path("")}});
+  /// Returns what is offered for the last word of a command line that begins with hapticctl.
+  static Words completions(Words words) {
+    words.front() = "__complete";
+    words.insert(words.begin(), HAPTICCTL);
+    const hapticd::test::Finished result = hapticd::test::runToEnd(words);
     EXPECT_EQ("", result.errors);
-    std::istringstream lines(result.output);
-    Words offered;
-    for (std::string line; std::getline(lines, line);) {
-      if (!line.empty() && line != words.back()) offered.push_back(line);
-    }
-    std::ranges::sort(offered);
-    return offered;
+    return linesOf(result.output);
   }
 };
 
-TEST_P(Completion, OffersTheCommandsOfTheHelp) {
+TEST_F(Completion, OffersTheCommandsOfTheHelp) {
   const Words offered = completions({"hapticctl", ""});
   const std::string help = hapticd::test::runToEnd({HAPTICCTL, "--help"}).output;
   std::string listed = help.substr(help.find("Subcommands:"));
@@ -160,56 +57,59 @@ TEST_P(Completion, OffersTheCommandsOfTheHelp) {
   EXPECT_EQ((Words{"disengage", "doctor"}), completions({"hapticctl", "--socket", "/x", "d"}));
 }
 
-TEST_P(Completion, OffersTheCommandsOfAGroup) {
+TEST_F(Completion, OffersTheCommandsOfAGroup) {
   EXPECT_EQ((Words{"start", "stop"}), completions({"hapticctl", "trace", "st"}));
   EXPECT_EQ((Words{"--label"}), completions({"hapticctl", "--json", "trace", "start", "--la"}));
 }
 
-TEST_P(Completion, OffersTheOptions) {
+TEST_F(Completion, OffersTheOptions) {
   EXPECT_EQ((Words{"--socket"}), completions({"hapticctl", "--s"}));
   EXPECT_EQ((Words{"--interval"}), completions({"hapticctl", "watch", "--i"}));
   EXPECT_EQ((Words{"--root"}), completions({"hapticctl", "doctor", "--r"}));
 }
 
-TEST_P(Completion, OffersWhatAnOptionTakes) {
+TEST_F(Completion, OffersWhatAnOptionTakes) {
   EXPECT_EQ((Words{"csv", "hdf5", "libfreenect", "recording"}),
             completions({"hapticctl", "trace", "export", "--format", ""}));
   EXPECT_EQ((Words{}), completions({"hapticctl", "watch", "--interval", ""}));
 }
 
-TEST_P(Completion, OffersTheKindsOfEventsAndWhatAListIsSortedBy) {
+TEST_F(Completion, OffersTheKindsOfEventsAndWhatAListIsSortedBy) {
   EXPECT_EQ(4U,  // camera, calibration, clear_fault, configuration
             completions({"hapticctl", "events", "--kind", "c"}).size());
   EXPECT_EQ((Words{"name", "size", "time"}), completions({"hapticctl", "trace", "list", "--sort", ""}));
 }
 
-TEST_P(Completion, OffersTheCommandsThatThereIsHelpFor) {
+TEST_F(Completion, OffersTheCommandsThatThereIsHelpFor) {
   EXPECT_EQ((Words{"status"}), completions({"hapticctl", "help", "stat"}));
 }
 
-TEST_P(Completion, OffersFiles) {
-  std::ofstream(folder.path("view.png")) << "";
-  const Words offered = completions({"hapticctl", "snapshot", "--png", folder.path("vi")});
-  EXPECT_EQ((Words{folder.path("view.png")}), offered);
+TEST_F(Completion, LeavesFilesToTheShell) {
+  EXPECT_EQ((Words{":files"}), completions({"hapticctl", "snapshot", "--png", "vi"}));
+  EXPECT_EQ((Words{":files"}),
+            completions({"hapticctl", "--socket", folder.path("none"), "trace", "info", ""}));
 }
 
-TEST_P(Completion, OffersEveryParameterToGet) {
+TEST_F(Completion, OffersEveryParameterToGet) {
   EXPECT_EQ(config::parameterTable().size(), completions({"hapticctl", "get", ""}).size());
   EXPECT_EQ((Words{"camera.near_m"}), completions({"hapticctl", "get", "camera.ne"}));
 }
 
-TEST_P(Completion, OffersOnlyLiveParametersToSet) {
+TEST_F(Completion, OffersOnlyLiveParametersToSet) {
   EXPECT_EQ((Words{"force.radius_m="}), completions({"hapticctl", "set", "force.r"}));
   EXPECT_EQ((Words{}), completions({"hapticctl", "set", "camera.ne"}));
 }
 
-TEST_P(Completion, OffersTheWordsOfAChoice) {
-  EXPECT_EQ((Words{"auto", "nearest_springs", "proxy", "smooth_springs", "surface"}),
+TEST_F(Completion, OffersTheWordsOfAChoice) {
+  EXPECT_EQ((Words{"force.law=auto", "force.law=nearest_springs", "force.law=proxy",
+                   "force.law=smooth_springs", "force.law=surface"}),
             completions({"hapticctl", "set", "force.law="}));
-  EXPECT_EQ((Words{"nearest_springs"}), completions({"hapticctl", "set", "force.law=near"}));
+  EXPECT_EQ((Words{"force.law=nearest_springs"}), completions({"hapticctl", "set", "force.law=near"}));
+  EXPECT_EQ((Words{"force.law=nearest_springs"}), completions({"hapticctl", "set", "force.law", "=", "near"}))
+      << "as bash separates words";
 }
 
-TEST_P(Completion, OffersTheProfilesOfTheDaemon) {
+TEST_F(Completion, OffersTheProfilesOfTheDaemon) {
   start();
   for (const char* name : {"soft", "stiff"}) {
     askControl("io.hapticd.Control.SaveProfile", R"({"name":")" + std::string(name) + R"("})");
@@ -221,16 +121,17 @@ TEST_P(Completion, OffersTheProfilesOfTheDaemon) {
   EXPECT_EQ((Words{}), completions({"hapticctl", "--socket", folder.path("none"), "load", ""}));
 }
 
-TEST_P(Completion, OffersTheTracesOfTheDaemon) {
+TEST_F(Completion, OffersTheTracesOfTheDaemon) {
   start();
   const auto name = askControl("io.hapticd.Control.StartTrace")["parameters"]["name"].get<std::string>();
   const std::string begin = name.substr(0, 2);
   EXPECT_EQ((Words{name}), completions({"hapticctl", "--socket", controlPath(), "trace", "delete", begin}));
-  EXPECT_EQ((Words{name}), completions({"hapticctl", "--socket", controlPath(), "trace", "info", begin}));
+  EXPECT_EQ((Words{":files", name}),
+            completions({"hapticctl", "--socket", controlPath(), "trace", "info", begin}));
   EXPECT_EQ((Words{name}), completions({"hapticctl", "--socket", controlPath(), "trace", "note", begin}));
 }
 
-TEST_P(Completion, OffersTheFixturesAndRegionsOfTheDaemon) {
+TEST_F(Completion, OffersTheFixturesAndRegionsOfTheDaemon) {
   start();
   askControl("io.hapticd.Control.ChangeFixtures",
              R"({"add":[{"name":"nerve","kind":"point","position_m":[0,0,-1]},)"
@@ -248,7 +149,57 @@ TEST_P(Completion, OffersTheFixturesAndRegionsOfTheDaemon) {
   EXPECT_EQ((Words{"box", "path", "plane", "sphere"}), offered({"fixture", "touch", "--kind", ""}));
 }
 
-INSTANTIATE_TEST_SUITE_P(Shells, Completion, testing::Values(kBash, kZsh, kFish),
+/// A shell, and a script for it that prints what it offers behind "hapticctl set force.law=near", "hapticctl
+/// trace st" and "hapticctl snapshot --png FOLDER/vi".
+struct Shell {
+  const char* name;
+  Words command;
+  const char* script;
+
+  friend std::ostream& operator<<(std::ostream& stream, const Shell& shell) { return stream << shell.name; }
+};
+
+const Shell kBash{"bash", {"/bin/bash", "--norc", "-c"}, R"sh(
+    source <(hapticctl completion bash)
+    offer() { COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _hapticctl; printf '%s\n' "${COMPREPLY[@]}"; }
+    offer hapticctl set force.law = near
+    offer hapticctl trace st
+    offer hapticctl snapshot --png "$HOME/vi")sh"};
+
+const Shell kZsh{"zsh", {"/bin/zsh", "-f", "-c"}, R"sh(
+    compadd() { true }
+    _describe() { local word; for word in "${(@P)2}"; do print -r -- "${${word%%:*}#force.law=}"; done }
+    _files() { print -rl -- "$PREFIX"*(N) }
+    source <(hapticctl completion zsh)
+    offer() { words=("$@"); CURRENT=$#; PREFIX="$words[CURRENT]"; _hapticctl }
+    offer hapticctl set force.law=near
+    offer hapticctl trace st
+    offer hapticctl snapshot --png "$HOME/vi")sh"};
+
+const Shell kFish{"fish", {"/usr/bin/fish", "--no-config", "-c"}, R"sh(
+    hapticctl completion fish | source
+    complete -C 'hapticctl set force.law=near' | string replace 'force.law=' ''
+    complete -C 'hapticctl trace st'
+    complete -C "hapticctl snapshot --png $HOME/vi")sh"};
+
+class CompletionOf : public testing::TestWithParam<Shell> {};
+
+TEST_P(CompletionOf, ShowsTheCandidates) {
+  const TemporaryFolder folder;
+  const std::string home = folder.path("home");
+  std::filesystem::create_directories(home);
+  std::filesystem::create_directories(folder.path("bin"));
+  std::filesystem::create_symlink(HAPTICCTL, folder.path("bin/hapticctl"));
+  std::ofstream(home + "/view.png") << "";
+  Words command = GetParam().command;
+  command.push_back("export PATH=" + folder.path("bin") + ":/usr/bin:/bin\n" + GetParam().script);
+  const hapticd::test::Finished result = hapticd::test::runToEnd(command, {.environment = {"HOME=" + home}});
+  EXPECT_EQ("", result.errors);
+  const Words expected{home + "/view.png", "nearest_springs", "start", "stop"};
+  EXPECT_EQ(expected, linesOf(result.output));
+}
+
+INSTANTIATE_TEST_SUITE_P(Shells, CompletionOf, testing::Values(kBash, kZsh, kFish),
                          [](const auto& shell) { return shell.param.name; });
 
 }  // namespace
