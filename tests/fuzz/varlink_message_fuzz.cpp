@@ -11,8 +11,8 @@
 
 #include "daemon/control/control_service.h"
 #include "daemon/control/varlink_message.h"
+#include "daemon/running_box.h"
 #include "tests/fuzz/seeds.h"
-#include "tests/unit/daemon/control/fake_box.h"
 
 namespace {
 
@@ -23,7 +23,6 @@ using hapticd::daemon::ConnectionId;
 using hapticd::daemon::ControlService;
 using hapticd::daemon::Json;
 using hapticd::daemon::Reply;
-using hapticd::daemon::test::FakeBox;
 
 void require(bool condition) {
   if (!condition) std::abort();
@@ -56,15 +55,12 @@ class Client final : public hapticd::daemon::Replies {
   }
 };
 
-/// A box whose files are in a folder that cannot exist.
-struct Daemon {
-  Daemon() {
-    hapticd::config::Settings settings;
-    settings.state.folder = "/dev/null/none";
-    box.setSettings(settings);
-  }
-  FakeBox box;
-};
+/// A folder for files that cannot exist.
+hapticd::config::Settings settings() {
+  hapticd::config::Settings settings;
+  settings.state.folder = "/dev/null/none";
+  return settings;
+}
 
 /// A call as a client sends it. `more`: further members of the message.
 std::string call(const std::string& method, const std::string& parameters = "{}",
@@ -120,9 +116,9 @@ std::vector<std::string> seeds() {
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static Daemon daemon;
-  static ControlService service(daemon.box, {});
-  daemon.box.setTraces(3);
+  static hapticd::daemon::RunningBox box(
+      settings());  // without its threads, so that all depends on the bytes
+  static ControlService service(box, {});
   const std::string_view bytes(reinterpret_cast<const char*>(data), size);
   const Caller caller{.connection = 2, .access = Access::control, .uid = 1000, .pid = 1, .sees_depth = true};
   Client client;

@@ -28,20 +28,43 @@ std::string refusalOf(const DaemonHome& home, const std::string& yaml,
   return finished.errors;
 }
 
-TEST(BadConfiguration, EveryValueOutOfRangeIsListedWithItsLineAndRange) {
+std::string allBytes() {
+  std::string bytes;
+  for (int byte = 0; byte < 256; ++byte) bytes.push_back(static_cast<char>(byte));
+  return bytes;
+}
+
+/// A configuration, assignments on the command line, and what the refusal names.
+struct Refused {
+  std::string yaml;
+  std::vector<std::string> set;
+  std::vector<std::string> says;
+};
+
+TEST(BadConfiguration, IsRefusedWithEachPlaceAndRange) {
   const DaemonHome home;
-  const std::string errors = refusalOf(home,
-                                       "force:\n"
-                                       "  stiffness_n_per_m: 5001\n"
-                                       "  radius_m: .nan\n"
-                                       "safety:\n"
-                                       "  max_force_n: -1\n");
-  EXPECT_TRUE(contains(errors, "hapticd.yaml:2: "));
-  EXPECT_TRUE(contains(errors, "0..5000 N/m"));
-  EXPECT_TRUE(contains(errors, "hapticd.yaml:3: "));
-  EXPECT_TRUE(contains(errors, "0.005..0.1 m"));
-  EXPECT_TRUE(contains(errors, "hapticd.yaml:5: "));
-  EXPECT_TRUE(contains(errors, "0..40 N"));
+  for (const auto& [yaml, set, says] : std::vector<Refused>{
+           {"force:\n  stiffness_n_per_m: 5001\n  radius_m: .nan\nsafety:\n  max_force_n: -1\n",
+            {},
+            {"hapticd.yaml:2: ", "0..5000 N/m", "hapticd.yaml:3: ", "0.005..0.1 m",
+             "hapticd.yaml:5: ", "0..40 N"}},
+           {"force: {law: nearest_springs}\ncamera: {near_m: [0.4\n", {}, {"hapticd.yaml:"}},
+           {"camera:\n  serial: \"A00362\nsafety:\n  max_force_n: 1\n",
+            {},
+            {"hapticd.yaml:2: the quote before \"A00362\" is not closed on its line"}},
+           {allBytes(), {}, {"hapticd.yaml"}},
+           {"", {}, {"has no group of parameters"}},
+           {"# the box in room 3\n", {}, {"has no group of parameters"}},
+           {"---\nsafety: {max_force_n: 1}\n", {}, {"the line `...` at its end is missing"}},
+           {"force: {min_points: 200, max_points: 100}\n", {}, {"force.min_points", "force.max_points"}},
+           {"{}\n",
+            {"force.stiffnes_n_per_m=400"},
+            {"--set force.stiffnes_n_per_m=400", "force.stiffness_n_per_m"}},
+           {"{}\n", {"force.radius_m=1"}, {"0.005..0.1 m"}},
+           {"{}\n", {"control.status_socket=/tmp/" + std::string(120, 's')}, {"control.status_socket"}}}) {
+    const std::string errors = refusalOf(home, yaml, set);
+    for (const std::string& part : says) EXPECT_TRUE(contains(errors, part));
+  }
 }
 
 TEST(BadConfiguration, FaultsAreNotMadeUpWhereThatIsNotAllowedNorFromABadScript) {
@@ -56,26 +79,6 @@ TEST(BadConfiguration, FaultsAreNotMadeUpWhereThatIsNotAllowedNorFromABadScript)
   };
   EXPECT_TRUE(contains(refusal("1 1 nan_pose\n", "force:"), "control.allow_fault_injection"));
   EXPECT_TRUE(contains(refusal("1 1 nonsense\n", "control: {allow_fault_injection: true}"), "faults:1"));
-}
-
-TEST(BadConfiguration, AFileThatIsNoYamlIsRefusedWithTheLine) {
-  const DaemonHome home;
-  EXPECT_TRUE(
-      contains(refusalOf(home, "force: {law: nearest_springs}\ncamera: {near_m: [0.4\n"), "hapticd.yaml:"));
-}
-
-TEST(BadConfiguration, BytesThatAreNoTextAreRefused) {
-  const DaemonHome home;
-  std::string bytes;
-  for (int byte = 0; byte < 256; ++byte) bytes.push_back(static_cast<char>(byte));
-  EXPECT_TRUE(contains(refusalOf(home, bytes), "hapticd.yaml"));
-}
-
-TEST(BadConfiguration, ValuesThatDoNotFitTogetherAreRefused) {
-  const DaemonHome home;
-  const std::string errors = refusalOf(home, "force: {min_points: 200, max_points: 100}\n");
-  EXPECT_TRUE(contains(errors, "force.min_points"));
-  EXPECT_TRUE(contains(errors, "force.max_points"));
 }
 
 TEST(BadConfiguration, AMissingFileIsRefused) {
@@ -109,24 +112,6 @@ TEST(BadConfiguration, AFileWithoutReadPermissionIsRefused) {
   EXPECT_EQ(home.entries(), std::vector<std::string>{"hapticd.yaml"});
 }
 
-TEST(BadConfiguration, AnUnknownNameOnTheCommandLineIsRefusedWithTheNearestOne) {
-  const DaemonHome home;
-  const std::string errors = refusalOf(home, "{}\n", {"force.stiffnes_n_per_m=400"});
-  EXPECT_TRUE(contains(errors, "--set force.stiffnes_n_per_m=400"));
-  EXPECT_TRUE(contains(errors, "force.stiffness_n_per_m"));
-}
-
-TEST(BadConfiguration, AValueOutOfRangeOnTheCommandLineIsRefusedWithTheRange) {
-  const DaemonHome home;
-  EXPECT_TRUE(contains(refusalOf(home, "{}\n", {"force.radius_m=1"}), "0.005..0.1 m"));
-}
-
-TEST(BadConfiguration, ASocketPathLongerThanTheKernelTakesIsRefused) {
-  const DaemonHome home;
-  const std::string errors = refusalOf(home, "{}\n", {"control.status_socket=/tmp/" + std::string(120, 's')});
-  EXPECT_TRUE(contains(errors, "control.status_socket"));
-}
-
 TEST(BadConfiguration, ChecksWithoutStarting) {
   const DaemonHome home;
   std::vector<std::string> command = home.command(test::kWallYaml);
@@ -153,16 +138,6 @@ TEST(BadConfiguration, ChecksSayHowManyParametersAreSetAndWhichDifferFromTheDefa
   EXPECT_TRUE(
       contains(report, "hapticd.yaml: no problem found; 6 parameters set, 5 differ from the defaults: "));
   EXPECT_TRUE(contains(report, ", safety.max_force_n = 1 (default 4), control.status_socket = "));
-}
-
-TEST(BadConfiguration, AQuoteThatIsNotClosedIsRefusedInItsLine) {
-  const DaemonHome home;
-  const std::string errors = refusalOf(home,
-                                       "camera:\n"
-                                       "  serial: \"A00362\n"
-                                       "safety:\n"
-                                       "  max_force_n: 1\n");
-  EXPECT_TRUE(contains(errors, "hapticd.yaml:2: the quote before \"A00362\" is not closed on its line"));
 }
 
 TEST(BadConfiguration, ChecksWarnOfAHandleOnTheNetworkWithoutAKey) {
@@ -196,27 +171,10 @@ TEST(BadConfiguration, NothingThatSteersATerminalIsShownNorMoreThanTheBeginningO
   EXPECT_EQ(errors.find(std::string(61, 'x')), std::string::npos) << errors;
 }
 
-/// What hapticd --check says of a configuration that it accepts.
-std::string reportOn(const std::string& yaml) {
-  const DaemonHome home;
-  std::vector<std::string> command = home.command(yaml);
-  command.emplace_back("--check");
-  const Finished finished = test::runToEnd(command);
-  EXPECT_EQ(finished.ending, exitedWith(0)) << finished.errors;
-  return finished.output;
-}
-
-TEST(BadConfiguration, AFileThatIsEmptyOrCutIsNotTakenForTheDefaults) {
-  const DaemonHome home;
-  for (const char* nothing : {"", "\n", "# the box in room 3\n"})
-    EXPECT_TRUE(contains(refusalOf(home, nothing), "has no group of parameters"));
-  EXPECT_TRUE(
-      contains(refusalOf(home, "---\nsafety: {max_force_n: 1}\n"), "the line `...` at its end is missing"));
-}
-
 TEST(BadConfiguration, ChecksSayWhetherACutWouldBeNoticed) {
-  EXPECT_TRUE(contains(reportOn("force:\n"), "nothing would show that its end was cut off"));
-  EXPECT_EQ(reportOn("---\nforce:\n...\n").find("cut off"), std::string::npos);
+  const DaemonHome home;
+  EXPECT_TRUE(contains(reportOn(home, "force:\n"), "nothing would show that its end was cut off"));
+  EXPECT_EQ(reportOn(home, "---\nforce:\n...\n").find("cut off"), std::string::npos);
 }
 
 TEST(BadConfiguration, ChecksReportWhatAStartWouldRefuse) {

@@ -52,9 +52,20 @@ std::vector<std::string> DaemonHome::entries() const {
   return names;
 }
 
-Finished DaemonHome::control(std::vector<std::string> arguments) const {
+std::vector<std::string> DaemonHome::controlCommand(std::vector<std::string> arguments) const {
   arguments.insert(arguments.begin(), {"--socket", controlSocket()});
-  return runToEnd(hapticctlCommand(arguments));
+  return hapticctlCommand(std::move(arguments));
+}
+
+Finished DaemonHome::control(const std::vector<std::string>& arguments, const ProgramOptions& options) const {
+  return runToEnd(controlCommand(arguments), options);
+}
+
+Finished DaemonHome::controlWithInput(const std::string& input,
+                                      const std::vector<std::string>& arguments) const {
+  std::vector<std::string> line{"/bin/sh", "-c", "exec \"$@\" < '" + write("input", input) + "'", "sh"};
+  for (const std::string& word : controlCommand(arguments)) line.push_back(word);
+  return runToEnd(line);
 }
 
 void DaemonHome::giveTo(uid_t user) const {

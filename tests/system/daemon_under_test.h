@@ -37,8 +37,16 @@ class DaemonHome {
   std::vector<std::string> command(const std::string& yaml, const std::vector<std::string>& set = {}) const;
   /// Returns the names of the files in the folder, sorted.
   std::vector<std::string> entries() const;
-  /// Runs hapticctl on the control socket.
-  Finished control(std::vector<std::string> arguments) const;
+  /// The command that runs hapticctl on the control socket.
+  std::vector<std::string> controlCommand(std::vector<std::string> arguments) const;
+  /// Runs it.
+  Finished control(const std::vector<std::string>& arguments, const ProgramOptions& options = {}) const;
+  /// Runs it with these bytes on stdin.
+  Finished controlWithInput(const std::string& input, const std::vector<std::string>& arguments) const;
+  /// Writes a file in the folder and returns its path.
+  std::string write(const std::string& name, const std::string& content) const {
+    return folder_.write(name, content).string();
+  }
   /// Gives the folder to another user.
   void giveTo(uid_t user) const;
 

@@ -117,42 +117,6 @@ TEST_F(FakenectDaemon, AParameterThatIsSetIsSeenInItsValueAndInTheForce) {
   expectPaperForce(daemon_->status(), 250);
 }
 
-TEST_F(FakenectDaemon, AValueOutOfRangeIsRefusedWithTheRangeAndChangesNothing) {
-  ASSERT_TRUE(start());
-  const Finished finished = control({"set", "force.min_points=20", "force.stiffness_n_per_m=5001"});
-  EXPECT_EQ(finished.ending, exitedWith(1));
-  EXPECT_TRUE(contains(finished.errors, "force.stiffness_n_per_m"));
-  EXPECT_TRUE(contains(finished.errors, "0..5000 N/m"));
-  EXPECT_EQ(value("force.stiffness_n_per_m"), 500);
-  EXPECT_EQ(value("force.min_points"), 10);  // all or none
-  expectPaperForce(daemon_->status(), 500);
-}
-
-TEST_F(FakenectDaemon, ValuesThatAreNoNumbersAreRefusedWithTheRange) {
-  ASSERT_TRUE(start());
-  for (const std::string bad : {"-1", "stiff", "", "1e999", "5000.001", "0x10"}) {
-    const Finished finished = control({"set", "force.stiffness_n_per_m=" + bad});
-    EXPECT_EQ(finished.ending, exitedWith(1)) << bad;
-    EXPECT_TRUE(contains(finished.errors, "0..5000 N/m")) << bad;
-  }
-  for (const std::string bad : {"nan", "inf", "-inf"}) {
-    const Finished finished = control({"set", "force.stiffness_n_per_m=" + bad});
-    EXPECT_EQ(finished.ending, exitedWith(1)) << bad;
-    EXPECT_TRUE(contains(finished.errors, "force.stiffness_n_per_m")) << bad;
-  }
-  EXPECT_EQ(value("force.stiffness_n_per_m"), 500);
-  EXPECT_TRUE(daemon_->ticks());
-}
-
-TEST_F(FakenectDaemon, AParameterThatNeedsARestartIsRefusedAsSuch) {
-  ASSERT_TRUE(start());
-  const Finished finished = control({"set", "camera.near_m=0.5"});
-  EXPECT_EQ(finished.ending, exitedWith(1));
-  EXPECT_TRUE(contains(finished.errors, "only at the next start"));
-  EXPECT_TRUE(contains(finished.errors, "camera.near_m"));
-  EXPECT_EQ(value("camera.near_m"), 0.4);
-}
-
 TEST_F(FakenectDaemon, ForceComesWithEngageAndGoesWithDisengage) {
   ASSERT_TRUE(start());
   const json idle = daemon_->status();

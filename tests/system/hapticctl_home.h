@@ -24,13 +24,6 @@ class HapticctlHome {
   Finished run(const std::vector<std::string>& arguments, const ProgramOptions& options = {}) const {
     return runToEnd(command(arguments), options);
   }
-  /// Runs hapticctl with these bytes on stdin.
-  Finished runWithInput(const std::string& input, const std::vector<std::string>& arguments) const {
-    const std::string file = folder_.write("input", input);
-    std::vector<std::string> line{"/bin/sh", "-c", "exec \"$@\" < '" + file + "'", "sh"};
-    for (const std::string& word : command(arguments)) line.push_back(word);
-    return runToEnd(line);
-  }
 
  private:
   TemporaryFolder folder_;

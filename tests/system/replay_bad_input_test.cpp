@@ -33,7 +33,9 @@ std::vector<std::string> linesOf(const std::string& text) {
 
 class ReplayBadInput : public testing::Test {
  protected:
-  ReplayBadInput() {
+  ReplayBadInput() { writeGoodInput(); }
+
+  void writeGoodInput() const {
     folder_.write("config.yaml", "loop: {rate_hz: 1000}\n");
     folder_.write("hip.csv", "t_s,x_m,y_m,z_m\n0,0,0,-0.98\n0.001,0,0,-0.98\n");
     folder_.write("wall.pgm", test::pgmBytes(test::wallImage(760)));
@@ -70,28 +72,58 @@ TEST_F(ReplayBadInput, TheInputOfTheseTestsIsGoodUntilTheyBreakIt) {
   EXPECT_TRUE(std::filesystem::exists(path("out.csv")));
 }
 
+/// A file of another content, options that replace the good ones and the refusal.
+struct Refused {
+  std::string file;
+  std::string content;
+  std::vector<std::string> options;
+  int status;
+  std::string says;
+};
+
+TEST_F(ReplayBadInput, IsRefusedWithItsPlaceAndWhatIsExpected) {
+  const std::string wall = test::pgmBytes(test::wallImage(760));
+  std::string big_endian = wall;
+  for (std::size_t i = test::kPgmHeader.size(); i + 1 < big_endian.size(); i += 2)
+    std::swap(big_endian[i], big_endian[i + 1]);
+  std::vector<Refused> cases{
+      {"hip.csv",
+       "t_s,x_m,y_m,z_m\n0.5,0,0,-1\n0.4,0,0,-1\n",
+       {"--stage=command"},
+       kBadData,
+       "t_s 0.4 is before that of the sample before, 0.5"},
+      {"wall.pgm", wall.substr(0, 300000), {}, kBadData, "wall.pgm: has 300000 bytes, expected 614417"},
+      {"wall.pgm", big_endian, {}, kBadData, "the pixels are big-endian"},
+      {"config.yaml", "force:\n  radius_m: 4\n", {}, kBadConfiguration, "config.yaml:2"},
+      {"config.yaml", "force:\n  radius_m: 4\n", {}, kBadConfiguration, "0.005..0.1 m"},
+      {"config.yaml",
+       "camera: {far_m: 10}\ngrid: {frame_voxel_edge_m: 0.01}\n",
+       {"--full-model"},
+       kBadConfiguration,
+       "grid.frame_voxel_edge_m"},
+      {"", "", {"--set=force.radius=0.04"}, kBadConfiguration, "force.radius_m"},
+      {"", "", {"--hip=" + path("none.csv")}, kBadData, "none.csv: cannot be read"},
+      {"", "", {"--depth=" + path("none")}, kNoInput, "none: no such file or folder"},
+      {"", "", {"--depth=" + path("")}, kNoInput, "INDEX.txt"},
+      {"", "", {"--out=" + path("none/out.csv")}, kCannotCreate, "none/out.csv: cannot be created"},
+      {"", "", {"--stage=device"}, kUsage, "--stage"}};
+  for (const std::string header :
+       {"P5\n640 480\n65535\n", "P5 640 480 2047\n", "P5 320 240 65535\n", "P2 640 480 65535\n"}) {
+    cases.push_back(
+        {"wall.pgm", test::pgmBytes(test::wallImage(760), header), {}, kBadData, "P5 640 480 65535"});
+  }
+  for (const auto& [file, content, options, status, says] : cases) {
+    if (!file.empty()) write(file, content);
+    expectRefused(replay(options), status, says);
+    writeGoodInput();
+  }
+}
+
 TEST_F(ReplayBadInput, AHipThatIsNotANumberIsRefusedWithItsLineAndRange) {
   write("hip.csv", "t_s,x_m,y_m,z_m\n0,0,0,-1\n0.001,nan,0,-1\n0.002,0,0,11\n");
   const Finished finished = replay();
   expectRefused(finished, kBadData, "hip.csv:3: x_m: \"nan\" is out of range (allowed: -10..10 m)");
   EXPECT_TRUE(contains(finished.errors, "hip.csv:4: z_m: \"11\" is out of range (allowed: -10..10 m)"));
-}
-
-TEST_F(ReplayBadInput, AMissingHipFileIsRefused) {
-  expectRefused(replay({"--hip=" + path("none.csv")}), kBadData, "none.csv: cannot be read");
-}
-
-TEST_F(ReplayBadInput, TimesThatGoBackAreRefusedWhereEachSampleIsAStep) {
-  write("hip.csv", "t_s,x_m,y_m,z_m\n0.5,0,0,-1\n0.4,0,0,-1\n");
-  expectRefused(replay({"--stage=command"}), kBadData, "t_s 0.4 is before that of the sample before, 0.5");
-}
-
-TEST_F(ReplayBadInput, MissingDepthIsRefused) {
-  expectRefused(replay({"--depth=" + path("none")}), kNoInput, "none: no such file or folder");
-}
-
-TEST_F(ReplayBadInput, AFolderThatIsNoRecordingIsRefused) {
-  expectRefused(replay({"--depth=" + path("")}), kNoInput, "INDEX.txt");
 }
 
 TEST_F(ReplayBadInput, ARecordingWithCrLfInItsIndexIsRefusedWithTheRemedy) {
@@ -101,11 +133,6 @@ TEST_F(ReplayBadInput, ARecordingWithCrLfInItsIndexIsRefusedWithTheRemedy) {
   const Finished finished = replay({"--depth=" + recording.path().string()});
   expectRefused(finished, kNoInput, "INDEX.txt:1: the line ends in CRLF");
   EXPECT_TRUE(contains(finished.errors, "sed -i"));
-}
-
-TEST_F(ReplayBadInput, ATruncatedImageIsRefused) {
-  write("wall.pgm", test::pgmBytes(test::wallImage(760)).substr(0, 300000));
-  expectRefused(replay(), kBadData, "wall.pgm: has 300000 bytes, expected 614417");
 }
 
 /// As with the camera driver `recorded`.
@@ -154,36 +181,11 @@ TEST_F(ReplayBadInput, DepthWithoutAUsablePixelIsSaid) {
   EXPECT_EQ(replay().errors, "");
 }
 
-TEST_F(ReplayBadInput, AnImageWithBigEndianPixelsIsRefusedAsSuch) {
-  std::string image = test::pgmBytes(test::wallImage(760));
-  for (std::size_t i = test::kPgmHeader.size(); i + 1 < image.size(); i += 2)
-    std::swap(image[i], image[i + 1]);
-  write("wall.pgm", image);
-  expectRefused(replay(), kBadData, "the pixels are big-endian");
-}
-
-TEST_F(ReplayBadInput, AnotherPgmHeaderIsRefusedWithTheOneExpected) {
-  for (const std::string header :
-       {"P5\n640 480\n65535\n", "P5 640 480 2047\n", "P5 320 240 65535\n", "P2 640 480 65535\n"}) {
-    write("wall.pgm", test::pgmBytes(test::wallImage(760), header));
-    expectRefused(replay(), kBadData, "P5 640 480 65535");
-  }
-}
-
-TEST_F(ReplayBadInput, AnOutputThatCannotBeWrittenIsReported) {
-  const Finished finished = replay({"--out=" + path("none/out.csv")});
-  expectRefused(finished, kCannotCreate, "none/out.csv: cannot be created");
-}
-
 TEST_F(ReplayBadInput, AFullDiskLeavesNoTruncatedOutput) {
   std::string hip = "t_s,x_m,y_m,z_m\n";
   for (int i = 0; i < 1000; ++i) hip += "0,0,0,-0.98\n";
   write("hip.csv", hip);
   expectRefused(replay({}, {.largest_file_bytes = 4096}), kCannotCreate, "out.csv: cannot be written");
-}
-
-TEST_F(ReplayBadInput, AnUnknownStageIsAUsageError) {
-  expectRefused(replay({"--stage=device"}), kUsage, "--stage");
 }
 
 TEST_F(ReplayBadInput, AMissingOptionIsAUsageError) {
@@ -215,17 +217,6 @@ TEST_F(ReplayBadInput, APartThatIsNoneIsRefusedWithItsName) {
   write("part.json", "{}");
   const Finished joined = test::runToEnd(test::hapticReplayCommand({"--join", path("part.json")}));
   expectRefused(joined, kBadData, "part.json: is no part of haptic-replay");
-}
-
-TEST_F(ReplayBadInput, ABadConfigurationIsRefusedWithLineAndRange) {
-  write("config.yaml", "force:\n  radius_m: 4\n");
-  const Finished finished = replay();
-  expectRefused(finished, kBadConfiguration, "config.yaml:2");
-  EXPECT_TRUE(contains(finished.errors, "0.005..0.1 m"));
-}
-
-TEST_F(ReplayBadInput, AnUnknownParameterIsRefusedWithTheNearestName) {
-  expectRefused(replay({"--set=force.radius=0.04"}), kBadConfiguration, "force.radius_m");
 }
 
 TEST_F(ReplayBadInput, AWholeFrameThatDoesNotFitIntoASceneIsRefused) {

@@ -29,11 +29,11 @@ Bridge::~Bridge() {
 }
 
 void Bridge::run(const std::function<bool(double)>& ends) {
-  began_ns_ = rt::monotonicNow_ns();
-  ticked_ns_ = began_ns_;
+  const std::int64_t began_ns = rt::monotonicNow_ns();
+  ticked_ns_ = began_ns;
   rt::PeriodicClock clock(kTickNs);
-  clock.start(began_ns_);
-  while (!ends(static_cast<double>(ticked_ns_ - began_ns_) * 1e-9)) {
+  clock.start(began_ns);
+  while (!ends(static_cast<double>(ticked_ns_ - began_ns) * 1e-9)) {
     receiveUntil(clock.planned_ns());
     rt::sleepUntil(clock.planned_ns());
     tick(rt::monotonicNow_ns());
@@ -108,8 +108,6 @@ rt::Vec3 Bridge::forceAt(std::int64_t now_ns, const DeviceReading& reading) {
 }
 
 void Bridge::sendState(const DeviceReading& reading, std::int64_t now_ns) {
-  const auto mute_ns = static_cast<std::int64_t>(options_.mute_after_s * 1e9);
-  if (mute_ns > 0 && now_ns - began_ns_ >= mute_ns) return;
   udp::StatePacket packet;
   packet.header = conversation_.next(now_ns);
   packet.position_m_in_handle = reading.position_m;

@@ -25,8 +25,7 @@ struct BridgeOptions {
   double max_force_n = 10;     ///< largest force of the device; longer forces are shortened to it
   bool damps = true;           ///< damp contact here, if hapticd offers it and the device measures velocity
   double max_damping_n_s_per_m =
-      20;                   ///< largest damping that the device renders without noise; more is clamped
-  double mute_after_s = 0;  ///< from then on no states are sent; 0: never
+      20;  ///< largest damping that the device renders without noise; more is clamped
   Impairments impairments;
 };
 
@@ -82,7 +81,6 @@ class Bridge {
   ImpairedLink in_;
   std::optional<drivers::udp::CommandPacket> command_;  // the newest valid one
   std::int64_t command_ns_ = 0;                         // when it arrived
-  std::int64_t began_ns_ = 0;
   std::int64_t ticked_ns_ = 0;
   BridgeSummary summary_;
 };

@@ -174,9 +174,6 @@ int run(int argc, char** argv) {
   app.add_flag_callback(
       "--no-damping", [&options] { options.bridge.damps = false; },
       "leave the damping in contact to hapticd");
-  app.add_option("--mute-after", options.bridge.mute_after_s, "send no states after that many seconds")
-      ->type_name("SECONDS")
-      ->check(within(0.001, 1e6));
   addHand(app, options);
   addImpairments(app, options.bridge.impairments);
   app.set_version_flag("-V,--version", std::string("haptic-bridge ") + HAPTICD_VERSION);

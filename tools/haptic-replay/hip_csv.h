@@ -17,8 +17,8 @@ struct HipSample {
   rt::Vec3 hip_m_in_world;
 };
 
-/// Reads a file with the header `t_s,x_m,y_m,z_m` and one sample per line; LF or CRLF.
-/// Errors: every bad line, up to a number that a person would read, with its number, value and allowed range.
+/// Reads a file with the header `t_s,x_m,y_m,z_m` and one sample per line, as PointTable does.
+/// Errors: every bad line, with its number, value and allowed range.
 std::expected<std::vector<HipSample>, std::vector<config::Error>> readHipCsv(
     const std::filesystem::path& file);
 

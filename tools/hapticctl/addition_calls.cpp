@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
+#include "config/file_content.h"
 #include "tools/hapticctl/addition_options.h"
 #include "tools/hapticctl/addition_text.h"
 #include "tools/hapticctl/error_text.h"
@@ -70,6 +72,13 @@ int addAll(const CommandOptions& options, const AdditionList& list, const Json& 
     if (const Json* generation = fieldAt(*reply, "generation")) parameters["generation"] = *generation;
   }
   return changeList(options, list, parameters, done, document);
+}
+
+std::expected<std::string, int> contentOf(const CommandOptions& options, const std::string& file) {
+  constexpr std::size_t kMostBytes = std::size_t{1} << 20;
+  auto content = config::fileContent(file, {kMostBytes, config::FileKind::any});
+  if (content) return std::move(*content);
+  return std::unexpected(report(config::Error{file, content.error().text(), ""}, options.json));
 }
 
 int reportProblems(const std::vector<config::AdditionError>& problems, bool json) {

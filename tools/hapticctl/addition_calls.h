@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <expected>
 #include <memory>
 #include <string>
 #include <vector>
@@ -34,6 +35,9 @@ int changeList(const CommandOptions& options, const AdditionList& list, const Js
 /// Adds definitions in one call; `replace`: those of the same names go.
 int addAll(const CommandOptions& options, const AdditionList& list, const Json& definitions, bool replace,
            const std::string& done, const Json& document = Json::object());
+
+/// The content of a file, of at most 1 MiB; the exit code if it cannot be read, which is reported.
+std::expected<std::string, int> contentOf(const CommandOptions& options, const std::string& file);
 
 /// Reports what is wrong with fixtures or regions; returns the exit code.
 int reportProblems(const std::vector<config::AdditionError>& problems, bool json);

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "config/addition_reader.h"
-#include "config/file_content.h"
 #include "config/fixture_settings.h"
 #include "tools/hapticctl/addition_calls.h"
 #include "tools/hapticctl/addition_options.h"
@@ -23,8 +22,6 @@
 namespace hapticd::tools {
 namespace {
 
-constexpr std::size_t kMostFileBytes = std::size_t{1} << 20;
-
 std::string joined(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : ", ") + printable(word);
@@ -35,8 +32,8 @@ std::string joined(const std::vector<std::string>& words) {
 int import(const CommandOptions& options, const AdditionList& list, const std::string& file, bool replace,
            const ModelOptions& model) {
   const bool of_model = !model.landmarks.empty();
-  const auto content = config::fileContent(file, {kMostFileBytes, config::FileKind::any});
-  if (!content) return report(config::Error{file, content.error().text(), ""}, options.json);
+  const auto content = contentOf(options, file);
+  if (!content) return content.error();
   auto additions =
       of_model ? config::modelAdditionsFromText(*content, file) : config::additionsFromText(*content, file);
   if (!additions) return reportProblems(additions.error(), options.json);

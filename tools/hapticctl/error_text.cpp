@@ -141,6 +141,16 @@ std::string replyText(const ClientError& error) {
       printable(name), printable(shown));
 }
 
+/// Prints an error on stderr; with `json` as an object.
+void print(const std::string& name, const Json& parameters, const std::string& message, bool json) {
+  if (json) {
+    const Json document = {{"error", name}, {"parameters", parameters}, {"message", message}};
+    fmt::print(stderr, "{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
+  } else {
+    fmt::print(stderr, "hapticctl: {}\n", message);
+  }
+}
+
 }  // namespace
 
 std::string errorText(const ClientError& error) {
@@ -150,14 +160,8 @@ std::string errorText(const ClientError& error) {
 
 int report(const ClientError& error, bool json) {
   const bool reply = error.kind == ClientError::Kind::error_reply;
-  if (json) {
-    const Json document = {{"error", reply ? error.what : "NoConnection"},
-                           {"parameters", reply ? error.parameters : Json::object()},
-                           {"message", errorText(error)}};
-    fmt::print(stderr, "{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
-  } else {
-    fmt::print(stderr, "hapticctl: {}\n", errorText(error));
-  }
+  print(reply ? error.what : "NoConnection", reply ? error.parameters : Json::object(), errorText(error),
+        json);
   return reply ? kFailed : kNoConnection;
 }
 
@@ -172,19 +176,12 @@ int report(const std::vector<config::Error>& errors, bool json) {
     problems.push_back(error.text());
     message += (message.empty() ? "" : "\n") + error.text();
   }
-  const Json document = {
-      {"error", "Failed"}, {"parameters", {{"problems", std::move(problems)}}}, {"message", message}};
-  fmt::print(stderr, "{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
+  print("Failed", {{"problems", std::move(problems)}}, message, json);
   return kFailed;
 }
 
 int report(const config::Error& error, bool json) {
-  if (json) {
-    const Json document = {{"error", "Failed"}, {"parameters", Json::object()}, {"message", error.text()}};
-    fmt::print(stderr, "{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
-  } else {
-    fmt::print(stderr, "hapticctl: {}\n", printable(error.text()));
-  }
+  print("Failed", Json::object(), json ? error.text() : printable(error.text()), json);
   return kFailed;
 }
 

@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "config/file_content.h"
 #include "config/program.h"
 #include "tools/hapticctl/addition_calls.h"
 #include "tools/hapticctl/addition_options.h"
@@ -27,7 +26,6 @@ using config::Error;
 using rt::Vec3;
 using Points = std::vector<Vec3>;
 
-constexpr std::size_t kMostFileBytes = std::size_t{1} << 20;
 constexpr const char* kCommand = "fixture touch";
 
 constexpr int kPlaneTouches = 4;   // one more than needed, so that there is a residual
@@ -68,8 +66,8 @@ Json jsonOf(const Points& points_m) {
 // --- points
 
 std::expected<Points, int> pointsIn(const CommandOptions& options, const std::string& file) {
-  const auto content = config::fileContent(file, {kMostFileBytes, config::FileKind::any});
-  if (!content) return std::unexpected(report(Error{file, content.error().text(), ""}, options.json));
+  const auto content = contentOf(options, file);
+  if (!content) return std::unexpected(content.error());
   const auto read = pointsFromText(*content, file);
   if (!read) return std::unexpected(report(read.error(), options.json));
   Points points_m;

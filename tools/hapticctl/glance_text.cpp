@@ -7,6 +7,7 @@
 
 #include "tools/hapticctl/addition_text.h"
 #include "tools/hapticctl/status_text.h"
+#include "tools/hapticctl/time_text.h"
 
 namespace hapticd::tools {
 namespace {
@@ -132,7 +133,7 @@ std::vector<std::string> glanceLines(const Json& status, const GlanceStyle& styl
     lines.push_back(painted(line, Colour::red, style.colours));
   }
   const std::string mode =
-      statusRow("mode", fmt::format("{}, up {}", modeText(status), uptimeText(numberAt(status, "uptimeS"))));
+      statusRow("mode", fmt::format("{}, up {}", modeText(status), ageText(numberAt(status, "uptimeS"))));
   lines.push_back(painted(cutTo(mode, columns), colourOfMode(status), style.colours));
   lines.push_back(cutTo(loopRow(status), columns));
   for (const std::string& line : rows(status)) lines.push_back(cutTo(line, columns));

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cctype>
 
-#include "tools/hapticctl/open_metrics.h"
-
 namespace hapticd::tools {
 namespace {
 

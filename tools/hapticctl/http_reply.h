@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "tools/hapticctl/open_metrics.h"
+
 namespace hapticd::tools {
 
 /// The longest head of a request, in bytes, that is read.
@@ -12,9 +14,6 @@ inline constexpr std::size_t kMaxRequestBytes = 8192;
 
 /// Whether `received` contains the whole head of a request.
 bool isWholeRequest(std::string_view received);
-
-/// The forms in which metrics are given.
-enum class MetricsFormat { open_metrics, prometheus };
 
 /// The reply to one HTTP/1 request of which `received` is the head: GET or HEAD of /metrics get what
 /// `metrics` returns, everything else gets the appropriate error. The form is OpenMetrics unless the request

@@ -26,10 +26,6 @@ Json statusIn(const Json& reply) {
   return status ? *status : Json::object();
 }
 
-std::string metricsText(const Json& status, MetricsFormat format) {
-  return format == MetricsFormat::prometheus ? prometheusTextOf(status) : openMetricsOf(status);
-}
-
 /// Reads the head of a request, as much of it as arrives in time.
 std::string receiveRequest() {
   using Clock = std::chrono::steady_clock;
@@ -51,14 +47,14 @@ std::string receiveRequest() {
 
 int runMetrics(const CommandOptions& options, MetricsFormat format) {
   return callAndPrint(options, kGetStatus,
-                      [format](const Json& reply) { return metricsText(statusIn(reply), format); });
+                      [format](const Json& reply) { return metricsOf(statusIn(reply), format); });
 }
 
 int runMetricsOverHttp(const CommandOptions& options) {
   ::signal(SIGPIPE, SIG_IGN);  // the client may be gone
   const std::string answer = httpReply(receiveRequest(), [&](MetricsFormat format) {
     const auto reply = callOnce(options, kGetStatus);
-    return metricsText(reply ? statusIn(*reply) : Json(), format);
+    return metricsOf(reply ? statusIn(*reply) : Json(), format);
   });
   fmt::print("{}", answer);
   return kOk;

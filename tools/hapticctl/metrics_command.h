@@ -2,7 +2,7 @@
 #pragma once
 
 #include "tools/hapticctl/calls.h"
-#include "tools/hapticctl/http_reply.h"
+#include "tools/hapticctl/open_metrics.h"
 
 namespace hapticd::tools {
 

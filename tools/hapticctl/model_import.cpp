@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include "config/file_content.h"
 #include "tools/hapticctl/addition_calls.h"
 #include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/handle_touch.h"
@@ -19,17 +18,14 @@ namespace {
 using config::Error;
 using Landmarks = std::vector<PlacedLandmark>;
 
-constexpr std::size_t kMostFileBytes = std::size_t{1} << 20;
 constexpr const char* kCommand = "import";
 
 std::expected<Landmarks, int> landmarksIn(const CommandOptions& options, const std::string& file) {
-  const auto content = config::fileContent(file, {kMostFileBytes, config::FileKind::any});
-  if (!content) return std::unexpected(report(Error{file, content.error().text(), ""}, options.json));
+  const auto content = contentOf(options, file);
+  if (!content) return std::unexpected(content.error());
   auto landmarks = landmarksFromText(*content, file);
-  if (landmarks) return std::move(*landmarks);
-  int code = kFailed;
-  for (const Error& error : landmarks.error()) code = report(error, options.json);
-  return std::unexpected(code);
+  if (!landmarks) return std::unexpected(report(landmarks.error(), options.json));
+  return std::move(*landmarks);
 }
 
 /// The landmarks of a model at their places in the world, without those that the person leaves out.

@@ -7,7 +7,7 @@
 #include <array>
 #include <cmath>
 #include <span>
-#include <sstream>
+#include <utility>
 
 #include "drivers/camera/camera.h"
 #include "drivers/handle/handle.h"
@@ -205,99 +205,103 @@ constexpr std::array kStates{
            rt::kWords<rt::StiffnessBound>},
 };
 
-std::string head(std::string_view name, std::string_view type, std::string_view unit, std::string_view help) {
-  std::string text = fmt::format("# TYPE hapticd_{} {}\n", name, type);
-  if (!unit.empty()) text += fmt::format("# UNIT hapticd_{} {}\n", name, unit);
-  return text + fmt::format("# HELP hapticd_{} {}\n", name, help);
-}
+/// Writes families, each with its head, in one of the two formats.
+class MetricsWriter {
+ public:
+  explicit MetricsWriter(MetricsFormat format) : prometheus_(format == MetricsFormat::prometheus) {}
 
-std::string familyOf(const Number& number, const Json& status) {
+  /// Begins a family. Prometheus' format names the samples there, and has neither units nor all types.
+  void begin(std::string_view name, std::string_view type, std::string_view unit, std::string_view help) {
+    sample_ = fmt::format("hapticd_{}{}", name, type == "counter" ? "_total" : type == "info" ? "_info" : "");
+    const std::string family = prometheus_ ? sample_ : fmt::format("hapticd_{}", name);
+    const bool known = type == "counter" || type == "gauge" || type == "summary";
+    text_ += fmt::format("# TYPE {} {}\n", family, known || !prometheus_ ? type : "gauge");
+    if (!unit.empty() && !prometheus_) text_ += fmt::format("# UNIT {} {}\n", family, unit);
+    text_ += fmt::format("# HELP {} {}\n", family, help);
+  }
+  /// Adds a sample to it. `labels`: none, or with their braces.
+  void add(const std::string& labels, double value) {
+    text_ += fmt::format("{}{} {}\n", sample_, labels, value);
+  }
+  std::string text() const { return prometheus_ ? text_ : text_ + "# EOF\n"; }
+
+ private:
+  bool prometheus_;
+  std::string sample_;
+  std::string text_;
+};
+
+void add(MetricsWriter& metrics, const Number& number, const Json& status) {
   const double value = numberAt(status, number.path);
-  if (std::isnan(value)) return "";
-  const bool counter = number.type == Type::counter;
-  return head(number.name, counter ? "counter" : "gauge", number.unit, number.help) +
-         fmt::format("hapticd_{}{} {}\n", number.name, counter ? "_total" : "", value * number.scale);
+  if (std::isnan(value)) return;
+  metrics.begin(number.name, number.type == Type::counter ? "counter" : "gauge", number.unit, number.help);
+  metrics.add("", value * number.scale);
 }
 
-std::string familyOf(const Durations& durations, const Json& status) {
-  std::string samples;
+void add(MetricsWriter& metrics, const Durations& durations, const Json& status) {
+  bool begun = false;
   for (const Quantile& quantile : kQuantiles) {
     const double value = numberAt(status, fmt::format("{}.{}", durations.path, quantile.field));
     if (std::isnan(value)) continue;
-    samples += fmt::format("hapticd_{}{{quantile=\"{}\"}} {}\n", durations.name, quantile.label,
-                           value * kPerNanosecond);
+    if (!std::exchange(begun, true)) metrics.begin(durations.name, "summary", "seconds", durations.help);
+    metrics.add(fmt::format("{{quantile=\"{}\"}}", quantile.label), value * kPerNanosecond);
   }
-  return samples.empty() ? "" : head(durations.name, "summary", "seconds", durations.help) + samples;
 }
 
-std::string familyOf(const States& states, const Json& status) {
+void add(MetricsWriter& metrics, const States& states, const Json& status) {
   const std::string now = textAt(status, states.path);
-  if (now == "-") return "";
-  std::string text = head(states.name, "stateset", "", states.help);
+  if (now == "-") return;
+  metrics.begin(states.name, "stateset", "", states.help);
   const auto sample = [&](std::string_view state) {
-    text += fmt::format("hapticd_{0}{{hapticd_{0}=\"{1}\"}} {2}\n", states.name, labelValue(state),
-                        state == now ? 1 : 0);
+    metrics.add(fmt::format("{{hapticd_{}=\"{}\"}}", states.name, labelValue(state)), state == now ? 1 : 0);
   };
   for (const std::string_view state : states.known) sample(state);
   // a newer daemon may know more states
   if (std::ranges::find(states.known, std::string_view(now)) == states.known.end()) sample(now);
-  return text;
 }
 
 /// Transitions by cause: a family of several samples.
-std::string transitionCauses(const Json& status) {
+void addTransitionCauses(MetricsWriter& metrics, const Json& status) {
   const Json* causes = fieldAt(status, "loop.transitions.byCause");
-  if (!causes || !causes->is_object() || causes->empty()) return "";
-  std::string text = head("loop_transitions_by_cause", "counter", "", "Changes of the mode, by their cause.");
+  if (!causes || !causes->is_object() || causes->empty()) return;
+  metrics.begin("loop_transitions_by_cause", "counter", "", "Changes of the mode, by their cause.");
   for (const auto& [cause, count] : causes->items()) {
     if (!count.is_number()) continue;
-    text += fmt::format("hapticd_loop_transitions_by_cause_total{{cause=\"{}\"}} {}\n", labelValue(cause),
-                        count.get<double>());
+    metrics.add(fmt::format("{{cause=\"{}\"}}", labelValue(cause)), count.get<double>());
   }
-  return text;
 }
 
-std::string forces(const Json& status) {
-  const double law_n = lengthAt(status, "tick.lawForceNInWorld");
-  const double command_n = lengthAt(status, "tick.commandForceNInWorld");
-  std::string samples;
-  if (!std::isnan(law_n)) samples += fmt::format("hapticd_tick_force_newtons{{stage=\"law\"}} {}\n", law_n);
-  if (!std::isnan(command_n)) {
-    samples += fmt::format("hapticd_tick_force_newtons{{stage=\"command\"}} {}\n", command_n);
+/// A value of a family whose samples differ in one label.
+struct Labelled {
+  std::string_view value;
+  double number;
+};
+
+/// A gauge with a sample for each label whose number is known; left out if none is.
+void addLabelled(MetricsWriter& metrics, std::string_view name, std::string_view unit, std::string_view help,
+                 std::string_view label, std::span<const Labelled> samples) {
+  bool begun = false;
+  for (const Labelled& sample : samples) {
+    if (std::isnan(sample.number)) continue;
+    if (!std::exchange(begun, true)) metrics.begin(name, "gauge", unit, help);
+    metrics.add(fmt::format("{{{}=\"{}\"}}", label, sample.value), sample.number);
   }
-  if (samples.empty()) return "";
-  return head("tick_force_newtons", "gauge", "newtons", "Magnitude of the newest force.") + samples;
 }
 
-std::string hip(const Json& status) {
-  std::string samples;
-  for (const char* axis : {"x", "y", "z"}) {
-    const double position_m = numberAt(status, fmt::format("tick.hipMInWorld.{}", axis));
-    if (std::isnan(position_m)) continue;
-    samples += fmt::format("hapticd_tick_hip_metres{{axis=\"{}\"}} {}\n", axis, position_m);
-  }
-  if (samples.empty()) return "";
-  return head("tick_hip_metres", "gauge", "metres", "The haptic interaction point in the world.") + samples;
+/// The family that identifies the daemon. Its labels change with an update only: a label whose value changed
+/// while the daemon runs would begin another time series.
+void addInformation(MetricsWriter& metrics, const Json& status) {
+  metrics.begin("build", "info", "", "Versions of hapticd and of the kernel.");
+  metrics.add(fmt::format("{{version=\"{}\",kernel=\"{}\"}}", labelValue(textAt(status, "version")),
+                          labelValue(textAt(status, "kernel"))),
+              1);
 }
 
-/// Returns the family that identifies the daemon. Its labels change with an update only: a label whose value
-/// changed while the daemon runs would begin another time series.
-std::string information(const Json& status) {
-  return head("build", "info", "", "Versions of hapticd and of the kernel.") +
-         fmt::format("hapticd_build_info{{version=\"{}\",kernel=\"{}\"}} 1\n",
-                     labelValue(textAt(status, "version")), labelValue(textAt(status, "kernel")));
-}
-
-std::string warnings(const Json& status) {
-  return head("warnings", "gauge", "", "Warnings of the daemon at this moment.") +
-         fmt::format("hapticd_warnings {}\n", listAt(status, "warnings").size());
-}
-
-std::string fixturesInContact(const Json& status) {
-  if (!fieldAt(status, "fixtures.inContact")) return "";
-  return head("fixtures_in_contact", "gauge", "",
-              "Virtual fixtures that hold the interaction point back or guide it.") +
-         fmt::format("hapticd_fixtures_in_contact {}\n", listAt(status, "fixtures.inContact").size());
+void addCount(MetricsWriter& metrics, std::string_view name, std::string_view help, const Json& status,
+              const char* path) {
+  if (!fieldAt(status, path)) return;
+  metrics.begin(name, "gauge", "", help);
+  metrics.add("", static_cast<double>(listAt(status, path).size()));
 }
 
 }  // namespace
@@ -311,40 +315,29 @@ std::string labelValue(std::string_view text) {
   return escaped;
 }
 
-std::string openMetricsOf(const Json& status) {
+std::string metricsOf(const Json& status, MetricsFormat format) {
+  MetricsWriter metrics(format);
   const bool up = status.is_object();
-  std::string text =
-      head("up", "gauge", "", "Whether the daemon answers.") + fmt::format("hapticd_up {}\n", up ? 1 : 0);
-  if (up) {
-    text += information(status) + warnings(status);
-    for (const States& states : kStates) text += familyOf(states, status);
-    for (const Number& number : kNumbers) text += familyOf(number, status);
-    for (const Durations& durations : kDurations) text += familyOf(durations, status);
-    text += transitionCauses(status) + forces(status) + hip(status) + fixturesInContact(status);
-  }
-  return text + "# EOF\n";
-}
-
-std::string prometheusTextOf(const Json& status) {
-  std::istringstream lines(openMetricsOf(status));
-  std::string text;
-  std::string family, name;  // of the family being read, and with the ending that its samples have
-  for (std::string line; std::getline(lines, line);) {
-    std::istringstream words(line);
-    std::string hash, kind, of, type;
-    words >> hash >> kind >> of >> type;
-    if (hash != "#") {
-      text += line + "\n";
-    } else if (kind == "TYPE") {
-      family = of;
-      name = family + (type == "counter" ? "_total" : type == "info" ? "_info" : "");
-      const bool known = type == "counter" || type == "gauge" || type == "summary";
-      text += fmt::format("# TYPE {} {}\n", name, known ? type : "gauge");
-    } else if (kind == "HELP") {
-      text += fmt::format("# HELP {}{}\n", name, line.substr(std::string("# HELP ").size() + family.size()));
-    }  // this format has neither units nor an end mark
-  }
-  return text;
+  metrics.begin("up", "gauge", "", "Whether the daemon answers.");
+  metrics.add("", up ? 1 : 0);
+  if (!up) return metrics.text();
+  addInformation(metrics, status);
+  addCount(metrics, "warnings", "Warnings of the daemon at this moment.", status, "warnings");
+  for (const States& states : kStates) add(metrics, states, status);
+  for (const Number& number : kNumbers) add(metrics, number, status);
+  for (const Durations& durations : kDurations) add(metrics, durations, status);
+  addTransitionCauses(metrics, status);
+  addLabelled(metrics, "tick_force_newtons", "newtons", "Magnitude of the newest force.", "stage",
+              std::array{Labelled{"law", lengthAt(status, "tick.lawForceNInWorld")},
+                         Labelled{"command", lengthAt(status, "tick.commandForceNInWorld")}});
+  addLabelled(metrics, "tick_hip_metres", "metres", "The haptic interaction point in the world.", "axis",
+              std::array{Labelled{"x", numberAt(status, "tick.hipMInWorld.x")},
+                         Labelled{"y", numberAt(status, "tick.hipMInWorld.y")},
+                         Labelled{"z", numberAt(status, "tick.hipMInWorld.z")}});
+  addCount(metrics, "fixtures_in_contact",
+           "Virtual fixtures that hold the interaction point back or guide it.", status,
+           "fixtures.inContact");
+  return metrics.text();
 }
 
 }  // namespace hapticd::tools

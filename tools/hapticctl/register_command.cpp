@@ -35,12 +35,6 @@ struct RegisterOptions {
 /// Pairs, or the exit code when the error has been printed.
 using Pairs = std::expected<std::vector<PointPair>, int>;
 
-int reportAll(const std::vector<Error>& errors, bool json) {
-  int code = kFailed;
-  for (const Error& error : errors) code = report(error, json);
-  return code;
-}
-
 double degrees(double rad) {
   return rad * 180 / std::numbers::pi;
 }
@@ -80,7 +74,7 @@ std::expected<void, int> touchAll(const CommandOptions& options, std::vector<Poi
 
 Pairs pairsByTouch(const CommandOptions& options, const std::string& file) {
   const auto landmarks = readLandmarks(file);
-  if (!landmarks) return std::unexpected(reportAll(landmarks.error(), options.json));
+  if (!landmarks) return std::unexpected(report(landmarks.error(), options.json));
   const auto snapshot = fetchSnapshot(options);
   if (!snapshot) return std::unexpected(snapshot.error());
   std::vector<PointPair> pairs;
@@ -90,7 +84,7 @@ Pairs pairsByTouch(const CommandOptions& options, const std::string& file) {
     if (!seen) unseen.push_back(seen.error());
     pairs.push_back({landmark.name, seen.value_or(rt::Vec3()), {}});
   }
-  if (!unseen.empty()) return std::unexpected(reportAll(unseen, options.json));
+  if (!unseen.empty()) return std::unexpected(report(unseen, options.json));
   if (const auto touched = touchAll(options, pairs); !touched) return std::unexpected(touched.error());
   return pairs;
 }
@@ -98,7 +92,7 @@ Pairs pairsByTouch(const CommandOptions& options, const std::string& file) {
 Pairs pairsFor(const CommandOptions& options, const RegisterOptions& requested) {
   if (!requested.landmarks.empty()) return pairsByTouch(options, requested.landmarks);
   auto pairs = readPointPairs(requested.points);
-  if (!pairs) return std::unexpected(reportAll(pairs.error(), options.json));
+  if (!pairs) return std::unexpected(report(pairs.error(), options.json));
   return std::move(*pairs);
 }
 

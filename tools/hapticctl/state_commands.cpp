@@ -29,17 +29,6 @@ int runStatus(const CommandOptions& options, bool all) {
   });
 }
 
-/// The daemon's version, also of one that does not show it in its status.
-ClientResult<Json> versionOfDaemon(const CommandOptions& options) {
-  auto client = connectTo(options, false);
-  if (!client) return std::unexpected(client.error());
-  auto info = client->call("org.varlink.service.GetInfo");
-  if (!info) return info;
-  const auto status = client->call("io.hapticd.Status.GetStatus");
-  const Json* kernel = status ? fieldAt(*status, "status.kernel") : nullptr;
-  return Json{{"hapticd", textAt(*info, "version")}, {"kernel", kernel ? *kernel : Json()}};
-}
-
 void showVersions(const Json& versions, bool json) {
   if (json) return printJson(versions);
   const std::string daemon = textAt(versions, "hapticd");
@@ -53,9 +42,11 @@ void showVersions(const Json& versions, bool json) {
 }
 
 int runVersion(const CommandOptions& options) {
-  const auto daemon = versionOfDaemon(options);
+  const auto daemon = callOnce(options, {"io.hapticd.Status.GetStatus"});
   Json versions{{"hapticctl", HAPTICD_VERSION}, {"hapticd", Json()}, {"kernel", Json()}};
-  if (daemon) versions.update(*daemon);
+  if (daemon)
+    versions.update(
+        {{"hapticd", textAt(*daemon, "status.version")}, {"kernel", textAt(*daemon, "status.kernel")}});
   utsname system{};
   if (versions["kernel"].is_null() && ::uname(&system) == 0) versions["kernel"] = system.release;
   showVersions(versions, options.json);

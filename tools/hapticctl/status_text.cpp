@@ -15,6 +15,7 @@
 #include "rt/loop_state.h"
 #include "rt/words.h"
 #include "tools/hapticctl/addition_text.h"
+#include "tools/hapticctl/time_text.h"
 #include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
@@ -246,12 +247,6 @@ std::string modeText(const Json& status) {
   return textAt(status, "mode") + (cause.empty() ? "" : ": " + cause);
 }
 
-std::string uptimeText(double seconds) {
-  if (std::isnan(seconds) || seconds < 120) return fixed(seconds, 0) + " s";
-  if (seconds < 7200) return fmt::format("{:.0f} min", std::floor(seconds / 60));
-  return fmt::format("{:.1f} h", seconds / 3600);
-}
-
 std::string bytesText(double bytes) {
   if (std::isnan(bytes)) return "-";
   if (bytes < 1e3) return fmt::format("{:.0f} B", bytes);
@@ -261,12 +256,11 @@ std::string bytesText(double bytes) {
 
 std::string traceText(const Json& status) {
   const std::string state = textAt(status, "trace.state");
-  if (state == "-") return "not reported by this hapticd";
   std::string text = state;
   if (state == "writing") {
     text +=
         fmt::format(" {}, {} in {}", textAt(status, "trace.name"), bytesText(numberAt(status, "trace.bytes")),
-                    uptimeText(numberAt(status, "trace.durationS")));
+                    ageText(numberAt(status, "trace.durationS")));
   } else if (state == "waiting") {
     text += ": " + textAt(status, "trace.detail");
   }
@@ -304,7 +298,7 @@ std::vector<std::string> warningsOf(const Json& status) {
 std::string statusText(const Json& status) {
   std::string text;
   for (const std::string& line : warningsOf(status)) text += "! " + line + "\n";
-  text += line("mode", fmt::format("{}, up {}", modeText(status), uptimeText(numberAt(status, "uptimeS"))));
+  text += line("mode", fmt::format("{}, up {}", modeText(status), ageText(numberAt(status, "uptimeS"))));
   text += loopText(status) + lawText(status);
   if (const std::string stiffness = surfaceStiffnessText(status); !stiffness.empty())
     text += line("stiffness", stiffness);

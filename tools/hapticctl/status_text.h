@@ -15,9 +15,6 @@ std::string modeText(const Json& status);
 /// What is wrong with the box, each with its remedy: the daemon's list, which every surface shows.
 std::vector<std::string> warningsOf(const Json& status);
 
-/// "57 s", "12 min", "3.4 h": how long something has lasted.
-std::string uptimeText(double seconds);
-
 /// "writing NAME, 12.0 MB in 57 s", "off, 3 finished since the start": the state of the trace.
 std::string traceText(const Json& status);
 

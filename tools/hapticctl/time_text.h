@@ -17,8 +17,8 @@ std::string utcTime(double realtime_ns);
 /// "2026-03-04 05:06:07.123Z"; "-" for NaN. realtime_ns: CLOCK_REALTIME.
 std::string utcTimeWithMilliseconds(double realtime_ns);
 
-/// "45 s", "12 min", "5 h", "30 d": how long ago something was, in the largest unit that it fills twice; "-"
-/// for NaN. A time in the future is 0 s ago.
+/// "45 s", "12 min", "5 h", "30 d": how long something lasts or ago it was, in the largest unit that it fills
+/// twice; "-" for NaN. A time in the future is 0 s ago.
 std::string ageText(double seconds);
 
 /// The seconds that "90s", "45min", "12h", "30d" or "2w" stands for; nothing where the text is no age.

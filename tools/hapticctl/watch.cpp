@@ -163,32 +163,21 @@ std::vector<std::string> fieldsFor(const CommandOptions& options, const WatchOpt
   return table ? std::vector<std::string>{} : kLineFields;
 }
 
-/// Whether a daemon refused because it is too old to send single fields.
-bool knowsNoFields(const ClientError& error) {
-  return error.kind == ClientError::Kind::error_reply &&
-         error.what == "org.varlink.service.InvalidParameter" &&
-         textAt(error.parameters, "parameter") == "fields";
-}
-
 /// A stream of states, and the first of them.
 struct Stream {
   VarlinkClient client;
   ClientResult<Json> first;
 };
 
-ClientResult<Stream> open(const CommandOptions& options, const WatchOptions& watch,
-                          const std::vector<std::string>& fields, int signals) {
+ClientResult<Stream> open(const CommandOptions& options, const WatchOptions& watch, int signals) {
   auto client = connectTo(options, false);
   if (!client) return std::unexpected(client.error());
   client->interruptBy(signals);
   Json parameters{{"intervalMs", watch.interval_ms}};
-  if (!fields.empty()) parameters["fields"] = fields;
+  if (const auto fields = fieldsFor(options, watch); !fields.empty()) parameters["fields"] = fields;
   const auto subscribed = client->subscribe("io.hapticd.Status.Monitor", parameters);
   if (!subscribed) return std::unexpected(subscribed.error());
   auto first = client->next(VarlinkClient::kTimeLimit);
-  if (!first && !fields.empty() && watch.fields.empty() && knowsNoFields(first.error())) {
-    return open(options, watch, {}, signals);
-  }
   return Stream{std::move(*client), std::move(first)};
 }
 
@@ -237,7 +226,7 @@ std::optional<ClientError> followAcrossRestarts(const CommandOptions& options, c
     Reconnection reconnection(
         signals, [&] { return handleSignal(display, signals); }, so_far.end);
     auto again = reconnection.retry<Stream>([&]() -> ClientResult<Stream> {
-      auto opened = open(options, watch, fieldsFor(options, watch), signals);
+      auto opened = open(options, watch, signals);
       if (opened && !opened->first) return std::unexpected(opened->first.error());
       return opened;
     });
@@ -252,7 +241,7 @@ std::optional<ClientError> followAcrossRestarts(const CommandOptions& options, c
 
 int runWatch(const CommandOptions& options, const WatchOptions& watch) {
   const int signals = takeSignals();
-  auto stream = open(options, watch, fieldsFor(options, watch), signals);
+  auto stream = open(options, watch, signals);
   if (!stream) return report(stream.error(), options.json);
   if (!stream->first && stream->first.error().kind == ClientError::Kind::error_reply) {
     return report(stream->first.error(), options.json);

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "daemon/running_box.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/unit/daemon/control/fake_box.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -26,7 +26,6 @@ class ReloaderTest : public testing::Test {
     config::Settings settings = box_.settings();
     settings.additions = start("safety: {max_force_n: 1}\n" + std::string(kNerve)).settings.additions;
     settings.live.safety.max_force_n = 1;
-    settings.state.folder = folder_.path();
     box_.apply(settings);
   }
 
@@ -80,7 +79,11 @@ class ReloaderTest : public testing::Test {
   }
 
   const hapticd::test::TemporaryFolder folder_;
-  test::FakeBox box_;
+  RunningBox box_{[this] {
+    config::Settings settings;
+    settings.state.folder = folder_.path();
+    return settings;
+  }()};  // no force loop is needed to change its settings
   Texts log_;
   Reloader reloader_{box_,
                      start("force:\n"),

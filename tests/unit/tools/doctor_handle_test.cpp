@@ -3,34 +3,26 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "made_up_machine.h"
-#include "tools/hapticctl/doctor/checks.h"
+#include "doctor_fixture.h"
 
 namespace hapticd::tools {
 namespace {
 
-class DoctorOfHandles : public testing::Test {
+class DoctorOfHandles : public DoctorOnFiles {
  protected:
-  DoctorOfHandles() { test::fillWithAGoodBox(files); }
+  DoctorOfHandles() {
+    test::fillWithAGoodBox(files);
+    box.daemon = {true, "", 3, true, {}};
+  }
 
   config::HandleSettings& handle() { return box.configuration.settings.handle; }
-
-  test::MadeUpMachine files;
-  Examination box{Machine(files.root()),
-                  {"anna", 1000, {1000, 4242}, 80, kNoLimit},
-                  test::goodUnit(),
-                  {true, "", 3, true, {}},
-                  {}};
 };
 
-/// Whether one of the findings has this verdict and these texts.
+/// Whether one of the findings says this.
 testing::AssertionResult says(const Findings& findings, Verdict verdict, const std::string& fact,
                               const std::string& remedy = "") {
   for (const Finding& finding : findings) {
-    if (finding.verdict == verdict && finding.fact.find(fact) != std::string::npos &&
-        finding.remedy.find(remedy) != std::string::npos) {
-      return testing::AssertionSuccess();
-    }
+    if (const auto said = says(finding, verdict, fact, remedy)) return said;
   }
   return testing::AssertionFailure() << textOf(findings);
 }

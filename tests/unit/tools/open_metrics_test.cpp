@@ -34,7 +34,7 @@ bool has(const std::string& text, const std::string& line) {
 }
 
 TEST(OpenMetrics, GivesValuesInBaseUnits) {
-  const std::string text = openMetricsOf(kStatus);
+  const std::string text = metricsOf(kStatus);
   for (const char* line : {"hapticd_up 1", "hapticd_uptime_seconds 60.5", "hapticd_warnings 2",
                            "hapticd_handle_thread_priority 79", "hapticd_loop_ticks_total 12345678901",
                            "hapticd_loop_overruns_total 2", "hapticd_tick_force_newtons{stage=\"command\"} 5",
@@ -53,7 +53,7 @@ TEST(OpenMetrics, GivesValuesInBaseUnits) {
 }
 
 TEST(OpenMetrics, ShowsStatesAsStateSetsAlsoThoseOfANewerDaemon) {
-  const std::string text = openMetricsOf(kStatus);
+  const std::string text = metricsOf(kStatus);
   EXPECT_TRUE(has(text, "# TYPE hapticd_mode stateset"));
   EXPECT_TRUE(has(text, "hapticd_mode{hapticd_mode=\"holding\"} 1"));
   EXPECT_TRUE(has(text, "hapticd_mode{hapticd_mode=\"idle\"} 0"));
@@ -68,7 +68,7 @@ TEST(OpenMetrics, ShowsFixturesTissueAndTheStiffnessInEffect) {
   status["fixtures"] = {{"count", 3},          {"enabled", 2},  {"inContact", {"keep-off", "incision"}},
                         {"distanceM", -0.005}, {"forceN", 1.5}, {"guidanceForceN", 0.5}};
   status["tissue"] = {{"count", 2}, {"feed", {{"accepted", 7}, {"limited", 5}, {"outside", 4}}}};
-  const std::string text = openMetricsOf(status);
+  const std::string text = metricsOf(status);
   for (const char* line :
        {"hapticd_fixtures 3", "hapticd_fixtures_enabled 2", "hapticd_fixtures_in_contact 2",
         "hapticd_fixture_distance_metres -0.005", "hapticd_fixture_force_newtons 1.5",
@@ -78,11 +78,11 @@ TEST(OpenMetrics, ShowsFixturesTissueAndTheStiffnessInEffect) {
         "hapticd_stiffness_bound{hapticd_stiffness_bound=\"noise\"} 1"}) {
     EXPECT_TRUE(has(text, line)) << line << " in\n" << text;
   }
-  EXPECT_EQ(openMetricsOf(kStatus).find("fixture"), std::string::npos);
+  EXPECT_EQ(metricsOf(kStatus).find("fixture"), std::string::npos);
 }
 
 TEST(OpenMetrics, LeavesOutWhatTheDaemonDoesNotKnow) {
-  const std::string text = openMetricsOf(kStatus);
+  const std::string text = metricsOf(kStatus);
   EXPECT_EQ(text.find("free_bytes"), std::string::npos);
   EXPECT_EQ(text.find("axis=\"z\""), std::string::npos);
   EXPECT_EQ(text.find("nan"), std::string::npos);
@@ -91,24 +91,24 @@ TEST(OpenMetrics, LeavesOutWhatTheDaemonDoesNotKnow) {
 TEST(OpenMetrics, TheLabelsOfTheBuildDoNotChangeWithTheLaw) {
   Json status = kStatus;
   const auto build = [&] {
-    const std::string text = openMetricsOf(status);
+    const std::string text = metricsOf(status);
     const std::size_t begin = text.find("\nhapticd_build_info{");
     return text.substr(begin, text.find('\n', begin + 1) - begin);
   };
   const std::string before = build();
   status["law"] = {{"chosen", "proxy"}};
   EXPECT_EQ(build(), before);
-  EXPECT_TRUE(has(openMetricsOf(status), "hapticd_force_law{hapticd_force_law=\"proxy\"} 1"));
-  EXPECT_TRUE(has(openMetricsOf(status), "hapticd_force_law{hapticd_force_law=\"surface\"} 0"));
+  EXPECT_TRUE(has(metricsOf(status), "hapticd_force_law{hapticd_force_law=\"proxy\"} 1"));
+  EXPECT_TRUE(has(metricsOf(status), "hapticd_force_law{hapticd_force_law=\"surface\"} 0"));
 }
 
 TEST(PrometheusText, HasTheSameSamplesUnderTypesThatTheFormatKnows) {
-  const std::string text = prometheusTextOf(kStatus);
+  const std::string text = metricsOf(kStatus, MetricsFormat::prometheus);
   std::vector<std::string> samples, known;
   for (const std::string& line : linesOf(text)) {
     if (!line.starts_with('#')) samples.push_back(line);
   }
-  for (const std::string& line : linesOf(openMetricsOf(kStatus))) {
+  for (const std::string& line : linesOf(metricsOf(kStatus))) {
     if (!line.starts_with('#')) known.push_back(line);
   }
   EXPECT_EQ(samples, known);
@@ -123,7 +123,7 @@ TEST(PrometheusText, HasTheSameSamplesUnderTypesThatTheFormatKnows) {
 }
 
 TEST(OpenMetrics, SaysThatADaemonIsDown) {
-  const std::string text = openMetricsOf(Json());
+  const std::string text = metricsOf(Json());
   EXPECT_TRUE(has(text, "hapticd_up 0"));
   EXPECT_TRUE(text.ends_with("# EOF\n"));
 }
@@ -132,7 +132,7 @@ TEST(OpenMetrics, SaysThatADaemonIsDown) {
 // samples, samples of no other family between them, counters with _total, units as the end of the name, "#
 // EOF" last.
 TEST(OpenMetrics, KeepsTheRulesOfTheStandard) {
-  const std::vector<std::string> lines = linesOf(openMetricsOf(kStatus));
+  const std::vector<std::string> lines = linesOf(metricsOf(kStatus));
   ASSERT_EQ(lines.back(), "# EOF");
   std::set<std::string> families;
   std::string family;

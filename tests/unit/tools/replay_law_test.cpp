@@ -56,16 +56,6 @@ std::size_t expectBruteForce(const config::Settings& settings, const rt::SpringP
   return with_force;
 }
 
-TEST(ReplayLaw, IsTheBruteForceOverAllPixelsWhenOnlyTheReachIsModelled) {
-  EXPECT_GT(expectBruteForce(papersLaw(), {}), kPositions / 2);
-}
-
-TEST(ReplayLaw, IsTheBruteForceOverAllPixelsWhenTheWholeFrameIsModelled) {
-  config::Settings settings = papersLaw();
-  settings.grid.extent = rt::ModelExtent::frame;
-  EXPECT_GT(expectBruteForce(settings, {}), kPositions / 2);
-}
-
 TEST(ReplayLaw, FollowsTheFourParametersOfThePaper) {
   config::Settings settings = papersLaw();
   settings.live.springs = {.stiffness_n_per_m = 1234, .radius_m = 0.02, .min_points = 40, .max_points = 70};
@@ -134,19 +124,6 @@ TEST(ReplayLaw, FeelsTheFrameOfEachTimeInWhateverOrderTheTimesCome) {
     EXPECT_EQ(replayed->frame, frame);
     EXPECT_LT(SpringOracle(points[frame], hip, {}).error_n(replayed->force_n_in_world), kTolerance_n);
   }
-}
-
-// The frame before it goes on acting, as in the daemon.
-TEST(ReplayLaw, SkipsAFrameThatCannotBeRead) {
-  test::ScratchRecording recording;
-  recording.add(1, "1500000000.100", 1);
-  recording.addBytes("P5 640 480 65535\nshort", "1500000000.200", 2);
-  recording.writeIndex();
-  const DepthSource source = *DepthSource::open(recording.path());
-  Replay replay(papersLaw(), source, Stage::law);
-  EXPECT_TRUE(replay.feel({0, {}}));
-  const auto replayed = replay.feel({0.2, {}});
-  EXPECT_TRUE(replayed) << replayed.error().text();
 }
 
 }  // namespace

@@ -67,15 +67,5 @@ TEST_F(VarlinkClientTest, ReportsWhyItWasRefusedThoughTheConnectionIsClosedBefor
   EXPECT_EQ(first.error().what, "io.hapticd.Status.TooManyConnections");
 }
 
-TEST_F(VarlinkClientTest, SaysThatItsCallWasNotTakenByWhomWasSilent) {
-  auto client = tools::VarlinkClient::connect(path);
-  ASSERT_TRUE(client);
-  service.sayAndClose("");
-  const auto reply = client->call("io.hapticd.Control.Disengage");
-  ASSERT_FALSE(reply);
-  EXPECT_EQ(reply.error().kind, tools::ClientError::Kind::no_connection);
-  EXPECT_NE(reply.error().what.find(path), std::string::npos) << reply.error().what;
-}
-
 }  // namespace
 }  // namespace hapticd

@@ -2,13 +2,10 @@
 #include "tools/hapticctl/doctor/examination.h"
 
 #include <fcntl.h>
-#include <poll.h>
 #include <pwd.h>
-#include <signal.h>
-#include <spawn.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/utsname.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -16,12 +13,11 @@
 #include <chrono>
 #include <sstream>
 
-extern char** environ;
+#include "config/descriptor.h"
+#include "tools/lib/child/child_process.h"
 
 namespace hapticd::tools {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 std::uint64_t limitOf(decltype(RLIMIT_RTPRIO) resource) {
   rlimit limit{};
@@ -37,52 +33,24 @@ std::vector<gid_t> ownGroups() {
   return groups;
 }
 
-/// Reads `pipe` to its end; nothing if that takes longer than allowed.
-std::optional<std::string> readUntilEnd(int pipe, Clock::time_point deadline) {
+/// All that is in a file.
+std::string contentOf(int file) {
   std::string text;
   std::array<char, 4096> part{};
-  for (;;) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now()).count();
-    pollfd waiting{pipe, POLLIN, 0};
-    if (left <= 0 || ::poll(&waiting, 1, static_cast<int>(left)) == 0) return std::nullopt;
-    const ssize_t count = ::read(pipe, part.data(), part.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count <= 0) return text;
+  ::lseek(file, 0, SEEK_SET);
+  for (ssize_t count = 0; (count = ::read(file, part.data(), part.size())) > 0;)
     text.append(part.data(), static_cast<std::size_t>(count));
-  }
-}
-
-/// Starts a process with its stdout in `pipe` and its stderr discarded; -1 if it does not start.
-pid_t spawn(const std::vector<std::string>& command, int pipe) {
-  std::vector<char*> arguments;
-  for (const std::string& word : command) arguments.push_back(const_cast<char*>(word.c_str()));
-  arguments.push_back(nullptr);
-  posix_spawn_file_actions_t files;
-  ::posix_spawn_file_actions_init(&files);
-  ::posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  ::posix_spawn_file_actions_adddup2(&files, pipe, STDOUT_FILENO);
-  ::posix_spawn_file_actions_addopen(&files, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-  pid_t process = -1;
-  const int error = ::posix_spawnp(&process, arguments[0], &files, nullptr, arguments.data(), environ);
-  ::posix_spawn_file_actions_destroy(&files);
-  return error == 0 ? process : -1;
+  return text;
 }
 
 /// The output of a command; nothing if it fails or takes longer than 5 seconds.
 std::optional<std::string> outputOf(const std::vector<std::string>& command) {
-  const auto deadline = Clock::now() + std::chrono::seconds(5);
-  std::array<int, 2> ends{};
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0) return std::nullopt;
-  const pid_t process = spawn(command, ends[1]);
-  ::close(ends[1]);
-  std::optional<std::string> output;
-  if (process > 0) output = readUntilEnd(ends[0], deadline);
-  ::close(ends[0]);
-  if (process <= 0) return std::nullopt;
-  if (!output) ::kill(process, SIGKILL);
-  int status = 0;
-  ::waitpid(process, &status, 0);
-  return WIFEXITED(status) && WEXITSTATUS(status) == 0 ? output : std::nullopt;
+  const config::Descriptor output(::memfd_create("output", MFD_CLOEXEC));
+  const config::Descriptor nowhere(::open("/dev/null", O_WRONLY | O_CLOEXEC));
+  auto process = ChildProcess::start(command, {.output = output.get(), .errors = nowhere.get()}, "");
+  if (!process) return std::nullopt;
+  const auto ending = process->waitFor(std::chrono::seconds(5));
+  return ending && ending->good() ? std::optional(contentOf(output.get())) : std::nullopt;
 }
 
 }  // namespace

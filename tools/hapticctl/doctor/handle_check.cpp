@@ -5,10 +5,9 @@
 #include <charconv>
 #include <sstream>
 
-#include "config/hid_id.h"
 #include "tools/hapticctl/doctor/checks.h"
 #include "tools/hapticctl/doctor/findings.h"
-#include "tools/hapticctl/doctor/uevent.h"
+#include "tools/hapticctl/doctor/named_device.h"
 #include "tools/hapticctl/doctor/usb_device.h"
 
 namespace hapticd::tools {
@@ -83,13 +82,10 @@ Findings udpFindings(const Examination& box) {
 
 Findings hidFindings(const Examination& box) {
   const std::string& device = box.configuration.settings.handle.hid.device;
-  const auto configured = config::hidIdFrom(device);
   const Reading<Names> names = box.machine.list("sys/class/hidraw");
   if (!names && !names.error().absent()) return {unreadable(kName, "sys/class/hidraw", names.error())};
   for (const std::string& name : names.value_or(Names{})) {
-    const std::string uevent = box.machine.read("sys/class/hidraw/" + name + "/device/uevent").value_or("");
-    const auto id = hidIdIn(uevent);
-    if (!configured || !id || *id != *configured) continue;
+    if (!isHidHandle(box, name)) continue;
     const Findings wrong = accessFindings(box, kName, device, "dev/" + name);
     return wrong.empty() ? Findings{good(kName, fmt::format("{} at /dev/{}", device, name))} : wrong;
   }

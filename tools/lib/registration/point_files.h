@@ -25,9 +25,8 @@ inline constexpr const char* kLandmarksHeader = "name,column_px,row_px";
 template <typename T>
 using FileOf = std::expected<std::vector<T>, std::vector<config::Error>>;
 
-// Both read a CSV file with the header above and one point per line; LF or CRLF, empty lines and lines that
-// begin with '#' are passed over. Errors: every bad line, up to a number that a person would read, with its
-// number, value and allowed range.
+// Both read a CSV file with the header above and one point per line, as PointTable does. Errors: every bad
+// line, with its number, value and allowed range.
 
 FileOf<PointPair> readPointPairs(const std::filesystem::path& file);
 FileOf<Landmark> readLandmarks(const std::filesystem::path& file);

@@ -27,13 +27,6 @@ nlohmann::json invalidParameter(const std::string& field) {
   return errorReply("org.varlink.service.InvalidParameter", {{"parameter", field}});
 }
 
-ControlFixture::ControlFixture() {
-  config::Settings settings;
-  settings.state.folder = folder.path("state");
-  std::filesystem::create_directory(settings.state.folder);
-  box.setSettings(settings);
-}
-
 nlohmann::json ControlFixture::askStatus(const std::string& method, const std::string& parameters) const {
   RawClient client = statusClient();
   client.call(R"({"method":")" + method + R"(","parameters":)" + parameters + "}");
@@ -55,6 +48,8 @@ void ControlFixture::start() {
     const std::lock_guard lock(mutex_);
     log_.push_back(entry);
   };
+  std::filesystem::create_directories(folder.path("state"));
+  box.start();
   service_ = std::make_unique<ControlService>(box, service_options);
   auto server = VarlinkServer::create(server_options, *service_);
   ASSERT_TRUE(server) << server.error().text();
@@ -79,6 +74,7 @@ void ControlFixture::periodic() {
     events.swap(events_);
     warnings_ = service_->warnings();
   }
+  box.periodic();
   for (const rt::Tick& tick : ticks) service_->onTick(tick);
   for (const JournalEntry& event : events) service_->onEvent(event);
   service_->periodic(*server_);

@@ -11,9 +11,9 @@
 #include <thread>
 #include <vector>
 
+#include "box_under_test.h"
 #include "daemon/control/control_service.h"
 #include "daemon/control/varlink_server.h"
-#include "fake_box.h"
 #include "raw_client.h"
 
 namespace hapticd::daemon::test {
@@ -36,10 +36,9 @@ nlohmann::json errorReply(const std::string& name,
                           const nlohmann::json& parameters = nlohmann::json::object());
 nlohmann::json invalidParameter(const std::string& field);
 
-/// The control API on two real sockets, served by a thread of the test, in front of a fake box.
+/// The control API on two real sockets, served by a thread of the test, in front of a running box.
 class ControlFixture : public testing::Test {
  protected:
-  ControlFixture();
   ~ControlFixture() override { stop(); }
 
   /// Listeners are added by start().
@@ -68,7 +67,7 @@ class ControlFixture : public testing::Test {
   std::vector<std::map<std::string_view, std::string>> logged(config::EventKind event) const;
 
   TemporaryFolder folder;
-  FakeBox box;  ///< its state.folder is folder.path("state"), which is there
+  BoxUnderTest box{folder.path("state")};
 
  private:
   void periodic();

@@ -7,11 +7,16 @@
 #include <map>
 
 #include "control_fixture.h"
+#include "daemon/control/status_json.h"
+#include "daemon/control/varlink_message.h"
 
 namespace hapticd::daemon::test {
 namespace {
 
 using nlohmann::json;
+
+/// The box begins with the first generation.
+constexpr int kFirstChange = 2;
 
 class ControlServiceTest : public ControlFixture {
  protected:
@@ -19,7 +24,7 @@ class ControlServiceTest : public ControlFixture {
     return askControl("io.hapticd.Control.SetParameters", R"({"parameters":)" + values + "}");
   }
   void expectNothingChanged() {
-    EXPECT_EQ(0U, box.generation());
+    EXPECT_EQ(0U, box.changes());
     EXPECT_TRUE(log().empty());
   }
 };
@@ -58,7 +63,7 @@ TEST_F(ControlServiceTest, ReadsOnTheControlSocketToo) {
 
 TEST_F(ControlServiceTest, SetsParametersAndReturnsTheGeneration) {
   start();
-  EXPECT_EQ(json({{"parameters", {{"generation", 1}}}}),
+  EXPECT_EQ(json({{"parameters", {{"generation", kFirstChange}}}}),
             set(R"({"force.stiffness_n_per_m":800,"force.min_points":7,"force.law":"nearest_springs"})"));
   EXPECT_EQ(800, box.appliedSettings().live.springs.stiffness_n_per_m);
   EXPECT_EQ(7, box.appliedSettings().live.springs.min_points);
@@ -152,13 +157,13 @@ TEST_F(ControlServiceTest, AnswersAChangeOnlyAfterTheLoopHasTakenIt) {
   changer.call(
       R"({"method":"io.hapticd.Control.SetParameters","parameters":{"parameters":{"force.radius_m":0.03}}})");
   changer.call(R"({"method":"io.hapticd.Status.Nope"})");
-  EXPECT_TRUE(box.waitForGeneration(1));
+  EXPECT_TRUE(box.waitForChanges(1));
   // Others are served meanwhile.
   EXPECT_EQ("idle", askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"]["mode"]);
   EXPECT_EQ("idle", askControl("io.hapticd.Status.GetStatus")["parameters"]["status"]["mode"]);
   EXPECT_TRUE(changer.silent());
   box.acknowledge();
-  EXPECT_EQ(json({{"parameters", {{"generation", 1}}}}), changer.json());
+  EXPECT_EQ(json({{"parameters", {{"generation", kFirstChange}}}}), changer.json());
   EXPECT_EQ("org.varlink.service.MethodNotFound", changer.json()["error"]);
 }
 
@@ -170,7 +175,7 @@ TEST_F(ControlServiceTest, AnswersNoOnewayChangeInThePlaceOfALaterCall) {
       R"({"method":"io.hapticd.Control.SetParameters","oneway":true,
           "parameters":{"parameters":{"force.radius_m":0.03}}})");
   client.call(R"({"method":"io.hapticd.Control.Engage"})");
-  EXPECT_TRUE(box.waitForGeneration(2));
+  EXPECT_TRUE(box.waitForChanges(2));
   box.acknowledge();
   EXPECT_EQ(json({{"parameters", {{"mode", "engaged"}, {"cause", "requested"}, {"already", false}}}}),
             client.json());
@@ -180,9 +185,9 @@ TEST_F(ControlServiceTest, SaysSoWhenTheLoopDoesNotTakeAChangeInTime) {
   service_options.apply_timeout = std::chrono::milliseconds(20);
   start();
   box.holdAcknowledgements();
-  EXPECT_EQ(errorReply("io.hapticd.Control.NotApplied", {{"generation", 1}}),
+  EXPECT_EQ(errorReply("io.hapticd.Control.NotApplied", {{"generation", kFirstChange}}),
             set(R"({"force.radius_m":0.03})"));
-  EXPECT_EQ(errorReply("io.hapticd.Control.NotApplied", {{"generation", 2}}),
+  EXPECT_EQ(errorReply("io.hapticd.Control.NotApplied", {{"generation", kFirstChange + 1}}),
             askControl("io.hapticd.Control.Engage"));
 }
 
@@ -197,9 +202,9 @@ TEST_F(ControlServiceTest, EngagesAndDisengages) {
 }
 
 TEST_F(ControlServiceTest, ReportsWhyEngagingWasRefusedAndAcceptsRequestsToEngageAnyway) {
-  BoxStatus inside;
-  inside.loop.tick.points_used = 20;
-  box.setStatus(inside);
+  config::Settings inside = box.settings();
+  inside.handle.simulated.start_m_in_world.z = -0.99;  // of a wall at -1
+  box.setSettings(inside);
   start();
   const json refused = {{"error", "io.hapticd.Control.Refused"},
                         {"parameters", {{"cause", "inside_surface"}}}};
@@ -209,25 +214,6 @@ TEST_F(ControlServiceTest, ReportsWhyEngagingWasRefusedAndAcceptsRequestsToEngag
             askControl("io.hapticd.Control.Engage", R"({"insideSurface":true})")["parameters"]["mode"]);
   EXPECT_EQ("insideSurface",
             askControl("io.hapticd.Control.Engage", R"({"insideSurface":1})")["parameters"]["parameter"]);
-}
-
-TEST_F(ControlServiceTest, ShowsTheNewestTransitionsOldestFirst) {
-  BoxStatus status;
-  status.loop.transition_count = 18;
-  for (std::uint64_t n = 3; n <= 18; ++n) {
-    status.loop.transitions[n % rt::kTransitionsKept] = {n, 1000 + std::int64_t(n), rt::Mode::engaged,
-                                                         rt::Mode::holding, rt::Cause::depth_stale};
-  }
-  status.loop.transitions_by_cause[3] = 17;
-  box.setStatus(status);
-  start();
-  const json shown = askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"]["loop"]["transitions"];
-  EXPECT_EQ(18, shown["count"]);
-  EXPECT_EQ(17, shown["byCause"]["depth_stale"]);
-  ASSERT_EQ(16U, shown["newest"].size());
-  EXPECT_EQ(R"({"number":3,"timeNs":1003,"from":"engaged","to":"holding","cause":"depth_stale"})"_json,
-            shown["newest"].front());
-  EXPECT_EQ(18, shown["newest"].back()["number"]);
 }
 
 TEST_F(ControlServiceTest, ShowsEveryParameterAsTheTableHasIt) {
@@ -263,7 +249,35 @@ TEST_F(ControlServiceTest, NamesTheNearestParametersForAnUnknownOne) {
   EXPECT_NE(std::string::npos, problem["reason"].get<std::string>().find("force.radius_m"));
 }
 
-TEST_F(ControlServiceTest, ShowsEveryCounter) {
+// --- a status as JSON
+
+/// As a client reads it.
+json shown(const BoxStatus& status) {
+  Reply reply;
+  reply.parameters["status"] = statusJson(status);
+  std::string message = serialise(reply);
+  message.pop_back();  // the NUL
+  return json::parse(message)["parameters"]["status"];
+}
+
+TEST(StatusJson, ShowsTheNewestTransitionsOldestFirst) {
+  BoxStatus status;
+  status.loop.transition_count = 18;
+  for (std::uint64_t n = 3; n <= 18; ++n) {
+    status.loop.transitions[n % rt::kTransitionsKept] = {n, 1000 + std::int64_t(n), rt::Mode::engaged,
+                                                         rt::Mode::holding, rt::Cause::depth_stale};
+  }
+  status.loop.transitions_by_cause[3] = 17;
+  const json transitions = shown(status)["loop"]["transitions"];
+  EXPECT_EQ(18, transitions["count"]);
+  EXPECT_EQ(17, transitions["byCause"]["depth_stale"]);
+  ASSERT_EQ(16U, transitions["newest"].size());
+  EXPECT_EQ(R"({"number":3,"timeNs":1003,"from":"engaged","to":"holding","cause":"depth_stale"})"_json,
+            transitions["newest"].front());
+  EXPECT_EQ(18, transitions["newest"].back()["number"]);
+}
+
+TEST(StatusJson, ShowsEveryCounter) {
   BoxStatus status;
   status.loop.counters = {101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111, 132, 133, 134, 135};
   status.loop.directive_generation = 112;
@@ -283,56 +297,79 @@ TEST_F(ControlServiceTest, ShowsEveryCounter) {
   status.handle.scheduling = {79, 136};
   status.handle.last_hop = rt::LatencySummary{137, 138, 139, 140};
   status.loop.tick.handle.command_latency_ns = 141;
-  box.setStatus(status);
-  start();
-  const json shown = askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"];
-  EXPECT_EQ(79, shown["handle"]["wantedThreadPriority"]);
-  EXPECT_EQ(136, shown["handle"]["threadPriority"]);
-  EXPECT_EQ(R"({"p50Ns":137,"p99Ns":138,"p999Ns":139,"maxNs":140})"_json, shown["handle"]["lastHop"]);
-  EXPECT_EQ(141, shown["tick"]["handleCommandLatencyNs"]);
+  const json all = shown(status);
+  EXPECT_EQ(79, all["handle"]["wantedThreadPriority"]);
+  EXPECT_EQ(136, all["handle"]["threadPriority"]);
+  EXPECT_EQ(R"({"p50Ns":137,"p99Ns":138,"p999Ns":139,"maxNs":140})"_json, all["handle"]["lastHop"]);
+  EXPECT_EQ(141, all["tick"]["handleCommandLatencyNs"]);
   EXPECT_EQ(R"({"ticks":101,"overruns":102,"skippedPeriods":103,"contactTicks":104,"outsideModelTicks":105,
                 "slewLimitedTicks":106,"magnitudeClampedTicks":107,"notFiniteTicks":108,"depthStaleTicks":109,
                 "handleStaleTicks":110,"handleInvalidTicks":111,"passivityTicks":132,
                 "thermallyLimitedTicks":133,"stiffnessLimitedTicks":134,"releases":135})"_json,
-            shown["loop"]["counters"]);
-  EXPECT_EQ(112, shown["loop"]["directiveGeneration"]);
-  EXPECT_EQ(113, shown["loop"]["traceTicksDropped"]);
-  EXPECT_EQ(131, shown["loop"]["pageFaults"]);
+            all["loop"]["counters"]);
+  EXPECT_EQ(112, all["loop"]["directiveGeneration"]);
+  EXPECT_EQ(113, all["loop"]["traceTicksDropped"]);
+  EXPECT_EQ(131, all["loop"]["pageFaults"]);
   EXPECT_EQ(
       R"({"state":"lost","detail":"unplugged","identity":"v4l2 A00","frames":114,
           "damagedFrames":115,"lostFrames":141,"advice":"two found",
           "details":{"node":"/dev/video2","serial":"A00","firmware":"5.15.1.0","format":"Z16",
                      "widthPx":848,"heightPx":480,"rateHz":30.0,"temperatureC":41.5}})"_json,
-      shown["camera"]);
+      all["camera"]);
   EXPECT_EQ(R"({"frames":116,"models":117,"remodels":118,"points":119,"pointsOverCapacity":120,
                 "skippedFrames":121,"lastModelNs":122,"frameRateHz":29.5,
                 "ballCentreMInWorld":{"x":0.1,"y":0.2,"z":-0.3},"ballRadiusM":0.08})"_json,
-            shown["scene"]);
-  EXPECT_EQ(R"({"p50Ns":123,"p99Ns":124,"p999Ns":125,"maxNs":126})"_json, shown["loop"]["wakeupLatency"]);
-  EXPECT_EQ(R"({"p50Ns":127,"p99Ns":128,"p999Ns":129,"maxNs":130})"_json, shown["loop"]["computeTime"]);
-  EXPECT_TRUE(shown["loop"]["cpu"].is_null());
+            all["scene"]);
+  EXPECT_EQ(R"({"p50Ns":123,"p99Ns":124,"p999Ns":125,"maxNs":126})"_json, all["loop"]["wakeupLatency"]);
+  EXPECT_EQ(R"({"p50Ns":127,"p99Ns":128,"p999Ns":129,"maxNs":130})"_json, all["loop"]["computeTime"]);
+  EXPECT_TRUE(all["loop"]["cpu"].is_null());
 }
 
-TEST_F(ControlServiceTest, ShowsNumbersThatAreNotFiniteAsNull) {
+TEST(StatusJson, NamesEveryModeAndCause) {
+  BoxStatus status;
+  const char* modes[] = {"starting", "idle", "engaged", "holding", "faulted"};
+  const char* causes[] = {"none",
+                          "requested",
+                          "no_scene",
+                          "depth_stale",
+                          "handle_stale",
+                          "handle_invalid",
+                          "force_not_finite",
+                          "handle_too_fast",
+                          "handle_clutched",
+                          "handle_not_calibrated",
+                          "handle_replaced",
+                          "outside_workspace",
+                          "inside_surface",
+                          "overrun_burst",
+                          "surface_too_near",
+                          "handle_inconsistent",
+                          "energy_debt"};
+  static_assert(std::size(causes) == rt::kCauseCount);
+  for (std::uint8_t i = 0; i < rt::kCauseCount; ++i) {
+    status.loop.tick.mode = rt::Mode(i % 5);
+    status.loop.tick.cause = rt::Cause(i);
+    const json all = shown(status);
+    EXPECT_EQ(modes[i % 5], all["mode"]);
+    EXPECT_EQ(causes[i], all["cause"]);
+  }
+}
+
+TEST(StatusJson, ShowsNumbersThatAreNotFiniteAsNull) {
   BoxStatus status;
   status.rate_hz = std::numeric_limits<double>::infinity();
   status.scene.frame_rate_hz = std::numeric_limits<double>::quiet_NaN();
   status.loop.tick.hip_m_in_world = {std::numeric_limits<double>::quiet_NaN(), 1, 2};
-  box.setStatus(status);
-  start();
-  const json shown = askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"];
-  EXPECT_TRUE(shown["loop"]["rateHz"].is_null());
-  EXPECT_TRUE(shown["scene"]["frameRateHz"].is_null());
-  EXPECT_EQ(R"({"x":null,"y":1.0,"z":2.0})"_json, shown["tick"]["hipMInWorld"]);
+  const json all = shown(status);
+  EXPECT_TRUE(all["loop"]["rateHz"].is_null());
+  EXPECT_TRUE(all["scene"]["frameRateHz"].is_null());
+  EXPECT_EQ(R"({"x":null,"y":1.0,"z":2.0})"_json, all["tick"]["hipMInWorld"]);
 }
 
-TEST_F(ControlServiceTest, ShowsTextThatIsNotUtf8WithReplacements) {
+TEST(StatusJson, ShowsTextThatIsNotUtf8WithReplacements) {
   BoxStatus status;
   status.camera.identity = "recording \xff";
-  box.setStatus(status);
-  start();
-  EXPECT_EQ("recording \xEF\xBF\xBD",
-            askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"]["camera"]["identity"]);
+  EXPECT_EQ("recording \xEF\xBF\xBD", shown(status)["camera"]["identity"]);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "control_fixture.h"
+#include "daemon/control/status_json.h"
 #include "fake_reloads.h"
 #include "interface_definition.h"
 #include "rt/words.h"
@@ -142,8 +143,14 @@ TEST_F(InterfaceTextTest, DescribesWhatIsAnsweredOfTracesProfilesAndCalibration)
   checkedReply(status, "GetSnapshot");
   EXPECT_EQ("calibration", checkedReply(status, "Events", {{"kinds", {"calibration"}}})["event"]["kind"]);
   EXPECT_EQ("io.hapticd.Status.UnknownField", checkedReply(status, "Monitor", {{"fields", {"x"}}})["error"]);
-  box.setFrame(false);
-  EXPECT_EQ("io.hapticd.Status.NoFrame", checkedReply(status, "GetSnapshot")["error"]);
+}
+
+TEST_F(InterfaceTextTest, DescribesThatThereIsNoFrame) {
+  config::Settings settings = box.settings();
+  settings.camera.driver = config::CameraDriver::freenect;  // of which there is none
+  box.setSettings(settings);
+  start();
+  EXPECT_EQ("io.hapticd.Status.NoFrame", checkedReply("io.hapticd.Status", "GetSnapshot")["error"]);
 }
 
 TEST_F(InterfaceTextTest, DescribesWhatIsAnsweredOfAReload) {
@@ -158,9 +165,9 @@ TEST_F(InterfaceTextTest, DescribesWhatIsAnsweredOfAReload) {
   EXPECT_EQ("io.hapticd.Control.ChangedMeanwhile",
             checkedReply(control, "Reload", {{"confirm", 99}})["error"]);
   EXPECT_TRUE(checkedReply(control, "Reload", {{"confirm", 7}})["pending"].is_null());
-  BoxStatus status = box.status();
-  status.pending_reload = PendingReload{3, {{"fixture nerve", "fixture nerve is removed"}}};
-  box.setStatus(status);
+  box.amendStatus([](BoxStatus& status) {
+    status.pending_reload = PendingReload{3, {{"fixture nerve", "fixture nerve is removed"}}};
+  });
   EXPECT_EQ(3, checkedReply("io.hapticd.Status", "GetStatus")["status"]["pendingReload"]["number"]);
   reloads.fail();
   EXPECT_EQ("io.hapticd.Control.ReloadRefused", checkedReply(control, "Reload")["error"]);
@@ -193,24 +200,26 @@ TEST_F(InterfaceTextTest, DescribesWhatIsAnsweredOfFixturesAndRegions) {
 TEST_F(InterfaceTextTest, DescribesWhatClearingAFaultAnswers) {
   start();
   EXPECT_EQ("io.hapticd.Control.NotFaulted", checkedReply("io.hapticd.Control", "ClearFault")["error"]);
-  EXPECT_EQ(0U, box.generation());
-  BoxStatus status;
-  status.loop.tick.mode = rt::Mode::faulted;
-  status.loop.tick.cause = rt::Cause::overrun_burst;
-  box.setStatus(status);
+  EXPECT_EQ(0U, box.changes());
+  box.amendStatus([](BoxStatus& status) {
+    if (status.loop.directive_generation > 1) return;  // that of the start
+    status.loop.tick.mode = rt::Mode::faulted;
+    status.loop.tick.cause = rt::Cause::force_not_finite;
+  });
   EXPECT_EQ("idle", checkedReply("io.hapticd.Control", "ClearFault")["mode"]);
-  EXPECT_EQ("overrun_burst", logged(config::EventKind::clear_fault).at(0).at("CAUSE"));
+  EXPECT_EQ("force_not_finite", logged(config::EventKind::clear_fault).at(0).at("CAUSE"));
 }
 
 TEST_F(InterfaceTextTest, DescribesEveryPatternOfTheLeds) {
   BoxStatus status;
   status.leds.panel = {drivers::LedState::present, "", "gpiod box", drivers::LedSet("1111")};
   start();
+  const InterfaceDefinition definition(textOf("io.hapticd.Status"));
   for (const LedPattern pattern : {LedPattern::off, LedPattern::on, LedPattern::slow_blink,
                                    LedPattern::fast_blink, LedPattern::double_blink}) {
     status.leds.patterns.fill(pattern);
-    box.setStatus(status);
-    checkedReply("io.hapticd.Status", "GetStatus");
+    const json reply{{"status", json(statusJson(status))}};
+    EXPECT_EQ("", definition.mismatch(reply, definition.outputs.at("GetStatus")));
   }
 }
 
@@ -221,7 +230,7 @@ TEST_F(InterfaceTextTest, DescribesWhatTheControlMethodsAnswer) {
   };
   checkedReply("io.hapticd.Control", "Engage");
   checkedReply("io.hapticd.Control", "Disengage");
-  EXPECT_EQ(3, set({{"force.radius_m", 0.03}})["generation"]);
+  EXPECT_EQ(4, set({{"force.radius_m", 0.03}})["generation"]);
   EXPECT_EQ("io.hapticd.Control.InvalidValue", set({{"force.radius_m", 3}, {"a.b", nullptr}})["error"]);
   EXPECT_EQ("io.hapticd.Control.InvalidValue",
             set({{"force.min_points", 90}, {"force.max_points", 80}})["error"]);

@@ -84,7 +84,7 @@ TEST_F(PrivilegesTest, LetsOthersReadButChangeNothingThoughTheyGotIn) {
   EXPECT_EQ(kDenied, askAs(kOther, kAnotherGroup, {kAnotherGroup}, kEngage));
   const std::string info = askAs(kOther, kAnotherGroup, {}, R"({"method":"org.varlink.service.GetInfo"})");
   EXPECT_NE(std::string::npos, info.find("hapticd")) << info;
-  EXPECT_EQ(0U, box.generation());
+  EXPECT_EQ(0U, box.changes());
   EXPECT_TRUE(log().empty());
 }
 
@@ -119,7 +119,7 @@ TEST_F(PrivilegesTest, ShowsTheDepthImageToTheGroupsForControlAndForViewingOnly)
 
 TEST_F(PrivilegesTest, LetsTheGroupForViewingChangeNothing) {
   EXPECT_EQ(kDenied, askAs(kOther, kViewGroup, {kViewGroup}, kEngage));
-  EXPECT_EQ(0U, box.generation());
+  EXPECT_EQ(0U, box.changes());
 }
 
 TEST_F(PrivilegesTest, ShowsTheDepthImageToEverybodyWhereTheConfigurationSaysSo) {

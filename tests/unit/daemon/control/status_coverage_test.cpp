@@ -95,7 +95,8 @@ TEST(StatusCoverage, MetricsShowEveryNumberButTheseFew) {
                                         "/trace/durationS",
                                         "/trace/flightRecorderS",
                                         "/trace/ticks"};
-  EXPECT_EQ(numbersWithoutEffect(tools::openMetricsOf), not_shown);
+  const auto metrics = [](const OrderedJson& status) { return tools::metricsOf(status); };
+  EXPECT_EQ(numbersWithoutEffect(metrics), not_shown);
 }
 
 TEST(StatusCoverage, HapticctlStatusShowsEveryNumberButTheseFew) {
@@ -118,6 +119,92 @@ TEST(StatusCoverage, HapticctlStatusShowsEveryNumberButTheseFew) {
 /// What `hapticctl status --all` says.
 std::string textOf(const BoxStatus& status) {
   return tools::statusText(statusJson(status));
+}
+
+BoxStatus troubledStatus() {
+  BoxStatus status;
+  status.loop.tick.mode = rt::Mode::holding;
+  status.loop.tick.cause = rt::Cause::depth_stale;
+  status.loop.tick.command_force_n_in_world = {3, 0, 4};
+  status.loop.tick.hip_m_in_world = {0.1, -0.02, -0.8};
+  status.loop.tick.points_used = 57;
+  status.loop.counters = {101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111, 132, 133, 134, 135};
+  status.trace_ticks_dropped = 113;
+  status.force_thread_page_faults = 131;
+  status.rate_hz = 999.95;
+  status.wakeup_latency = {3'100, 8'000, 12'000, 4'560'000};
+  status.handle.scheduling = {79, 79};
+  status.handle.last_hop = rt::LatencySummary{250'000, 500'000, 900'000, 1'230'000};
+  status.camera = {
+      drivers::CameraState::lost, "the recording has ended", "evil\033[2J\x07name", 114, 115, 141, ""};
+  status.camera.details = {"/dev/video2", "", "5.15.1.0", "Z16", 848, 480, 30, 41.5};
+  status.scene = {116, 117, 118, 119, 120, 121, 122'000, 29.5, Ball{{0.1, 0.2, -0.3}, 0.08}};
+  status.handle.state = drivers::HandlePresence::present;
+  status.warnings = {"camera lost: the recording has ended", "the memory is not locked (raise LimitMEMLOCK)"};
+  status.uptime_s = 60;
+  return status;
+}
+
+testing::AssertionResult contains(const std::string& text, const std::string& part) {
+  if (text.find(part) != std::string::npos) return testing::AssertionSuccess();
+  return testing::AssertionFailure() << "no '" << part << "' in:\n" << text;
+}
+
+TEST(StatusText, ShowsWhatIsWrongFirst) {
+  EXPECT_TRUE(
+      textOf(troubledStatus())
+          .starts_with("! camera lost: the recording has ended\n! the memory is not locked (raise "
+                       "LimitMEMLOCK)\nmode          holding: the newest depth frame is too old, up 60 s\n"))
+      << textOf(troubledStatus());
+  EXPECT_FALSE(contains(textOf({}), "!"));
+}
+
+TEST(StatusText, ShowsEveryCounterWithItsMeaningAndUnits) {
+  for (const char* part :
+       {"101 ticks, 102 overruns, 103 skipped periods, 131 page faults\n",
+        "104 ticks in contact, 106 slew limited, 107 clamped, 108 not finite\n",
+        "105 ticks outside the model, 109 with stale depth\n",
+        "110 ticks stale, 111 ticks invalid, 135 releases\n",
+        "132 ticks damped for passivity, 133 warm, 134 softened for delay", "113 ticks dropped\n",
+        "114 frames, 115 damaged, 141 lost\n",
+        "116 frames, 121 skipped, 117 models, 118 of them remodelled, 120 points over capacity\n",
+        "29.5 frames per second, 119 points, modelled in 122.0 us",
+        "within 80 mm of (0.1000, 0.2000, -0.3000) m in the world\n",
+        "p50 3.1 us, p99 8.0 us, p99.9 12.0 us, max 4.56 ms", "5.000 N (3.000, 0.000, 4.000)",
+        "from 57 points", "at (0.1000, -0.0200, -0.8000) m in the world",
+        "no real-time scheduling, memory not locked",
+        "last hop      p50 250.0 us, p99 500.0 us, p99.9 900.0 us, max 1.23 ms, at priority 79\n",
+        "/dev/video2, Z16 848 x 480 at 30 Hz, firmware 5.15.1.0, 42 degrees Celsius\n",
+        R"(evil\x1b[2J\x07name)"}) {
+    EXPECT_TRUE(contains(textOf(troubledStatus()), part));
+  }
+}
+
+TEST(StatusText, SaysWhatIsLeftOfTheStiffnessAndWhy) {
+  BoxStatus status = troubledStatus();
+  status.law.hand_stiffness_n_per_m = 125;
+  status.loop.tick.stiffness_gain = 0.25;
+  status.loop.tick.stiffness_rule = rt::StiffnessRule::mass;
+  status.loop.tick.contact_damping_n_s_per_m = 2.625;
+  status.loop.tick.handle.delay_s = 0.011;
+  EXPECT_TRUE(
+      contains(textOf(status),
+               "125 of 500 N/m at the hand (mass of the device at 11.0 ms delay), 2.62 N s/m in contact\n"));
+  status.loop.tick.stiffness_rule = rt::StiffnessRule::delay;
+  status.loop.tick.handle.damps = true;
+  EXPECT_TRUE(contains(textOf(status),
+                       "125 of 500 N/m at the hand (damping of the hand at 11.0 ms delay), 2.62 N s/m in "
+                       "contact by the device\n"));
+}
+
+TEST(StatusText, ShowsTheLedsThatThereAreAndTheirPatterns) {
+  BoxStatus status;
+  EXPECT_FALSE(contains(textOf(status), "leds"));
+  status.leds.panel = {drivers::LedState::lost, "the chip is gone", "gpiod box", drivers::LedSet("1011")};
+  status.leds.patterns = {LedPattern::on, LedPattern::double_blink, LedPattern::slow_blink,
+                          LedPattern::fast_blink};
+  EXPECT_TRUE(contains(textOf(status),
+                       "leds          lost, gpiod box: power on, camera double_blink, fault fast_blink\n"));
 }
 
 TEST(StatusText, SaysWhatActsWhileTheCameraIsLost) {

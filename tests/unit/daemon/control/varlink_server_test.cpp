@@ -122,7 +122,7 @@ TEST_F(VarlinkServerTest, ObeysAllOnewayCallsOfAClientThatLeftEvenIfTheyAreMoreT
   RawClient client = controlClient();
   client.send(calls);
   client.close();
-  EXPECT_TRUE(box.waitForGeneration(2000));
+  EXPECT_TRUE(box.waitForChanges(2000));
 }
 
 TEST_F(VarlinkServerTest, SaysThatSomethingIsNoCallAndClosesTheConnection) {
@@ -300,7 +300,7 @@ TEST_F(VarlinkServerTest, GivesThePlaceOfAWaitingCallThatItsClientLeftToTheNext)
   {
     RawClient client = controlClient();
     client.call(R"({"method":"io.hapticd.Control.Engage"})");
-    EXPECT_TRUE(box.waitForGeneration(1));
+    EXPECT_TRUE(box.waitForChanges(1));
   }
   expectAdmittedSoon(controlPath());
 }
@@ -330,19 +330,18 @@ TEST_F(VarlinkServerTest, StopsReadingFromAClientThatDoesNotRead) {
 
 TEST_F(VarlinkServerTest, LeavesRepliesOfStreamsOutWhileClientsTogetherHaveTooMuchUnread) {
   server_options.max_output_bytes = 400'000;
-  BoxStatus status;
-  status.warnings = {std::string(200'000, 'w')};  // more than the kernel keeps for a socket of the server
-  box.setStatus(status);
   start();
+  box.setNotices({std::string(200'000, 'w')});  // more than the kernel keeps for a socket of the server
+  const int before = box.statusCalls();
   std::vector<RawClient> lazy;
   for (int i = 0; i < 2; ++i) {
     lazy.push_back(statusClient());
     lazy.back().call(R"({"method":"io.hapticd.Status.GetStatus"})");
   }
-  EXPECT_TRUE(box.waitForStatusCalls(2));
+  EXPECT_TRUE(box.waitForStatusCalls(before + 2));
   RawClient watcher = statusClient();
   watcher.call(kMonitor);
-  EXPECT_TRUE(box.waitForStatusCalls(4));
+  EXPECT_TRUE(box.waitForStatusCalls(before + 4));
   expectServing();  // calls are answered all the same
   EXPECT_TRUE(watcher.silent());
   for (RawClient& client : lazy) EXPECT_TRUE(client.json()["parameters"]["status"].is_object());
@@ -351,15 +350,14 @@ TEST_F(VarlinkServerTest, LeavesRepliesOfStreamsOutWhileClientsTogetherHaveTooMu
 
 TEST_F(VarlinkServerTest, ClosesReadersWhoseUnreadRepliesTogetherAreTooMuch) {
   server_options.max_held_bytes = 2'000'000;
-  BoxStatus status;
-  status.warnings = {std::string(400'000, 'w')};
-  box.setStatus(status);
   start();
+  box.setNotices({std::string(400'000, 'w')});
+  const int before = box.statusCalls();
   std::vector<RawClient> lazy;
   for (int i = 0; i < 12; ++i) {
     lazy.push_back(statusClient());
     lazy.back().call(R"({"method":"io.hapticd.Status.GetStatus"})");
-    ASSERT_TRUE(box.waitForStatusCalls(i + 1));
+    ASSERT_TRUE(box.waitForStatusCalls(before + i + 1));
     expectServing();
   }
   RawClient watcher = controlClient();
