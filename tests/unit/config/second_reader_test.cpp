@@ -13,7 +13,8 @@
 #include <string_view>
 #include <vector>
 
-#include "config/settings.h"
+#include "config/parameter_table.h"
+#include "config/yaml_loader.h"
 #include "config/yaml_reader.h"
 #include "config/yaml_text.h"
 #include "tests/support/file_content.h"
@@ -224,6 +225,18 @@ class Damage {
   std::mt19937 random_;
 };
 
+/// A loader may only return settings that the table and the rules accept, or errors.
+void expectSoundSettingsOrErrors(const std::string& text) {
+  const auto settings = settingsFromText(text, "damaged.yaml");
+  if (!settings) {
+    EXPECT_FALSE(settings.error().empty());
+    return;
+  }
+  for (const Parameter& parameter : allParameters())
+    EXPECT_TRUE(parameter.check(parameter.get(*settings))) << parameter.name;
+  EXPECT_TRUE(checkTogether(*settings).empty());
+}
+
 TEST(SecondReader, AcceptsEveryDamagedFileThatOursAcceptsWithTheSameValues) {
   Damage damage(20111002);  // NOLINT(cert-msc51-cpp): the same damage in every run
   const std::vector<std::string> files = soundFiles();
@@ -236,6 +249,7 @@ TEST(SecondReader, AcceptsEveryDamagedFileThatOursAcceptsWithTheSameValues) {
     failures += found.empty() ? 0 : 1;
     EXPECT_EQ(found, "") << changedLines(damaged, file);
     taken += valuesByReader(damaged) ? 1 : 0;
+    expectSoundSettingsOrErrors(damaged);
   }
   EXPECT_GT(taken, 1000);  // otherwise the damage is so severe that nothing is compared
 }
