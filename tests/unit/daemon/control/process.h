@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/program.h"
+
 namespace hapticd::daemon::test {
 
 struct ProcessResult {
@@ -12,14 +14,11 @@ struct ProcessResult {
   std::string errors;
 };
 
-struct ProcessOptions {
-  std::vector<std::string> environment = {};  ///< "NAME=value"; nothing else but PATH is in it
-  unsigned uid = 0;                           ///< not 0: the user to run it as, which takes root
-  bool terminal = false;                      ///< stdout is a terminal
-  std::string interrupt_after = {};           ///< not empty: SIGINT once that text has been printed
-};
-
 /// Runs a program to its end; `command` is its path and arguments.
-ProcessResult runProcess(const std::vector<std::string>& command, const ProcessOptions& options = {});
+inline ProcessResult runProcess(const std::vector<std::string>& command,
+                                const hapticd::test::ProgramOptions& options = {}) {
+  const hapticd::test::Finished finished = hapticd::test::runToEnd(command, options);
+  return {finished.ending.exited ? finished.ending.code : -1, finished.output, finished.errors};
+}
 
 }  // namespace hapticd::daemon::test
