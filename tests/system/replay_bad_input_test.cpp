@@ -97,10 +97,16 @@ TEST_F(ReplayBadInput, IsRefusedWithItsPlaceAndWhatIsExpected) {
       {"config.yaml", "force:\n  radius_m: 4\n", {}, kBadConfiguration, "config.yaml:2"},
       {"config.yaml", "force:\n  radius_m: 4\n", {}, kBadConfiguration, "0.005..0.1 m"},
       {"config.yaml",
-       "camera: {far_m: 10}\ngrid: {frame_voxel_edge_m: 0.01}\n",
+       "camera: {far_m: 10, fx_px: 100, fy_px: 100}\n",
        {"--full-model"},
        kBadConfiguration,
-       "grid.frame_voxel_edge_m"},
+       "--full-model: the camera's whole view up to camera.far_m, 10 m, takes more memory"},
+      // 2047 units of 1 mm are less than 4 m - 0.4 m
+      {"config.yaml",
+       "camera: {driver: synthetic}\nsynthetic: {camera: time_of_flight}\n",
+       {"--full-model"},
+       kBadConfiguration,
+       "a scene of the whole frame holds 2.047 m of depth in units of 1000 um"},
       {"", "", {"--set=force.radius=0.04"}, kBadConfiguration, "force.radius_m"},
       {"", "", {"--hip=" + path("none.csv")}, kBadData, "none.csv: cannot be read"},
       {"", "", {"--depth=" + path("none")}, kNoInput, "none: no such file or folder"},
@@ -217,16 +223,6 @@ TEST_F(ReplayBadInput, APartThatIsNoneIsRefusedWithItsName) {
   write("part.json", "{}");
   const Finished joined = test::runToEnd(test::hapticReplayCommand({"--join", path("part.json")}));
   expectRefused(joined, kBadData, "part.json: is no part of haptic-replay");
-}
-
-TEST_F(ReplayBadInput, AWholeFrameThatDoesNotFitIntoASceneIsRefused) {
-  write("config.yaml", "camera: {far_m: 10, fx_px: 100, fy_px: 100}\n");
-  expectRefused(replay({"--full-model"}), kBadConfiguration,
-                "--full-model: the camera's whole view up to camera.far_m, 10 m, takes more memory");
-  // 2047 units of 1 mm are less than 4 m - 0.4 m
-  write("config.yaml", "camera: {driver: synthetic}\nsynthetic: {camera: time_of_flight}\n");
-  expectRefused(replay({"--full-model"}), kBadConfiguration,
-                "a scene of the whole frame holds 2.047 m of depth in units of 1000 um");
 }
 
 TEST_F(ReplayBadInput, AnOldOutputStaysAsItWasWhenTheReplayFails) {
