@@ -141,7 +141,8 @@ void checkReachInUnits(const Settings& settings, std::vector<Conflict>& conflict
           "a scene holds {:.4g} m of depth in units of {:.4g} um, but the law {}{} needs {:.4g} m: {:.4g} m "
           "on each side that it looks at, and what the HIP moves until the next frame",
           2 * holds_m, unit_m * 1e6, nameOf(farthest.law),
-          settings.force.law ? "" : ", which auto may choose,", 2 * reach_m, rt::rowOf(farthest.law).reach_m(farthest)),
+          settings.force.law ? "" : ", which auto may choose,", 2 * reach_m,
+          rt::rowOf(farthest.law).reach_m(farthest)),
       fmt::format("set camera.unit_um to at least {:.0f}, or lower force.radius_m",
                   std::ceil(1e6 * reach_m / rt::largestReachOfUnit_m(1))));
 }

@@ -131,7 +131,8 @@ TEST_F(HapticctlWork, GetAndParamsTakeNamesAndGroups) {
   EXPECT_TRUE(table.starts_with("NAME")) << table;
   EXPECT_EQ(std::ranges::count(table, '\n'), std::ranges::count(safety, '\n') + 1);
   EXPECT_EQ(reply({"get", "force.radius_m"})["parameters"].size(), 1U);
-  EXPECT_EQ(output({"get", "synthetic.seed"}), "synthetic.seed = 1\n") << "of a stand-in, which no list shows";
+  EXPECT_EQ(output({"get", "synthetic.seed"}), "synthetic.seed = 1\n")
+      << "of a stand-in, which no list shows";
   EXPECT_TRUE(contains(refusal({"get", "safety", "force.radios_m"}), "did you mean force.radius_m"));
 }
 
