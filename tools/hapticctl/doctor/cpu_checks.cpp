@@ -7,13 +7,16 @@
 #include <set>
 #include <sstream>
 
+#include "drivers/base/cpu_list.h"
 #include "tools/hapticctl/doctor/checks.h"
 #include "tools/hapticctl/doctor/cpu_kinds.h"
-#include "tools/hapticctl/doctor/cpu_list.h"
 #include "tools/hapticctl/doctor/findings.h"
 
 namespace hapticd::tools {
 namespace {
+
+using drivers::common;
+using drivers::cpuListText;
 
 const std::string kCpus = "sys/devices/system/cpu/";
 constexpr const char* kSetACpuAside = "hapticd-realtime-setup apply, then reboot";
@@ -24,7 +27,7 @@ Reading<CpuSet> cpusIn(const Machine& machine, const std::string& path) {
   const Reading<std::string> text = machine.read(path);
   if (!text && text.error().absent()) return CpuSet{};
   if (!text) return std::unexpected(text.error());
-  return parseCpuList(*text).value_or(CpuSet{});
+  return drivers::parseCpuList(*text).value_or(CpuSet{});
 }
 
 CpuSet onlineCpus(const Machine& machine) {

@@ -5,10 +5,12 @@
 #include <map>
 #include <string>
 
-#include "tools/hapticctl/doctor/cpu_list.h"
+#include "drivers/base/cpu_list.h"
 #include "tools/hapticctl/doctor/machine.h"
 
 namespace hapticd::tools {
+
+using drivers::CpuSet;
 
 /// How fast each CPU of a machine is, for boards that have big and little ones.
 struct CpuKinds {

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-namespace hapticd::tools {
+namespace hapticd::drivers {
 
 using CpuSet = std::set<int>;
 
@@ -20,4 +20,4 @@ std::string cpuListText(const CpuSet& cpus);
 /// The CPUs that are in both lists.
 CpuSet common(const CpuSet& a, const CpuSet& b);
 
-}  // namespace hapticd::tools
+}  // namespace hapticd::drivers

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticctl/doctor/cpu_list.h"
+#include "drivers/base/cpu_list.h"
 
 #include <gtest/gtest.h>
 
-namespace hapticd::tools {
+namespace hapticd::drivers {
 namespace {
 
 TEST(CpuList, ReadsTheKernelsForm) {
@@ -23,4 +23,4 @@ TEST(CpuList, WritesWhatItReads) {
 }
 
 }  // namespace
-}  // namespace hapticd::tools
+}  // namespace hapticd::drivers

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticctl/doctor/cpu_list.h"
+#include "drivers/base/cpu_list.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <charconv>
 #include <iterator>
 
-namespace hapticd::tools {
+namespace hapticd::drivers {
 namespace {
 
 constexpr int kLastCpu = 65535;
@@ -54,4 +54,4 @@ CpuSet common(const CpuSet& a, const CpuSet& b) {
   return both;
 }
 
-}  // namespace hapticd::tools
+}  // namespace hapticd::drivers
