@@ -35,13 +35,6 @@ Names changed(const config::Settings& before, const config::Settings& after) {
   return names;
 }
 
-TEST(Reload, OfTheSameSettingsChangesNothing) {
-  const auto reload = reloaded(with({"force.radius_m=0.03"}), with({"force.radius_m=0.03"}));
-  ASSERT_TRUE(reload);
-  EXPECT_EQ(changed(with({"force.radius_m=0.03"}), reload->settings), Names{});
-  EXPECT_TRUE(reload->waiting.empty());
-}
-
 TEST(Reload, TakesLiveParameters) {
   const auto reload = reloaded(with({}), with({"force.stiffness_n_per_m=321"}));
   ASSERT_TRUE(reload);
@@ -132,13 +125,6 @@ TEST(Reload, LeavesFixturesOfClientsAndProfiles) {
   EXPECT_EQ(shown(reload->settings.additions.fixtures),
             (Texts{"a configuration 0.02", "b client 0.01", "c profile 0.01"}));
   EXPECT_TRUE(reload->hidden.empty());
-}
-
-TEST(Reload, RemovesAndAddsFixturesOfTheConfiguration) {
-  const auto reload =
-      reloaded(with({fixture("a", kFile), fixture("b", kClient)}), with({fixture("c", kFile)}));
-  ASSERT_TRUE(reload);
-  EXPECT_EQ(shown(reload->settings.additions.fixtures), (Texts{"c configuration 0.01", "b client 0.01"}));
 }
 
 TEST(Reload, TakesBackWhatAClientHasChangedOrRemovedOfTheConfiguration) {

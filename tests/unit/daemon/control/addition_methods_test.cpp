@@ -356,13 +356,6 @@ TEST_F(AdditionMethodsTest, TakesMeasurementsFromCallsThatExpectNoAnswer) {
   EXPECT_EQ(520, stiffness("liver"));
 }
 
-TEST_F(AdditionMethodsTest, OffersNoChangeOnTheStatusSocket) {
-  for (const char* method : {"ChangeFixtures", "ChangeRegions", "SetStiffness", "FeedStiffness"}) {
-    EXPECT_EQ(errorReply("org.varlink.service.PermissionDenied"),
-              askStatus(std::string("io.hapticd.Control.") + method));
-  }
-}
-
 TEST_F(AdditionMethodsTest, TakesSixteenLongPathsInOneCallAndListsThem) {
   json paths = json::array();
   for (int i = 0; i < 16; ++i) {

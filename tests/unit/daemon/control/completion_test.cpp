@@ -10,7 +10,7 @@
 
 #include "config/parameter_table.h"
 #include "control_fixture.h"
-#include "process.h"
+#include "tests/support/program.h"
 
 namespace hapticd::daemon::test {
 namespace {
@@ -130,7 +130,8 @@ class Completion : public ControlFixture, public testing::WithParamInterface<She
   Words allCompletions(const Words& words) const {
     Words command = GetParam().command;
     command.push_back("export PATH=" + folder.path("bin") + ":/usr/bin:/bin\n" + GetParam().script(words));
-    const ProcessResult result = runProcess(command, {.environment = {"HOME=" + folder.path("")}});
+    const hapticd::test::Finished result =
+        hapticd::test::runToEnd(command, {.environment = {"HOME=" + folder.path("")}});
     EXPECT_EQ("", result.errors);
     std::istringstream lines(result.output);
     Words offered;
@@ -144,7 +145,7 @@ class Completion : public ControlFixture, public testing::WithParamInterface<She
 
 TEST_P(Completion, OffersTheCommandsOfTheHelp) {
   const Words offered = completions({"hapticctl", ""});
-  const std::string help = runProcess({HAPTICCTL, "--help"}).output;
+  const std::string help = hapticd::test::runToEnd({HAPTICCTL, "--help"}).output;
   std::string listed = help.substr(help.find("Subcommands:"));
   listed.resize(listed.find("\n\n"));
   std::size_t commands = 0;

@@ -34,18 +34,6 @@ TEST_F(ControlServiceTest, IntroducesItself) {
   EXPECT_EQ(json({"org.varlink.service", "io.hapticd.Status", "io.hapticd.Control"}), info["interfaces"]);
 }
 
-TEST_F(ControlServiceTest, DescribesEachOfItsInterfacesOnBothSockets) {
-  start();
-  for (const std::string name : {"org.varlink.service", "io.hapticd.Status", "io.hapticd.Control"}) {
-    const std::string parameters = R"({"interface":")" + name + "\"}";
-    for (const json& reply : {askStatus("org.varlink.service.GetInterfaceDescription", parameters),
-                              askControl("org.varlink.service.GetInterfaceDescription", parameters)}) {
-      const auto text = reply["parameters"]["description"].get<std::string>();
-      EXPECT_NE(std::string::npos, text.find("\ninterface " + name + "\n"));
-    }
-  }
-}
-
 TEST_F(ControlServiceTest, NamesTheInterfaceThatItDoesNotKnow) {
   start();
   const json expected = errorReply("org.varlink.service.InterfaceNotFound", {{"interface", "io.nobody"}});
@@ -60,42 +48,6 @@ TEST_F(ControlServiceTest, NamesTheMethodThatItDoesNotKnowInFull) {
        {"org.varlink.service.Nope", "io.hapticd.Status.getStatus", "io.hapticd.Control.", "GetStatus", ""}) {
     EXPECT_EQ(errorReply("org.varlink.service.MethodNotFound", {{"method", name}}), askStatus(name));
   }
-}
-
-TEST_F(ControlServiceTest, NamesTheFieldThatIsMissingUnknownOrWrong) {
-  start();
-  const std::string describe = "org.varlink.service.GetInterfaceDescription";
-  EXPECT_EQ(invalidParameter("interface"), askStatus(describe));
-  EXPECT_EQ(invalidParameter("interface"), askStatus(describe, R"({"interface":null})"));
-  EXPECT_EQ(invalidParameter("interface"), askStatus(describe, R"({"interface":7})"));
-  EXPECT_EQ(invalidParameter("extra"), askStatus("io.hapticd.Status.GetStatus", R"({"extra":1})"));
-  EXPECT_EQ(invalidParameter("names"), askStatus("io.hapticd.Status.GetParameters", R"({"names":"x"})"));
-  EXPECT_EQ(invalidParameter("names"), askStatus("io.hapticd.Status.GetParameters", R"({"names":[1]})"));
-  EXPECT_EQ(invalidParameter("parameters"), askControl("io.hapticd.Control.SetParameters"));
-  EXPECT_EQ(invalidParameter("parameters"), set("[]"));
-}
-
-TEST_F(ControlServiceTest, RefusesToUpgradeTheConnection) {
-  start();
-  RawClient client = statusClient();
-  client.call(R"({"method":"org.varlink.service.GetInfo","upgrade":true})");
-  EXPECT_EQ(
-      errorReply("org.varlink.service.MethodNotImplemented", {{"method", "org.varlink.service.GetInfo"}}),
-      client.json());
-}
-
-TEST_F(ControlServiceTest, PermitsNoChangeOnTheStatusSocket) {
-  start();
-  const json denied = errorReply("org.varlink.service.PermissionDenied");
-  EXPECT_EQ(denied, askStatus("io.hapticd.Control.Engage"));
-  EXPECT_EQ(denied, askStatus("io.hapticd.Control.Disengage"));
-  EXPECT_EQ(denied,
-            askStatus("io.hapticd.Control.SetParameters", R"({"parameters":{"force.radius_m":0.03}})"));
-  RawClient client = statusClient();
-  client.call(R"({"method":"io.hapticd.Control.Engage","oneway":true})");
-  client.call(R"({"method":"io.hapticd.Control.Engage"})");
-  EXPECT_EQ(denied, client.json());
-  expectNothingChanged();
 }
 
 TEST_F(ControlServiceTest, ReadsOnTheControlSocketToo) {
@@ -359,38 +311,6 @@ TEST_F(ControlServiceTest, ShowsEveryCounter) {
   EXPECT_EQ(R"({"p50Ns":123,"p99Ns":124,"p999Ns":125,"maxNs":126})"_json, shown["loop"]["wakeupLatency"]);
   EXPECT_EQ(R"({"p50Ns":127,"p99Ns":128,"p999Ns":129,"maxNs":130})"_json, shown["loop"]["computeTime"]);
   EXPECT_TRUE(shown["loop"]["cpu"].is_null());
-}
-
-TEST_F(ControlServiceTest, NamesEveryModeAndCause) {
-  start();
-  BoxStatus status;
-  const char* modes[] = {"starting", "idle", "engaged", "holding", "faulted"};
-  const char* causes[] = {"none",
-                          "requested",
-                          "no_scene",
-                          "depth_stale",
-                          "handle_stale",
-                          "handle_invalid",
-                          "force_not_finite",
-                          "handle_too_fast",
-                          "handle_clutched",
-                          "handle_not_calibrated",
-                          "handle_replaced",
-                          "outside_workspace",
-                          "inside_surface",
-                          "overrun_burst",
-                          "surface_too_near",
-                          "handle_inconsistent",
-                          "energy_debt"};
-  static_assert(std::size(causes) == rt::kCauseCount);
-  for (std::uint8_t i = 0; i < rt::kCauseCount; ++i) {
-    status.loop.tick.mode = rt::Mode(i % 5);
-    status.loop.tick.cause = rt::Cause(i);
-    box.setStatus(status);
-    const json shown = askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"];
-    EXPECT_EQ(modes[i % 5], shown["mode"]);
-    EXPECT_EQ(causes[i], shown["cause"]);
-  }
 }
 
 TEST_F(ControlServiceTest, ShowsNumbersThatAreNotFiniteAsNull) {

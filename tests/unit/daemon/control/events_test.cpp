@@ -33,11 +33,6 @@ class EventsTest : public ControlFixture {
   }
 };
 
-TEST_F(EventsTest, ExpectsMoreForAStream) {
-  start();
-  EXPECT_EQ(errorReply("org.varlink.service.ExpectedMore"), askStatus("io.hapticd.Status.Events"));
-}
-
 TEST_F(EventsTest, ShowsAnEntryOfTheJournalWithItsFieldsInLowerCase) {
   start();
   RawClient client = subscribed();

@@ -14,11 +14,13 @@
 #include <thread>
 
 #include "control_fixture.h"
-#include "process.h"
+#include "tests/support/program.h"
 
 namespace hapticd::daemon::test {
 namespace {
 
+using hapticd::test::Finished;
+using hapticd::test::ProgramOptions;
 using nlohmann::json;
 using testing::AssertionFailure;
 using testing::AssertionResult;
@@ -32,21 +34,21 @@ AssertionResult contains(const std::string& text, const std::string& part) {
 class HapticctlTest : public ControlFixture {
  protected:
   /// Runs hapticctl on the control socket, unless the arguments name another.
-  ProcessResult run(std::vector<std::string> arguments, ProcessOptions options = {}) {
+  Finished run(std::vector<std::string> arguments, ProgramOptions options = {}) {
     options.environment.push_back("HAPTICD_SOCKET=" + controlPath());
     return runWithout(std::move(arguments), std::move(options));
   }
-  ProcessResult runWithout(std::vector<std::string> arguments, ProcessOptions options = {}) {
+  Finished runWithout(std::vector<std::string> arguments, ProgramOptions options = {}) {
     arguments.insert(arguments.begin(), HAPTICCTL);
-    return runProcess(arguments, options);
+    return hapticd::test::runToEnd(arguments, options);
   }
 
-  void expectSuccess(const ProcessResult& result) {
-    EXPECT_EQ(0, result.exit_code) << result.errors;
+  void expectSuccess(const Finished& result) {
+    EXPECT_EQ(hapticd::test::exitedWith(0), result.ending) << result.errors;
     EXPECT_EQ("", result.errors);
   }
-  void expectFailure(const ProcessResult& result, int exit_code) {
-    EXPECT_EQ(exit_code, result.exit_code) << result.errors;
+  void expectFailure(const Finished& result, int exit_code) {
+    EXPECT_EQ(hapticd::test::exitedWith(exit_code), result.ending) << result.errors;
     EXPECT_EQ("", result.output);
   }
 };
@@ -77,7 +79,7 @@ BoxStatus troubledStatus() {
 TEST_F(HapticctlTest, StatusShowsWhatIsWrongFirst) {
   box.setStatus(troubledStatus());
   start();
-  const ProcessResult result = run({"status"});
+  const Finished result = run({"status"});
   expectSuccess(result);
   EXPECT_TRUE(result.output.starts_with(
       "! camera lost: the recording has ended\n! the memory is not locked (raise LimitMEMLOCK)\n"
@@ -152,7 +154,7 @@ TEST_F(HapticctlTest, StatusSaysNothingOfLedsWhereThereAreNone) {
 TEST_F(HapticctlTest, StatusAsJsonIsWhatTheDaemonAnswered) {
   box.setStatus(troubledStatus());
   start();
-  const ProcessResult result = run({"status", "--json"});
+  const Finished result = run({"status", "--json"});
   expectSuccess(result);
   EXPECT_EQ(102, json::parse(result.output)["status"]["loop"]["counters"]["overruns"]);
 }
@@ -168,19 +170,19 @@ TEST_F(HapticctlTest, ShowsNoControlCharactersOfTheOtherSide) {
 
 TEST_F(HapticctlTest, GetShowsValuesWithUnits) {
   start();
-  const ProcessResult some = run({"get", "force.radius_m", "force.max_points"});
+  const Finished some = run({"get", "force.radius_m", "force.max_points"});
   expectSuccess(some);
   EXPECT_EQ("force.radius_m = 0.04 m\nforce.max_points = 100\n", some.output);
-  const ProcessResult all = run({"get"});
+  const Finished all = run({"get"});
   EXPECT_EQ(static_cast<std::ptrdiff_t>(config::parameterTable().size()),
             std::count(all.output.begin(), all.output.end(), '\n'));
-  const ProcessResult as_json = run({"--json", "get", "force.radius_m"});
+  const Finished as_json = run({"--json", "get", "force.radius_m"});
   EXPECT_EQ(0.04, json::parse(as_json.output)["parameters"][0]["value"]);
 }
 
 TEST_F(HapticctlTest, GetOfAnUnknownNameShowsTheNearest) {
   start();
-  const ProcessResult result = run({"get", "force.radios_m"});
+  const Finished result = run({"get", "force.radios_m"});
   expectFailure(result, 1);
   EXPECT_TRUE(contains(result.errors, "force.radios_m"));
   EXPECT_TRUE(contains(result.errors, "force.radius_m"));
@@ -188,7 +190,7 @@ TEST_F(HapticctlTest, GetOfAnUnknownNameShowsTheNearest) {
 
 TEST_F(HapticctlTest, ParamsShowsTheTable) {
   start();
-  const ProcessResult result = run({"params"});
+  const Finished result = run({"params"});
   expectSuccess(result);
   for (const config::Parameter& parameter : config::parameterTable()) {
     EXPECT_TRUE(contains(result.output, std::string(parameter.name)));
@@ -200,7 +202,7 @@ TEST_F(HapticctlTest, ParamsShowsTheTable) {
 
 TEST_F(HapticctlTest, SetChangesAndShowsBeforeAndAfter) {
   start();
-  const ProcessResult result = run({"set", "force.stiffness_n_per_m=800", "force.min_points=7"});
+  const Finished result = run({"set", "force.stiffness_n_per_m=800", "force.min_points=7"});
   expectSuccess(result);
   EXPECT_EQ("force.stiffness_n_per_m: 500 -> 800 N/m\nforce.min_points: 10 -> 7\n", result.output);
   EXPECT_EQ(800, box.appliedSettings().live.springs.stiffness_n_per_m);
@@ -214,7 +216,7 @@ TEST_F(HapticctlTest, SetChangesAndShowsBeforeAndAfter) {
 
 TEST_F(HapticctlTest, SetOfAWrongValueChangesNothingAndNamesTheRange) {
   start();
-  const ProcessResult result =
+  const Finished result =
       run({"set", "force.stiffness_n_per_m=800", "force.radius_m=7", "force.min_points=many"});
   expectFailure(result, 1);
   EXPECT_TRUE(contains(result.errors, "nothing was changed"));
@@ -227,7 +229,7 @@ TEST_F(HapticctlTest, SetOfAWrongValueChangesNothingAndNamesTheRange) {
 
 TEST_F(HapticctlTest, SetListsUnknownNamesAndWrongValuesTogether) {
   start();
-  const ProcessResult result = run({"set", "force.radios_m=0.03", "force.min_points=many"});
+  const Finished result = run({"set", "force.radios_m=0.03", "force.min_points=many"});
   expectFailure(result, 1);
   EXPECT_TRUE(contains(result.errors,
                        "force.radios_m: there is no parameter of this name (did you mean force.radius_m"));
@@ -236,7 +238,7 @@ TEST_F(HapticctlTest, SetListsUnknownNamesAndWrongValuesTogether) {
 
 TEST_F(HapticctlTest, SetOfARestartParameterSaysWhereItBelongs) {
   start();
-  const ProcessResult result = run({"set", "camera.near_m=0.5"});
+  const Finished result = run({"set", "camera.near_m=0.5"});
   expectFailure(result, 1);
   EXPECT_TRUE(contains(result.errors, "camera.near_m"));
   EXPECT_TRUE(contains(result.errors, "configuration file"));
@@ -246,18 +248,9 @@ TEST_F(HapticctlTest, SetSaysSoWhenTheLoopDoesNotTakeTheChange) {
   service_options.apply_timeout = std::chrono::milliseconds(20);
   start();
   box.holdAcknowledgements();
-  const ProcessResult result = run({"set", "force.radius_m=0.03"});
+  const Finished result = run({"set", "force.radius_m=0.03"});
   expectFailure(result, 1);
   EXPECT_TRUE(contains(result.errors, "the force loop has not taken over the change in time"));
-}
-
-TEST_F(HapticctlTest, AsJsonAnErrorReplyIsJsonOnStderr) {
-  start();
-  const ProcessResult result = run({"--json", "set", "force.radius_m=7"});
-  expectFailure(result, 1);
-  const json document = json::parse(result.errors);
-  EXPECT_EQ("io.hapticd.Control.InvalidValue", document["error"]);
-  EXPECT_EQ("force.radius_m", document["parameters"]["problems"][0]["parameter"]);
 }
 
 TEST_F(HapticctlTest, EngageSaysWhyItWasRefusedAndHowToDoItAnyway) {
@@ -265,7 +258,7 @@ TEST_F(HapticctlTest, EngageSaysWhyItWasRefusedAndHowToDoItAnyway) {
   inside.loop.tick.points_used = 20;
   box.setStatus(inside);
   start();
-  const ProcessResult refused = run({"engage"});
+  const Finished refused = run({"engage"});
   expectFailure(refused, 1);
   EXPECT_TRUE(contains(refused.errors, "the handle would be in contact at once"));
   EXPECT_TRUE(contains(refused.errors, "hapticctl engage --inside"));
@@ -274,125 +267,36 @@ TEST_F(HapticctlTest, EngageSaysWhyItWasRefusedAndHowToDoItAnyway) {
 
 TEST_F(HapticctlTest, EngageAndDisengageShowTheMode) {
   start();
-  const ProcessResult engaged = run({"engage"});
+  const Finished engaged = run({"engage"});
   expectSuccess(engaged);
   EXPECT_EQ("engaged\n", engaged.output);
   EXPECT_EQ("engaged\nit was engaged already; nothing has changed\n", run({"engage"}).output);
   EXPECT_EQ(R"({"mode":"idle","cause":"requested"})"_json, json::parse(run({"disengage", "--json"}).output));
 }
 
-TEST_F(HapticctlTest, SaysThatThereAreTooManyConnectionsAlsoWhereItsCallComesTooLate) {
-  server_options.control_limits.per_user = 1;
-  start();
-  RawClient holder = controlClient();
-  holder.call(R"({"method":"org.varlink.service.GetInfo"})");
-  EXPECT_TRUE(holder.json()["parameters"].is_object());
-  for (int i = 0; i < 20; ++i) {
-    const ProcessResult refused = run({"disengage"});
-    expectFailure(refused, 1);
-    EXPECT_TRUE(contains(refused.errors, "too many connections")) << refused.errors;
-  }
-}
-
 TEST_F(HapticctlTest, SaysWhoMaySeeTheDepthImage) {
   if (::geteuid() != 0) GTEST_SKIP() << "needs root to run it as another user";
   start();
   std::filesystem::permissions(folder.path(""), std::filesystem::perms(0711));
-  const ProcessResult denied =
-      run({"--socket", statusPath(), "snapshot", "--png", "/nowhere/frame.png"}, {.uid = 65534});
+  const Finished denied =
+      run({"--socket", statusPath(), "snapshot", "--png", "/nowhere/frame.png"}, {.user = 65534});
   expectFailure(denied, 1);
   EXPECT_TRUE(contains(denied.errors, "haptic-view")) << denied.errors;
 }
 
-TEST_F(HapticctlTest, WatchPrintsALineForEachStateWhenItsOutputIsNoTerminal) {
-  start();
-  const ProcessResult result = run({"watch", "--interval", "20", "--count", "3"});
-  expectSuccess(result);
-  EXPECT_EQ(3, std::count(result.output.begin(), result.output.end(), '\n')) << result.output;
-  EXPECT_TRUE(contains(result.output, "camera streaming"));
-  EXPECT_EQ(std::string::npos, result.output.find('\033'));
-}
-
 TEST_F(HapticctlTest, WatchAsJsonPrintsOneObjectPerLine) {
   start();
-  const ProcessResult result = run({"--json", "watch", "--interval", "20", "--count", "2"});
+  const Finished result = run({"--json", "watch", "--interval", "20", "--count", "2"});
   std::istringstream lines(result.output);
   int count = 0;
   for (std::string line; std::getline(lines, line); ++count) EXPECT_EQ(0, json::parse(line)["droppedCount"]);
   EXPECT_EQ(2, count);
 }
 
-TEST_F(HapticctlTest, WatchRedrawsATableOnATerminal) {
-  start();
-  const ProcessResult result = run({"watch", "--interval", "20", "--count", "2"}, {.terminal = true});
-  EXPECT_EQ(0, result.exit_code) << result.errors;
-  EXPECT_TRUE(contains(result.output, "\033[H"));
-  EXPECT_TRUE(contains(result.output, "force loop"));
-  EXPECT_TRUE(contains(result.output, "Ctrl-C ends"));
-}
-
-TEST_F(HapticctlTest, WatchEndsWellWithCtrlC) {
-  start();
-  expectSuccess(run({"watch"}, {.interrupt_after = "\n"}));
-}
-
-TEST_F(HapticctlTest, WatchSaysSoWhenTheDaemonEndsAndTriesAgainUntilItsOwnEnd) {
-  start();
-  // Ends the server once the program has got its first state.
-  std::thread stopper([&] {
-    EXPECT_TRUE(box.waitForStatusCalls(1));
-    stop();
-  });
-  const ProcessResult result = run({"watch", "--seconds", "5"});
-  stopper.join();
-  EXPECT_EQ(0, result.exit_code);
-  EXPECT_TRUE(contains(result.errors, "the connection was closed"));
-  EXPECT_TRUE(contains(result.errors, "trying again until Ctrl-C"));
-}
-
-TEST_F(HapticctlTest, ReadsThroughTheStatusSocketButChangesNothingThere) {
-  start();
-  expectSuccess(runWithout({"status", "--socket", statusPath()}));
-  expectSuccess(runWithout({"--socket", statusPath(), "params"}));
-  const ProcessResult engage = runWithout({"--socket", statusPath(), "engage"});
-  expectFailure(engage, 1);
-  EXPECT_TRUE(contains(engage.errors, "this socket is read-only"));
-  EXPECT_TRUE(contains(engage.errors, "group haptic"));
-}
-
 TEST_F(HapticctlTest, PrefersTheSocketOfTheCommandLineToTheEnvironments) {
   start();
   expectSuccess(
       runWithout({"status", "--socket", statusPath()}, {.environment = {"HAPTICD_SOCKET=/nowhere"}}));
-}
-
-TEST_F(HapticctlTest, AsksWhetherTheDaemonRunsWhenThereIsNoSocket) {
-  const ProcessResult result = run({"status"});
-  expectFailure(result, 3);
-  EXPECT_TRUE(contains(result.errors, "there is no socket " + controlPath()));
-  EXPECT_TRUE(contains(result.errors, "is hapticd running?"));
-}
-
-TEST_F(HapticctlTest, AsksWhetherTheDaemonRunsWhenNobodyListens) {
-  start();
-  std::filesystem::create_hard_link(controlPath(), folder.path("stale"));
-  stop();
-  const ProcessResult result = runWithout({"set", "a=1", "--socket", folder.path("stale")});
-  expectFailure(result, 3);
-  EXPECT_TRUE(contains(result.errors, "nobody listens on " + folder.path("stale")));
-  EXPECT_TRUE(contains(result.errors, "is hapticd running?"));
-}
-
-TEST_F(HapticctlTest, NamesTheGroupToJoinWhenPermissionIsMissing) {
-  start();
-  const bool root = ::geteuid() == 0;
-  // A file's owner loses a right by its mode, root only by being somebody else.
-  std::filesystem::permissions(folder.path(""), std::filesystem::perms(0711));
-  ::chmod(controlPath().c_str(), root ? 0660 : 0000);
-  const ProcessResult result = run({"status"}, {.uid = root ? 65534U : 0U});
-  expectFailure(result, 3);
-  EXPECT_TRUE(contains(result.errors, "no permission to use " + controlPath()));
-  EXPECT_TRUE(contains(result.errors, "members of the group "));
 }
 
 TEST_F(HapticctlTest, SaysSoWhenTheSocketIsAnotherPrograms) {
@@ -410,7 +314,7 @@ TEST_F(HapticctlTest, SaysSoWhenTheSocketIsAnotherPrograms) {
       ::recv(client.get(), call, sizeof call, 0);
       ::send(client.get(), answer.data(), answer.size(), MSG_NOSIGNAL);
     });
-    const ProcessResult result = runWithout({"status", "--socket", path});
+    const Finished result = runWithout({"status", "--socket", path});
     other.join();
     expectFailure(result, 3);
     EXPECT_TRUE(contains(result.errors, "the socket may be another program's"));
@@ -426,7 +330,7 @@ TEST_F(HapticctlTest, DoctorShowsEachWarningOfTheDaemonAndKnowsItsCpu) {
   const std::filesystem::path cpus = machine.path("sys/devices/system/cpu");
   std::filesystem::create_directories(cpus);
   std::ofstream(cpus / "isolated") << "2\n";
-  const ProcessResult result = runWithout({"doctor", "--root", machine.path(""), "--socket", controlPath()});
+  const Finished result = runWithout({"doctor", "--root", machine.path(""), "--socket", controlPath()});
   expectSuccess(result);
   EXPECT_TRUE(contains(result.output, "warn  daemon: camera lost: the recording has ended\n"));
   EXPECT_TRUE(contains(result.output, "warn  daemon: the memory is not locked (raise LimitMEMLOCK)\n"));
@@ -444,33 +348,10 @@ TEST_F(HapticctlTest, ExplainsWrongUsageWithExitStatus2) {
                                                     {"watch", "--interval", "5"},
                                                     {"watch", "--count", "x"},
                                                     {"completion", "tcsh"}}) {
-    const ProcessResult result = run(arguments);
+    const Finished result = run(arguments);
     expectFailure(result, 2);
     EXPECT_TRUE(contains(result.errors, "--help"));
   }
-}
-
-TEST_F(HapticctlTest, HelpsOnEveryLevelAndDocumentsTheExitStatus) {
-  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"--help"},
-                                                    {"status", "--help"},
-                                                    {"watch", "--help"},
-                                                    {"get", "--help"},
-                                                    {"set", "--help"},
-                                                    {"engage", "--help"},
-                                                    {"disengage", "--help"},
-                                                    {"params", "--help"},
-                                                    {"doctor", "--help"},
-                                                    {"completion", "--help"}}) {
-    const ProcessResult result = run(arguments);
-    expectSuccess(result);
-    EXPECT_TRUE(contains(result.output, "Exit status: 0 done"));
-  }
-}
-
-TEST_F(HapticctlTest, PrintsItsVersion) {
-  const ProcessResult result = run({"--version"});
-  expectSuccess(result);
-  EXPECT_EQ(0U, result.output.find("hapticctl ")) << result.output;
 }
 
 }  // namespace

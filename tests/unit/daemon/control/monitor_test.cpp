@@ -10,11 +10,6 @@ namespace {
 using nlohmann::json;
 using MonitorTest = ControlFixture;
 
-TEST_F(MonitorTest, ExpectsMoreForAStream) {
-  start();
-  EXPECT_EQ(errorReply("org.varlink.service.ExpectedMore"), askStatus("io.hapticd.Status.Monitor"));
-}
-
 TEST_F(MonitorTest, AcceptsIntervalsOf20To60000Milliseconds) {
   start();
   for (const std::string interval :

@@ -183,18 +183,6 @@ TEST_F(TraceMethodsTest, FinishesAndLogsWhatAClientThatLeftHasBegun) {
   EXPECT_EQ(1U, logged(config::EventKind::trace).size());
 }
 
-TEST_F(TraceMethodsTest, AnswersNoOnewayCallInThePlaceOfALaterOne) {
-  start();
-  box.holdJobs();
-  RawClient client = controlClient();
-  client.call(R"({"method":"io.hapticd.Control.DumpTrace","oneway":true})");
-  client.call(R"({"method":"io.hapticd.Control.StartTrace"})");
-  EXPECT_TRUE(box.waitForJobs(2));
-  box.finishJobs();
-  EXPECT_EQ(R"({"parameters":{"name":"trace-1"}})"_json, client.json());
-  while (logged(config::EventKind::trace).size() < 2) askStatus("io.hapticd.Status.GetStatus");
-}
-
 TEST_F(TraceMethodsTest, RefusesWhatWouldWaitBehindTooManyOthersAndKeepsPlacesForChanges) {
   start();
   box.holdJobs();

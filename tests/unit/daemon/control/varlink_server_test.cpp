@@ -73,18 +73,6 @@ class VarlinkServerTest : public ControlFixture {
   }
 };
 
-TEST_F(VarlinkServerTest, AnswersOneMessageWithOneMessage) {
-  start();
-  expectServing();
-}
-
-TEST_F(VarlinkServerTest, PutsAMessageTogetherThatComesByteByByte) {
-  start();
-  RawClient client = statusClient();
-  for (const char byte : message(kUnknown)) client.send(std::string_view(&byte, 1));
-  EXPECT_EQ(kUnknownReply, client.reply());
-}
-
 TEST_F(VarlinkServerTest, AnswersPipelinedCallsInTheirOrder) {
   start();
   RawClient client = statusClient();
@@ -96,17 +84,6 @@ TEST_F(VarlinkServerTest, AnswersPipelinedCallsInTheirOrder) {
     EXPECT_EQ(nlohmann::json("io.hapticd.Status.M" + std::to_string(i)),
               client.json()["parameters"]["method"]);
   }
-}
-
-TEST_F(VarlinkServerTest, AnswersNothingToOnewayCallsNotEvenErrors) {
-  start();
-  RawClient client = statusClient();
-  client.call(R"({"method":"org.varlink.service.GetInfo","oneway":true})");
-  client.call(R"({"method":"io.hapticd.Status.Nope","oneway":true})");
-  client.call(R"({"method":"io.hapticd.Control.Engage","oneway":true})");
-  client.call(R"({"method":"io.hapticd.Status.Monitor","oneway":true})");
-  client.call(kUnknown);
-  EXPECT_EQ(kUnknownReply, client.reply());
 }
 
 TEST_F(VarlinkServerTest, ReadsNothingForOnewayCalls) {
@@ -136,14 +113,6 @@ TEST_F(VarlinkServerTest, GoesOnStreamingToAClientThatHasEndedItsInput) {
   client.call(kMonitor);
   client.endInput();
   for (int i = 0; i < 3; ++i) EXPECT_EQ(true, client.json()["continues"]);
-}
-
-TEST_F(VarlinkServerTest, ObeysAOnewayCallOfAClientThatLeftAtOnce) {
-  start();
-  RawClient client = controlClient();
-  client.call(R"({"method":"io.hapticd.Control.Engage","oneway":true})");
-  client.close();
-  EXPECT_TRUE(box.waitForGeneration(1));
 }
 
 TEST_F(VarlinkServerTest, ObeysAllOnewayCallsOfAClientThatLeftEvenIfTheyAreMoreThanOneBuffer) {

@@ -141,16 +141,6 @@ TEST_F(StartSettingsTest, LeaveOutABootProfileOrRegistrationWhoseEndWasCutOff) {
   EXPECT_TRUE(start("force:").notices.empty());
 }
 
-TEST_F(StartSettingsTest, SayThatABootProfileIsNotUsedWhoseNameIsMissing) {
-  bootProfile("force: {stiffness_n_per_m: 250}\n");
-  folder.write("profiles/boot", "");
-  const StartSettings started = start("force:");
-  EXPECT_FALSE(started.boot_profile);
-  ASSERT_EQ(started.notices.size(), 1U);
-  EXPECT_NE(started.notices[0].find("profiles/boot: \"\" is no name of a profile"), std::string::npos)
-      << started.notices[0];
-}
-
 TEST_F(StartSettingsTest, ShowNothingOfADamagedProfileOrRegistrationThatSteersATerminalOrIsLong) {
   const std::string bad = "\\e[2J\\x9b" + std::string(900, 'x');  // a name has at most 1024 bytes
   std::string profile;
