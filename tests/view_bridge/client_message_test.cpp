@@ -4,22 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
+// What is a request is tested by what a session makes of it (live_session_test.cpp).
 namespace hapticd::tools::view {
 namespace {
-
-TEST(ClientMessage, AsksForSoManyDepthFramesASecond) {
-  const auto message = parseClientMessage(R"({"type":"depth","maxHz":12.5})");
-  ASSERT_TRUE(message && std::holds_alternative<DepthRate>(*message));
-  EXPECT_EQ(std::get<DepthRate>(*message).max_hz, 12.5);
-  EXPECT_EQ(std::get<DepthRate>(*parseClientMessage(R"({"type":"depth","maxHz":0})")).max_hz, 0);
-}
-
-TEST(ClientMessage, ReportsThatAFrameHasBeenDrawn) {
-  const auto message = parseClientMessage(R"({"type":"drawn"})");
-  ASSERT_TRUE(message);
-  EXPECT_TRUE(std::holds_alternative<Drawn>(*message));
-}
 
 TEST(ClientMessage, IsNothingWhereItIsNoneOfTheProtocol) {
   for (const std::string& text : std::vector<std::string>{
