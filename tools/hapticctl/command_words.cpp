@@ -6,7 +6,7 @@
 namespace hapticd::tools {
 namespace {
 
-/// The words of "TYPE:{csv,hdf5}".
+/// The words of "TYPE:{csv,recording}".
 std::vector<std::string> wordsIn(const std::string& type) {
   std::vector<std::string> words;
   const std::size_t open = type.find('{');

@@ -171,8 +171,7 @@ TEST_P(Completion, OffersTheOptions) {
 }
 
 TEST_P(Completion, OffersWhatAnOptionTakes) {
-  EXPECT_EQ((Words{"csv", "hdf5", "libfreenect", "recording"}),
-            completions({"hapticctl", "trace", "export", "--format", ""}));
+  EXPECT_EQ((Words{"csv", "recording"}), completions({"hapticctl", "trace", "export", "--format", ""}));
   EXPECT_EQ((Words{}), completions({"hapticctl", "watch", "--interval", ""}));
 }
 
