@@ -229,11 +229,9 @@ class Reading final : public mcap::Visitor {
   }
 
   bool depth(const DepthRecord& record) {
-    DepthRecord current = record;
-    current.header = currentHeader(record.header);
-    const std::string fault = depthHeaderFault(current.header);
+    const std::string fault = depthHeaderFault(record.header);
     if (!fault.empty()) refuse(fmt::format("a trace with {}", fault));
-    return !fault.empty() || visitor_.depth(current);
+    return !fault.empty() || visitor_.depth(record);
   }
 
   const TraceVisitor& visitor_;

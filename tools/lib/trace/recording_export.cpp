@@ -32,12 +32,6 @@ config::Result<void> mayBegin(const fs::path& trace, const fs::path& folder) {
     return refuse(draftOf(folder), "exists: an export is at work, or was cut off",
                   "wait for it, or delete it");
   }
-  fs::path beside = trace;
-  beside.replace_extension(".depth");
-  if (fs::is_directory(beside, ignored)) {
-    return refuse(trace, "has its depth beside it, as older versions recorded it",
-                  "take " + beside.string() + ", which is in this format already");
-  }
   if (drivers::readTraceHead(trace).depth) return {};
   return refuse(trace, "holds no depth", "write it with depth: hapticctl trace start --depth");
 }
