@@ -77,9 +77,12 @@ Error unknownGroup(const YamlGroup& group, const std::vector<std::string_view>& 
 class Loading {
  public:
   /// `belongs`: whether the file may contain a parameter; empty: any.
+  /// With leaveOutUnknown(), names that are no parameters are collected and no errors.
   explicit Loading(std::string file_name, std::function<bool(const Parameter&)> belongs = {},
                    bool with_additions = true)
       : file_name_(std::move(file_name)), belongs_(std::move(belongs)), with_additions_(with_additions) {}
+
+  void leaveOutUnknown() { leaves_out_unknown_ = true; }
 
   void take(std::string_view text) {
     const YamlFile file = readYaml(text);
@@ -130,6 +133,11 @@ class Loading {
 
   std::expected<Configuration, std::vector<Error>> finish() && {
     if (errors_.empty()) return Configuration{std::move(settings_), set_at_.size() - addition_groups_, false};
+    return std::unexpected(sortedErrors());
+  }
+
+  std::expected<RecordedSettings, std::vector<Error>> finishRecorded() && {
+    if (errors_.empty()) return RecordedSettings{std::move(settings_), std::move(unknown_)};
     return std::unexpected(sortedErrors());
   }
 
@@ -195,6 +203,7 @@ class Loading {
     if (isAdditionGroup(group.name)) return placeAdditions(group);
     const std::vector<std::string_view> names = groupNames();
     if (std::ranges::find(names, group.name) == names.end()) {
+      if (leaves_out_unknown_ && !group.scalar) return;  // by name in takeEntry()
       unknown_groups_.insert(group.name);
       report(group.line, unknownGroup(group, names));
     } else if (group.scalar) {
@@ -211,6 +220,10 @@ class Loading {
     if (unknown_groups_.contains(entry.group)) return;
     const std::string name = entry.group + "." + entry.name;
     const Parameter* parameter = findParameter(name);
+    if (parameter == nullptr && leaves_out_unknown_) {
+      unknown_.push_back(name);
+      return;
+    }
     if (parameter == nullptr) {
       report(entry.line, unknownParameter(name));
       return;
@@ -267,6 +280,8 @@ class Loading {
   std::map<std::string, Place> set_at_;
   std::set<std::string> refused_;
   std::set<std::string> unknown_groups_;
+  bool leaves_out_unknown_ = false;
+  std::vector<std::string> unknown_;  // left out
 };
 
 std::expected<Settings, std::vector<Error>> settingsOf(
@@ -302,6 +317,15 @@ std::expected<Settings, std::vector<Error>> settingsFromText(std::string_view te
   loading.take(text);
   loading.checkRules();
   return settingsOf(std::move(loading).finish());
+}
+
+std::expected<RecordedSettings, std::vector<Error>> recordedSettings(std::string_view text,
+                                                                     const std::string& name) {
+  Loading loading(name);
+  loading.leaveOutUnknown();
+  loading.take(text);
+  loading.checkRules();
+  return std::move(loading).finishRecorded();
 }
 
 std::expected<std::vector<Assignment>, std::vector<Error>> assignmentsFromText(

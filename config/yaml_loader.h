@@ -43,6 +43,15 @@ std::expected<Settings, std::vector<Error>> loadSettings(const std::filesystem::
 /// Loads settings from `text`, which messages call `name`.
 std::expected<Settings, std::vector<Error>> settingsFromText(std::string_view text, const std::string& name);
 
+/// The settings that were recorded with something, and the names in them that are no parameters of this
+/// version, which are left out.
+struct RecordedSettings {
+  Settings settings;
+  std::vector<std::string> unknown;
+};
+std::expected<RecordedSettings, std::vector<Error>> recordedSettings(std::string_view text,
+                                                                     const std::string& name);
+
 /// A parameter of the table and a valid value for it.
 struct Assignment {
   const Parameter* parameter = nullptr;

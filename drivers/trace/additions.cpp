@@ -44,10 +44,7 @@ bool sameNames(const auto& settings, const auto& recorded) {
 std::optional<config::LabelImage> labelsOf(const AdditionsRecord& record) {
   const std::string& labels = record.labels.bytes;
   if (labels.empty()) return config::LabelImage{};
-  // Traces that do not state the size are of a Kinect v1.
-  const bool stated = record.label_width_px != 0 || record.label_height_px != 0;
-  const std::uint32_t width_px = stated ? record.label_width_px : 640;
-  const std::uint32_t height_px = stated ? record.label_height_px : 480;
+  const std::uint32_t width_px = record.label_width_px, height_px = record.label_height_px;
   if (width_px > static_cast<std::uint32_t>(rt::kMaxFrameWidth) ||
       height_px > static_cast<std::uint32_t>(rt::kMaxFrameHeight) ||
       labels.size() != std::size_t{width_px} * height_px) {

@@ -221,20 +221,6 @@ std::string depthHeaderFault(const rt::DepthFrameHeader& header) {
   return "a depth frame with an unknown fault";
 }
 
-rt::DepthFrameHeader currentHeader(rt::DepthFrameHeader header) {
-  constexpr std::uint16_t kFirstVersion = 1;
-  constexpr std::uint16_t kItsBytes = 264;
-  if (header.version != kFirstVersion || header.header_bytes != kItsBytes) return header;
-  const rt::DepthFrameHeader current;
-  header.version = current.version;
-  header.header_bytes = current.header_bytes;
-  const bool linear = header.depth_law == rt::DepthLawKind::linear;
-  header.principle = linear ? rt::DepthPrinciple::active_stereo : rt::DepthPrinciple::structured_light;
-  header.standing_share = 0;
-  header.correlation_px = linear ? rt::DepthNoiseParameters{}.correlation_px : 0;
-  return header;
-}
-
 rt::DepthFrameHeader headerOf(const rt::DepthFrameHeader& common, const rt::DepthFrame& frame) {
   rt::DepthFrameHeader header = common;
   const rt::DepthModelParameters& camera = frame.camera;

@@ -46,11 +46,6 @@ class DepthDecoder {
 /// Returns why a header cannot be used, e.g. "a depth frame of header version 7; ...", or "".
 std::string depthHeaderFault(const rt::DepthFrameHeader& header);
 
-/// Returns a header of this version with the content of one of version 1, which ended with the serial number
-/// and had neither the principle nor the standing share and the correlation of the noise; other headers
-/// unchanged.
-rt::DepthFrameHeader currentHeader(rt::DepthFrameHeader header);
-
 /// Returns the header of a frame; `common`: the fields shared by all frames.
 rt::DepthFrameHeader headerOf(const rt::DepthFrameHeader& common, const rt::DepthFrame& frame);
 

@@ -24,12 +24,8 @@ bool SchemaRecord::of(std::string_view content, SchemaRecord& schema) {
   schema.name = reader.text();
   schema.encoding = reader.text();
   schema.text = reader.text();
+  schema.bytes = content.size() - reader.left();
   return reader.good() && schema.id != 0;
-}
-
-bool SchemaRecord::fills(std::string_view content) {
-  SchemaRecord schema;
-  return of(content, schema) && schema.text.end() == content.end();
 }
 
 bool ChannelRecord::of(std::string_view content, ChannelRecord& channel) {
@@ -39,6 +35,7 @@ bool ChannelRecord::of(std::string_view content, ChannelRecord& channel) {
   channel.topic = reader.text();
   channel.encoding = reader.text();
   ByteReader metadata(reader.text());
+  channel.bytes = content.size() - reader.left();
   while (!metadata.atEnd()) {
     metadata.text();
     metadata.text();

@@ -24,11 +24,10 @@ struct SchemaRecord {
   std::string_view name;
   std::string_view encoding;
   std::string_view text;
+  std::size_t bytes = 0;  ///< of the content; what follows are fields of a later version of the format
 
   /// Decodes a record; returns false if it is invalid.
   static bool of(std::string_view content, SchemaRecord& schema);
-  /// Returns whether a record is valid and has no bytes after its last field.
-  static bool fills(std::string_view content);
 };
 
 /// A decoded Channel record.
@@ -37,6 +36,7 @@ struct ChannelRecord {
   std::uint16_t schema = 0;  ///< id of its schema; 0: none
   std::string_view topic;
   std::string_view encoding;
+  std::size_t bytes = 0;  ///< see SchemaRecord
 
   /// Decodes a record; returns false if it is invalid.
   static bool of(std::string_view content, ChannelRecord& channel);

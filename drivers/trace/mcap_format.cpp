@@ -48,8 +48,7 @@ bool ChunkContent::of(std::string_view records, ChunkContent& content) {
   content = {};
   bool first = true;
   return visitRecords(records, [&](Opcode opcode, std::string_view record, std::uint64_t offset) {
-    if (opcode == Opcode::schema) content.schemas.push_back(record);
-    if (opcode == Opcode::channel) content.channels.push_back(record);
+    content.defines |= opcode == Opcode::schema || opcode == Opcode::channel;
     if (mayBeInChunk(opcode)) return true;
     MessageRecord message;
     if (opcode != Opcode::message || !MessageRecord::of(record, message)) return false;
@@ -86,7 +85,8 @@ bool ChunkRecord::of(std::string_view content, ChunkRecord& chunk) {
   chunk.crc = reader.number<std::uint32_t>();
   chunk.compression = reader.text();
   chunk.records = reader.sized<std::uint64_t>();
-  return reader.good();  // fields added by a later version of the format are skipped
+  chunk.bytes = content.size() - reader.left();
+  return reader.good();
 }
 
 namespace {
@@ -145,6 +145,7 @@ bool MetadataRecord::of(std::string_view content, MetadataRecord& metadata) {
   ByteReader reader(content);
   metadata.name = reader.text();
   ByteReader map(reader.text());
+  metadata.bytes = content.size() - reader.left();
   metadata.pairs.clear();
   while (!map.atEnd()) {
     std::string key(map.text());
@@ -161,11 +162,11 @@ std::string AttachmentRecord::of(std::string_view content, AttachmentRecord& att
   attachment.media_type = reader.text();
   attachment.data = reader.sized<std::uint64_t>();
   const std::size_t covered = content.size() - reader.left();
-  const auto crc = reader.number<std::uint32_t>();
+  attachment.crc = reader.number<std::uint32_t>();
+  attachment.bytes = content.size() - reader.left();
   if (!reader.good()) return "an incomplete attachment";
-  return crc == 0 || crc == crcOf(content.substr(0, covered))
-             ? ""
-             : "the checksum of an attachment does not match";
+  const bool matches = attachment.crc == 0 || attachment.crc == crcOf(content.substr(0, covered));
+  return matches ? "" : "the checksum of an attachment does not match";
 }
 
 }  // namespace hapticd::drivers::mcap

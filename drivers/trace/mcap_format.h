@@ -78,9 +78,7 @@ struct ChunkContent {
   std::uint64_t start_ns = 0;  ///< time of the earliest message
   std::uint64_t end_ns = 0;
   std::map<std::uint16_t, std::vector<MessagePlace>> messages;  ///< by channel, in the order of the chunk
-  // contents of the records
-  std::vector<std::string_view> schemas;
-  std::vector<std::string_view> channels;
+  bool defines = false;  ///< holds schemas or channels, as chunks of other programs do
 
   /// Analyses uncompressed records; returns false if a chunk may not contain them.
   static bool of(std::string_view records, ChunkContent& content);
@@ -113,6 +111,7 @@ struct ChunkRecord {
   std::uint32_t crc = 0;
   std::string_view compression;
   std::string_view records;  ///< as stored in the file
+  std::size_t bytes = 0;     ///< of the content; what follows are fields of a later version of the format
 
   /// Decodes a record; returns false if it is invalid.
   static bool of(std::string_view content, ChunkRecord& chunk);
@@ -132,6 +131,7 @@ void addChunk(std::string& to, const ChunkRecord& chunk);
 struct MetadataRecord {
   std::string_view name;
   std::vector<std::pair<std::string, std::string>> pairs;
+  std::size_t bytes = 0;  ///< see ChunkRecord
 
   /// Decodes a record; returns false if it is invalid.
   static bool of(std::string_view content, MetadataRecord& metadata);
@@ -144,6 +144,8 @@ struct AttachmentRecord {
   std::string_view name;
   std::string_view media_type;
   std::string_view data;
+  std::uint32_t crc = 0;  ///< 0: it has no checksum
+  std::size_t bytes = 0;  ///< see ChunkRecord
 
   /// Decodes a record. Returns a description of its fault, or "".
   static std::string of(std::string_view content, AttachmentRecord& attachment);

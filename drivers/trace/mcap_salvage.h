@@ -4,12 +4,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
-#include "drivers/trace/mcap_format.h"
+#include "config/error.h"
 #include "drivers/trace/trace_file.h"
 
 namespace hapticd::drivers::mcap {
@@ -33,10 +34,7 @@ struct IntactChunk {
   std::uint64_t bytes = 0;
   std::uint64_t start_ns = 0;  ///< time of its earliest message
   std::uint64_t end_ns = 0;    ///< time of its latest message
-  bool indexed = false;        ///< followed by its indexes as written by this program
-  std::uint64_t index_bytes = 0;
-
-  std::uint64_t end() const { return offset + bytes + (indexed ? index_bytes : 0); }
+  bool indexed = false;        ///< followed by its indexes
 };
 
 /// An intact record other than a chunk.
@@ -48,16 +46,16 @@ struct IntactRecord {
 /// The intact parts of a file.
 struct Salvage {
   std::uint64_t file_bytes = 0;
-  // including those of the summary, each id once
-  std::vector<IntactRecord> schemas;
-  std::vector<IntactRecord> channels;
+  // by id; those of the summary where it is intact
+  std::map<std::uint16_t, IntactRecord> schemas;
+  std::map<std::uint16_t, IntactRecord> channels;
   std::vector<IntactRecord> metadata;
   std::vector<IntactRecord> attachments;
-  std::vector<IntactChunk> chunks;     ///< in file order
-  std::vector<IntactRecord> messages;  ///< outside of chunks
+  std::vector<IntactChunk> chunks;  ///< in file order
   std::set<std::uint16_t> used_channels;
   std::vector<Damage> damages;  ///< in file order
-  bool ended = false;           ///< footer and magic are present
+  /// Where all that is intact ends, if nothing before it is damaged: only the end of the file is missing.
+  std::optional<std::uint64_t> intact_to;
   /// Number of messages according to the summary, if that is intact.
   std::optional<std::uint64_t> messages_meant;
   std::uint64_t messages_whole = 0;
@@ -69,11 +67,14 @@ using GoesOn = std::function<bool(double)>;
 /// The error of work that was stopped by GoesOn.
 config::Error interrupted(const std::filesystem::path& file);
 
-/// Finds the intact parts of a file, record by record: one with a fault is left out. Where the length of a
-/// record is damaged, so that no other one follows it, the search goes on at the next chunk that the summary
-/// names, and ends if there is none, as in a file that was never closed. Errors: the file cannot be read,
-/// stopped. Time: linear in its size. Memory: one record and one uncompressed chunk, limited as mcap_limits.h
-/// says, and the records outside of chunks.
+/// Finds the intact parts of a file as hapticd writes it, record by record: one with a fault is left out.
+/// Where the length of a record is damaged, so that no other one follows it, the search goes on at the next
+/// chunk that the summary names, and ends if there is none, as in a file that was never closed. Errors: the
+/// file cannot be read, stopped. Time: linear in its size. Memory: one record and one uncompressed chunk,
+/// limited as mcap_limits.h says, and the records outside of chunks.
 config::Result<Salvage> salvage(const TraceFile& file, std::uint64_t size, const GoesOn& goes_on);
+
+/// Computes the checksum of a part of a file.
+config::Result<std::uint32_t> crcOf(const TraceFile& file, std::uint64_t from, std::uint64_t to);
 
 }  // namespace hapticd::drivers::mcap

@@ -62,7 +62,7 @@ struct AdditionsRecord {
   std::uint64_t tissue_generation = 0;   ///< see Tick::tissue_generation
   std::string text = {};                 ///< the lists `fixtures` and `regions` as YAML
   ByteString labels = {};  ///< label of each pixel of the depth image, row by row; empty: no label image
-  std::uint32_t label_width_px = 0;  ///< size of the label image; 0 beside labels: 640 x 480 (older traces)
+  std::uint32_t label_width_px = 0;  ///< size of the label image; 0: there is none
   std::uint32_t label_height_px = 0;
   /// Name of each fixture, and its rt::Fixture::identity and rt::Fixture::definition with a blank between.
   std::vector<std::pair<std::string, std::string>> fixtures = {};

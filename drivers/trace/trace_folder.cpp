@@ -30,7 +30,6 @@ namespace fs = std::filesystem;
 constexpr std::string_view kEnding = ".mcap";
 constexpr std::string_view kPartEnding = ".mcap.part";
 constexpr std::string_view kDamagedEnding = ".mcap.damaged";  // or the same with a number: -2
-constexpr std::string_view kDepthEnding = ".depth";
 constexpr std::string_view kKeepEnding = ".keep";
 constexpr std::string_view kNoteEnding = ".note";
 /// Length of the time at the beginning of a name, "2026-03-04T05-06-07Z" (UTC).
@@ -90,19 +89,6 @@ std::optional<std::int64_t> beginOf(std::string_view name) {
   return seconds * rt::kNsPerSecond;
 }
 
-/// Returns the size of all files in a folder; files that vanish meanwhile are ignored.
-std::uint64_t bytesIn(const fs::path& folder) {
-  std::uint64_t bytes = 0;
-  std::error_code failure;
-  for (fs::directory_iterator entry(folder, failure), end; !failure && entry != end;
-       entry.increment(failure)) {
-    std::error_code no_file;
-    const std::uintmax_t size = entry->file_size(no_file);
-    if (!no_file) bytes += size;
-  }
-  return bytes;
-}
-
 /// Returns the name of the trace being written to this file; empty for another file.
 std::string openTraceName(const fs::path& file) {
   const std::string name = file.filename().string();
@@ -129,12 +115,8 @@ bool describe(const fs::path& file, TraceEntry& entry) {
   }
   entry.bytes = static_cast<std::uint64_t>(status.st_size);
   entry.time_ns = std::int64_t{status.st_mtim.tv_sec} * rt::kNsPerSecond + status.st_mtim.tv_nsec;
-  const fs::path depth = fileOf(file.parent_path(), entry.name, kDepthEnding);
-  std::error_code ignored;
-  const bool beside = fs::is_directory(depth, ignored);
-  if (beside) entry.bytes += bytesIn(depth);
   const TraceHead head = readTraceHead(file);
-  entry.depth = beside || head.depth;
+  entry.depth = head.depth;
   entry.clock_is_set = head.clock_is_set;
   entry.number = head.number;
   entry.kept = has(file.parent_path(), entry.name, kKeepEnding);
@@ -182,7 +164,7 @@ std::string newTraceName(const fs::path& folder, std::int64_t realtime_ns, std::
   std::ranges::replace_if(
       name, [](char c) { return !isNameCharacter(c); }, '-');
   const auto taken = [&folder](const std::string& candidate) {
-    return std::ranges::any_of(std::array{kEnding, kPartEnding, kDepthEnding, kKeepEnding, kNoteEnding},
+    return std::ranges::any_of(std::array{kEnding, kPartEnding, kKeepEnding, kNoteEnding},
                                [&](std::string_view ending) { return has(folder, candidate, ending); });
   };
   std::string candidate = name;
@@ -229,9 +211,6 @@ config::Result<void> deleteTrace(const fs::path& folder, std::string_view name) 
   }
   std::error_code failure;
   fs::remove(file, failure);
-  // the trace goes first: its depth recording alone would not be listed, but a trace without its recording
-  // would be
-  if (!failure) fs::remove_all(fileOf(folder, name, kDepthEnding), failure);
   if (!failure) fs::remove(fileOf(folder, name, kNoteEnding), failure);
   if (failure) {
     return refuse(file, "cannot be deleted: " + failure.message(), "check the permissions of the folder");

@@ -15,19 +15,19 @@ namespace hapticd::drivers {
 
 /// A trace in a folder.
 struct TraceEntry {
-  std::string name;          ///< without folder and extension; with them if it is a damaged original
-  std::uint64_t bytes = 0;   ///< including its depth recording
+  std::string name;  ///< without folder and extension; with them if it is a damaged original
+  std::uint64_t bytes = 0;
   std::int64_t time_ns = 0;  ///< CLOCK_REALTIME of its last change
   bool open = false;         ///< being written, or left by a crash (".part")
   bool damaged = false;  ///< the original of a trace that was recovered to a new file ("NAME.mcap.damaged")
-  bool depth = false;    ///< has raw depth in it, or in NAME.depth next to it (older versions)
+  bool depth = false;    ///< has raw depth in it
   bool kept = false;     ///< marked to be kept, by an empty file NAME.keep
   std::string note;      ///< a line of text about it, from NAME.note; empty: there is none
   /// CLOCK_REALTIME of its beginning, in whole seconds, from its name; if the name has no time, that of its
   /// last change.
   std::int64_t begin_ns = 0;
   std::optional<bool> clock_is_set = {};  ///< whether that clock told the time; nothing: not known
-  std::uint64_t number = 0;               ///< see TraceOptions::number; 0: older, or of another program
+  std::uint64_t number = 0;               ///< see TraceOptions::number; 0: of another program
 };
 
 /// Labels of traces written by the flight recorder: on request, and for the two kinds of faults.
@@ -63,7 +63,7 @@ inline constexpr std::size_t kLongestNote = 200;
 /// The note beside a trace file, finished or not; empty: there is none.
 std::string noteOf(const std::filesystem::path& trace_file);
 
-/// Deletes a finished trace, its depth recording and its note.
+/// Deletes a finished trace and its note.
 /// Errors: no such trace, it is being written, it is marked to be kept, no permission.
 config::Result<void> deleteTrace(const std::filesystem::path& folder, std::string_view name);
 

@@ -5,6 +5,11 @@
 
 namespace hapticd::drivers {
 
+/// Whether a topic is one of hapticd's.
+inline bool isTopicOfHapticd(std::string_view topic) {
+  return topic.starts_with("/hapticd/");
+}
+
 /// Name of the metadata record that identifies an MCAP file as a trace of hapticd.
 inline constexpr std::string_view kTraceMetadata = "hapticd_trace";
 inline constexpr std::string_view kVersionKey = "version";

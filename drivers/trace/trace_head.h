@@ -20,9 +20,8 @@ struct TraceHead {
   void take(const std::vector<std::pair<std::string, std::string>>& metadata);
 };
 
-/// Reads the beginning of a file, and more of it only if it begins with messages. Returns an empty head for a
-/// file that is not a trace.
-/// Thread: any.  RT: not safe.
+/// Reads the beginning of a file. Returns an empty head for a file that is not a trace, and for one of
+/// another program that begins with its messages. Thread: any.  RT: not safe.
 TraceHead readTraceHead(const std::filesystem::path& trace);
 
 }  // namespace hapticd::drivers

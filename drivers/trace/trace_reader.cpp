@@ -28,7 +28,6 @@ constexpr const char* kOtherReaders =
 /// Parts of one run follow each other; meanwhile the wall clock may be set.
 constexpr std::int64_t kMaxClockStep_ns = 3600 * rt::kNsPerSecond;
 
-constexpr std::string_view kTopicPrefix = "/hapticd/";
 const mcap::Refusal kNotATrace{"is not a trace of hapticd", "give the path of a trace"};
 /// Of a file without metadata of hapticd, as many messages are looked at for a channel of hapticd.
 constexpr std::uint64_t kMostForeignMessages = 10'000;
@@ -49,7 +48,7 @@ class Reading final : public mcap::Visitor {
   TraceInfo info;
 
   void channel(const mcap::Channel& channel) override {
-    is_ours_ = is_ours_ || channel.topic.starts_with(kTopicPrefix);
+    is_ours_ = is_ours_ || isTopicOfHapticd(channel.topic);
     (void)(bind<rt::Tick>(channel, info.ticks, visitor_.tick) ||
            bind<ModelRecord>(channel, info.models, visitor_.model) ||
            bind<DirectiveRecord>(channel, info.directives, visitor_.directive) ||
@@ -229,11 +228,9 @@ class Reading final : public mcap::Visitor {
   }
 
   bool depth(const DepthRecord& record) {
-    DepthRecord current = record;
-    current.header = currentHeader(record.header);
-    const std::string fault = depthHeaderFault(current.header);
+    const std::string fault = depthHeaderFault(record.header);
     if (!fault.empty()) refuse(fmt::format("a trace with {}", fault));
-    return !fault.empty() || visitor_.depth(current);
+    return !fault.empty() || visitor_.depth(record);
   }
 
   const TraceVisitor& visitor_;

@@ -40,7 +40,7 @@ class Everything final : public mcap::Visitor {
   std::uint64_t chunks = 0;
   bool of_hapticd = false;
   bool stopped = false;
-  void channel(const mcap::Channel&) override {}
+  void channel(const mcap::Channel& channel) override { of_hapticd |= isTopicOfHapticd(channel.topic); }
   std::string message(const mcap::Message&) override { return ""; }
   void metadata(std::string_view name, mcap::Pairs) override { of_hapticd |= name == kTraceMetadata; }
   void attachment(const mcap::AttachmentRecord&) override {}
@@ -68,97 +68,17 @@ std::expected<RecoveredTrace, mcap::Fault> intact(const fs::path& path, const Re
   return RecoveredTrace{.outcome = Outcome::intact, .file = path, .chunks = everything.chunks};
 }
 
-bool hasHeader(const mcap::Salvage& whole) {
-  return std::ranges::any_of(whole.metadata, [](const mcap::IntactRecord& metadata) {
-    return mcap::ByteReader(metadata.content).text() == kTraceMetadata;
-  });
-}
-
 bool isOfHapticd(const mcap::Salvage& whole) {
-  const auto hasOurTopic = [](const mcap::IntactRecord& record) {
-    mcap::ChannelRecord channel;
-    return mcap::ChannelRecord::of(record.content, channel) && channel.topic == kChannelName<rt::Tick>.topic;
+  const auto isTraceMetadata = [](const mcap::IntactRecord& metadata) {
+    return mcap::ByteReader(metadata.content).text() == kTraceMetadata;
   };
-  return hasHeader(whole) || std::ranges::any_of(whole.channels, hasOurTopic);
-}
-
-/// Returns CLOCK_REALTIME minus CLOCK_MONOTONIC according to the first tick; nothing if there is no tick
-/// readable by this version.
-std::optional<std::int64_t> offsetOfTicks_ns(const TraceFile& file, const mcap::Salvage& whole) {
-  mcap::Definitions definitions;
-  for (const mcap::IntactRecord& schema : whole.schemas) definitions.addSchema(schema.content);
-  for (const mcap::IntactRecord& channel : whole.channels) definitions.addChannel(channel.content);
-  std::optional<std::int64_t> offset_ns;
-  mcap::Allowance allowance(whole.file_bytes);
-  for (const mcap::IntactChunk& place : whole.chunks) {
-    std::string content, records;
-    mcap::ChunkRecord chunk;
-    if (!file.readAt(place.offset + mcap::kRecordHeadBytes, place.bytes - mcap::kRecordHeadBytes, content))
-      return {};
-    if (!mcap::ChunkRecord::of(content, chunk) || !chunk.unpack(records, allowance).empty()) continue;
-    mcap::visitRecords(records, [&](mcap::Opcode opcode, std::string_view record, std::uint64_t) {
-      mcap::MessageRecord message;
-      rt::Tick tick;
-      if (opcode != mcap::Opcode::message || !mcap::MessageRecord::of(record, message)) return true;
-      if (!definitions.hasChannel(message.channel)) return true;
-      const mcap::Channel channel = definitions.channel(message.channel);
-      if (channel.topic != kChannelName<rt::Tick>.topic) return true;
-      auto decoder = MessageDecoder<rt::Tick>::forSchema(channel.schema);
-      if (!decoder || !decoder->decode(message.data, tick)) return true;
-      offset_ns =
-          static_cast<std::int64_t>(message.publish_time_ns - static_cast<std::uint64_t>(tick.planned_ns));
-      return false;
-    });
-    if (offset_ns) break;
-  }
-  return offset_ns;
-}
-
-/// Restores the metadata that identify a file as a trace, without which it would be unreadable.
-void restoreHeader(const TraceFile& file, mcap::Salvage& whole) {
-  if (hasHeader(whole)) return;
-  const auto offset_ns = offsetOfTicks_ns(file, whole);
-  if (!offset_ns) return;
-  std::string content;
-  mcap::ByteWriter writer(content);
-  writer.text(kTraceMetadata);
-  writer.sized<std::uint32_t>([&] {
-    writer.text(kVersionKey);
-    writer.text(kTraceVersion);
-    writer.text(kOffsetKey);
-    writer.text(std::to_string(*offset_ns));
-  });
-  whole.metadata.push_back({0, std::move(content)});
-  whole.damages.push_back(
-      {.offset = 0,
-       .bytes = 0,
-       .what = "the metadata of the trace are lost; its clock was restored from the ticks",
-       .loses = false});
-}
-
-bool isEmpty(const mcap::Salvage& whole) {
-  return whole.chunks.empty() && whole.messages.empty();
-}
-
-/// Returns the end of the intact part if nothing before it is damaged, so that only what was being written is
-/// missing.
-std::optional<std::uint64_t> intactTo(const mcap::Salvage& whole) {
-  std::uint64_t end = 0;
-  for (const auto* records : {&whole.schemas, &whole.channels, &whole.metadata, &whole.attachments}) {
-    for (const mcap::IntactRecord& record : *records) {
-      end = std::max(end, record.offset + mcap::kRecordHeadBytes + record.content.size());
-    }
-  }
-  const std::uint64_t head_end = end;
-  for (const mcap::IntactChunk& chunk : whole.chunks) {
-    const bool in_place = chunk.offset >= head_end && (chunk.indexed || &chunk == &whole.chunks.back());
-    if (!in_place) return {};
-    end = std::max(end, chunk.end());
-  }
-  const bool early =
-      std::ranges::any_of(whole.damages, [end](const mcap::Damage& d) { return d.offset < end; });
-  if (early || whole.ended || !whole.messages.empty() || end == 0) return {};
-  return end;
+  const auto hasOurTopic = [](const auto& entry) {
+    mcap::ChannelRecord channel;
+    mcap::ChannelRecord::of(entry.second.content, channel);
+    return isTopicOfHapticd(channel.topic);
+  };
+  return std::ranges::any_of(whole.metadata, isTraceMetadata) ||
+         std::ranges::any_of(whole.channels, hasOurTopic);
 }
 
 std::uint64_t bytesLost(const mcap::Salvage& whole) {
@@ -168,23 +88,15 @@ std::uint64_t bytesLost(const mcap::Salvage& whole) {
 }
 
 /// Returns the result of a recovery; `file` was made from `whole`.
-config::Result<RecoveredTrace> reported(Outcome outcome, const fs::path& file, const mcap::Salvage& whole,
-                                        const RecoveryProgress& progress) {
-  RecoveredTrace recovered{.outcome = outcome, .file = file};
+RecoveredTrace reported(Outcome outcome, const fs::path& file, const mcap::Salvage& whole) {
+  RecoveredTrace recovered{.outcome = outcome, .file = file, .chunks = whole.chunks.size()};
   recovered.bytes_lost = bytesLost(whole);
   recovered.damages = whole.damages;
   if (whole.messages_meant && *whole.messages_meant >= whole.messages_whole) {
     recovered.messages_lost = *whole.messages_meant - whole.messages_whole;
   }
-  if (const auto info = readTrace(file)) {
-    recovered.ticks_missing = info->ticks_dropped;
-    recovered.chunks = info->chunks;
-    return recovered;
-  }
-  // with another version or lost metadata, a complete file may not be interpretable by this program
-  Everything everything(progress);
-  if (const auto read = mcap::read(file, everything); !read) return std::unexpected(read.error().error);
-  recovered.chunks = everything.chunks;
+  // that of another version may not be read by this program
+  if (const auto info = readTrace(file)) recovered.ticks_missing = info->ticks_dropped;
   return recovered;
 }
 
@@ -194,12 +106,13 @@ config::Result<mcap::Salvage> salvageOf(const TraceFile& file, const mcap::Fault
   const auto size = file.size();
   if (!size) return std::unexpected(size.error());
   auto whole = mcap::salvage(file, *size, progress);
-  if (whole && !isOfHapticd(*whole) && !isEmpty(*whole)) {
+  if (whole && !isOfHapticd(*whole) && !whole->chunks.empty()) {
     return refuse(file.path(), "is not a trace of hapticd", "it was not changed");
   }
-  if (whole) restoreHeader(file, *whole);
-  if (whole && whole->damages.empty())
+  if (whole && whole->damages.empty()) {
     whole->damages.push_back({.what = why.error.where + ": " + why.error.what});
+    whole->intact_to.reset();
+  }
   return whole;
 }
 
@@ -228,7 +141,7 @@ config::Result<RecoveredTrace> endInPlace(TraceFile& file, const mcap::Salvage& 
   auto done = endTrace(file, whole, intact_to, progress);
   if (done) done = renameDurably(file.path(), name);
   if (!done) return std::unexpected(done.error());
-  return reported(whole.chunks.empty() ? Outcome::empty : Outcome::ended, name, whole, progress);
+  return reported(whole.chunks.empty() ? Outcome::empty : Outcome::ended, name, whole);
 }
 
 /// If it is interrupted, both files exist, which the next attempt reports.
@@ -238,8 +151,8 @@ config::Result<RecoveredTrace> replaceDamaged(const TraceFile& file, const mcap:
   if (auto written = rewriteTrace(file, whole, name, progress); !written)
     return std::unexpected(written.error());
   if (auto moved = renameDurably(file.path(), kept); !moved) return std::unexpected(moved.error());
-  auto recovered = reported(Outcome::rewritten, name, whole, progress);
-  if (recovered) recovered->original = kept;
+  RecoveredTrace recovered = reported(Outcome::rewritten, name, whole);
+  recovered.original = kept;
   return recovered;
 }
 
@@ -261,11 +174,11 @@ config::Result<RecoveredTrace> recoverTrace(const fs::path& path, const fs::path
   if (complete) return *complete;
   const auto whole = salvageOf(*file, complete.error(), progress);
   if (!whole) return std::unexpected(whole.error());
-  if (isEmpty(*whole)) return refuse(path, "has no intact message", "it was not changed");
+  if (whole->chunks.empty()) return refuse(path, "has no intact chunk", "it was not changed");
   if (auto written = rewriteTrace(*file, *whole, out, progress); !written)
     return std::unexpected(written.error());
-  auto recovered = reported(Outcome::rewritten, out, *whole, progress);
-  if (recovered) recovered->original = path;
+  RecoveredTrace recovered = reported(Outcome::rewritten, out, *whole);
+  recovered.original = path;
   return recovered;
 } catch (const std::bad_alloc&) {
   return std::unexpected(mcap::outOfMemory(path));
@@ -284,7 +197,7 @@ config::Result<RecoveredTrace> finishTrace(const fs::path& part, const RecoveryP
   const auto whole = salvageOf(*file, complete.error(), progress);
   if (!whole) return std::unexpected(whole.error());
   if (!isOfHapticd(*whole)) return hopeless(part, *whole);
-  if (const auto intact_to = intactTo(*whole)) return endInPlace(*file, *whole, *intact_to, progress);
+  if (whole->intact_to) return endInPlace(*file, *whole, *whole->intact_to, progress);
   return replaceDamaged(*file, *whole, progress);
 } catch (const std::bad_alloc&) {
   return std::unexpected(mcap::outOfMemory(part));

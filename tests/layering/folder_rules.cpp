@@ -165,8 +165,7 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/lib/parts", {"tools/lib/options"}},
       {"tools/lib/oracle", {}},
       {"tools/lib/registration", {}},
-      {"tools/lib/trace",
-       {"tools/lib/child", "tools/lib/gnuplot", "tools/lib/options", "tools/lib/whole_file"}},
+      {"tools/lib/trace", {"tools/lib/gnuplot", "tools/lib/options", "tools/lib/whole_file"}},
       {"tools/lib/truth", {}},
       {"tools/lib/whole_file", {}},
   };

@@ -137,7 +137,6 @@ const std::vector<GuardedLibrary>& guardedLibraries() {
   static const std::vector<GuardedLibrary> all{
       {"boost/", {"tools/hapticd-view"}},
       {"gpiod", {"drivers/led/gpiod"}},
-      {"hdf5", {"tools/lib/trace"}},
       {"hidapi", {"drivers"}},
       {"libfreenect", {"drivers/camera/freenect"}},
       {"libusb", {"drivers"}},

@@ -68,12 +68,12 @@ TEST(RoomRules, FindEveryDependencyThatMayBeMissing) {
   EXPECT_EQ(optionalDependencies(tree.path()), Strings{});
   tree.write("tools/CMakeLists.txt",
              "find_package(fmt REQUIRED)\nfind_package(PCL QUIET COMPONENTS search)\nif(TRUE)\n  "
-             "pkg_check_modules(HDF5 hdf5)\nendif()\nfind_program(CCACHE ccache)\n");
+             "pkg_check_modules(FFTW fftw3)\nendif()\nfind_program(CCACHE ccache)\n");
   tree.write("tests/inner/more.cmake", "find_library(GSL gsl)\n");
   EXPECT_EQ(optionalDependencies(tree.path()),
             (Strings{"tests/inner/more.cmake:1: find_library GSL goes on where it finds nothing",
                      "tools/CMakeLists.txt:2: find_package PCL goes on where it finds nothing",
-                     "tools/CMakeLists.txt:4: pkg_check_modules HDF5 goes on where it finds nothing"}));
+                     "tools/CMakeLists.txt:4: pkg_check_modules FFTW goes on where it finds nothing"}));
 }
 
 TEST(Rooms, AreTheOnlyFoldersWithCode) {

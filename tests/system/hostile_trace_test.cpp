@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/trace/mcap_format.h"
 #include "drivers/trace/mcap_limits.h"
 #include "drivers/trace/messages.h"
 #include "drivers/trace/trace_folder.h"
@@ -146,8 +147,9 @@ std::string falseChunks() {
         recordOf(8, little(0, 16) + little(at, 8) + little(data_end - at, 8) + little(0, 4 + 8 + 4 + 16));
   }
   bytes += recordOf(15, little(0, 4));
-  const std::size_t summary_at = bytes.size();
-  return bytes + summary + recordOf(2, little(summary_at, 8) + little(0, 12)) + kMcapMagic;
+  const std::string footer = recordOf(2, little(bytes.size(), 8) + little(0, 8) + little(0, 4));
+  const std::uint32_t crc = drivers::mcap::crcOf(summary + footer.substr(0, footer.size() - 4));
+  return bytes + summary + footer.substr(0, footer.size() - 4) + little(crc, 4) + kMcapMagic;
 }
 std::string falseChunksWithoutSummary() {
   constexpr std::size_t kChunks = 30'000, kHead = 9, kFill = 300;

@@ -165,11 +165,7 @@ TEST_F(RewrittenSession, IsReplayedToTheLastBit) {
   for (const char* how : {"chunks", "backwards"}) {
     SCOPED_TRACE(how);
     ASSERT_NO_FATAL_FAILURE(rewrite(how, out, "all", {trace}));
-    fs::path depth = trace;
-    depth.replace_extension(".depth");
-    std::vector<std::string> arguments{"--trace", out.string()};
-    if (fs::exists(depth)) arguments.insert(arguments.end(), {"--depth", depth.string()});
-    const Finished replay = runToEnd(hapticReplayCommand(arguments));
+    const Finished replay = runToEnd(hapticReplayCommand({"--trace", out.string()}));
     EXPECT_EQ(replay.ending, exitedWith(0)) << replay.output << replay.errors;
     EXPECT_TRUE(contains(replay.output, "different: 0 ticks")) << replay.output;
   }

@@ -140,7 +140,7 @@ int replayFile(const Options& options) {
 }
 
 int replayTrace(const Options& options) {
-  auto replay = TraceReplay::open(options.trace, options.depth);
+  auto replay = TraceReplay::open(options.trace);
   if (!replay) return fail({replay.error()}, EX_NOINPUT);
   ForceTable table;
   TraceReplay::OnTick on_tick;
@@ -226,11 +226,9 @@ int run(int argc, char** argv) {
       ->type_name("NAME=VALUE")
       ->take_all()
       ->allow_extra_args(false);
-  app.add_option("--depth", options.depth,
-                 "folder of a recording, or one .pgm file; with --trace the folder of a recording, for a "
-                 "trace without\n"
-                 "depth inside; by default the one beside it")
-      ->type_name("DIR_OR_PGM");
+  CLI::Option* const depth =
+      app.add_option("--depth", options.depth, "folder of a recording, or one .pgm file")
+          ->type_name("DIR_OR_PGM");
   CLI::Option* const hip =
       app.add_option("--hip", options.hip, "HIP positions in the world frame: t_s,x_m,y_m,z_m")
           ->type_name("CSV");
@@ -243,14 +241,14 @@ int run(int argc, char** argv) {
          "command")
       ->type_name("FILE")
       ->needs(hip);
-  trace->excludes(config)->excludes(hip);
+  trace->excludes(config)->excludes(depth)->excludes(hip);
   CLI::Option* const traces =
       app.add_option("--traces", options.traces, "all finished traces of a folder, each as with --trace")
           ->type_name("FOLDER")
           ->excludes(trace)
           ->excludes(config)
           ->excludes(hip)
-          ->excludes("--depth")
+          ->excludes(depth)
           ->excludes("--out");
   app.add_option("--out-folder", options.out_folder, "with --traces: where NAME.csv of each trace goes")
       ->type_name("FOLDER")

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "config/parameter_table.h"
-#include "config/yaml_loader.h"
 
 namespace hapticd::tools {
 namespace {
@@ -26,15 +25,15 @@ std::unexpected<config::Error> refuse(const std::filesystem::path& where, std::s
   return std::unexpected(config::Error{where.string(), std::move(what), std::move(remedy)});
 }
 
-config::Result<config::Settings> settingsOf(const std::filesystem::path& trace,
-                                            const drivers::TraceInfo& info) {
+config::Result<config::RecordedSettings> settingsOf(const std::filesystem::path& trace,
+                                                    const drivers::TraceInfo& info) {
   const auto found =
       std::ranges::find(info.attachments, kSettingsAttachment, &drivers::TraceAttachment::name);
   if (found == info.attachments.end()) {
     return refuse(trace, "has no settings attached", "replay a trace that hapticd has written");
   }
   auto settings =
-      config::settingsFromText(found->data, fmt::format("{} in {}", kSettingsAttachment, trace.string()));
+      config::recordedSettings(found->data, fmt::format("{} in {}", kSettingsAttachment, trace.string()));
   if (!settings) return std::unexpected(settings.error().front());
   return *settings;
 }
@@ -46,15 +45,12 @@ bool sameBits(const rt::Vec3& a, const rt::Vec3& b) {
 
 }  // namespace
 
-config::Result<TraceReplay> TraceReplay::open(const std::filesystem::path& trace,
-                                              const std::filesystem::path& depth) {
+config::Result<TraceReplay> TraceReplay::open(const std::filesystem::path& trace) {
   auto index = indexOf(trace);
   if (!index) return std::unexpected(index.error());
-  const auto settings = settingsOf(trace, index->info);
+  auto settings = settingsOf(trace, index->info);
   if (!settings) return std::unexpected(settings.error());
-  TraceReplay replay(trace, *settings, std::move(*index));
-  if (auto opened = replay.openFrames(depth); !opened) return std::unexpected(opened.error());
-  return replay;
+  return TraceReplay(trace, std::move(*settings), std::move(*index));
 }
 
 config::Result<TraceReplay::Index> TraceReplay::indexOf(const std::filesystem::path& trace) {
@@ -82,39 +78,24 @@ config::Result<TraceReplay::Index> TraceReplay::indexOf(const std::filesystem::p
   if (!info) return std::unexpected(info.error());
   index.info = std::move(*info);
   if (!index.info.missing.empty() || !index.usable) return refuse(trace, kOtherVersion, kSameVersion);
-  if (index.snapshots.empty()) {
-    return refuse(trace, "holds no snapshot of the core, so its ticks cannot be computed again",
+  if (index.snapshots.empty() || index.frames_ns.empty()) {
+    const char* const what = index.frames_ns.empty() ? "depth" : "snapshot of the core";
+    return refuse(trace, fmt::format("holds no {}, so its ticks cannot be computed again", what),
                   "write it with depth: hapticctl trace start --depth");
   }
   return index;
 }
 
-TraceReplay::TraceReplay(std::filesystem::path trace, config::Settings settings, Index index)
-    : trace_(std::move(trace)), settings_(std::move(settings)), index_(std::move(index)) {}
-
-config::Result<void> TraceReplay::openFrames(const std::filesystem::path& depth) {
-  std::filesystem::path folder = trace_;
-  folder.replace_extension(".depth");
-  if (!depth.empty()) folder = depth;
-  std::error_code ignored;
-  if (depth.empty() && !index_.frames_ns.empty()) {
-    auto frames = std::make_unique<FramesInTrace>(trace_, std::move(index_.frames_ns));
-    frames_in_trace_ = frames.get();
-    frames_ = std::move(frames);
-  } else if (depth.empty() && !std::filesystem::exists(folder, ignored)) {
-    return refuse(trace_, fmt::format("holds no depth, and there is no recording {}", folder.string()),
-                  "write it with depth: hapticctl trace start --depth");
-  } else {
-    auto recording = drivers::RecordingReader::open(
-        folder, {settings_.camera.depth_model.near_m, settings_.camera.depth_model.far_m});
-    if (!recording) return std::unexpected(recording.error());
-    frames_ = std::make_unique<FramesInFolder>(std::move(*recording), index_.info.realtime_offset_ns);
-  }
-  scenes_ = std::make_unique<SceneReplay>(settings_, std::move(index_.models), *frames_);
-  additions_ =
-      std::make_unique<AdditionsReplay>(std::move(index_.additions), settings_.camera.pose, trace_.string());
-  core_ = std::make_unique<rt::HapticCore>(scenes_->pointCapacity());
-  return {};
+TraceReplay::TraceReplay(std::filesystem::path trace, config::RecordedSettings settings, Index index)
+    : trace_(std::move(trace)),
+      settings_(std::move(settings.settings)),
+      index_(std::move(index)),
+      frames_(std::make_unique<TraceFrames>(trace_, std::move(index_.frames_ns))),
+      scenes_(std::make_unique<SceneReplay>(settings_, std::move(index_.models), *frames_)),
+      additions_(std::make_unique<AdditionsReplay>(std::move(index_.additions), settings_.camera.pose,
+                                                   trace_.string())),
+      core_(std::make_unique<rt::HapticCore>(scenes_->pointCapacity())) {
+  comparison_.unknown_parameters.insert(settings.unknown.begin(), settings.unknown.end());
 }
 
 /// Whether the core's memory is known: the tick follows the one before, or a snapshot was taken before it.
@@ -133,6 +114,10 @@ config::Result<std::optional<rt::Directive>> TraceReplay::directiveOf(std::uint6
   const drivers::DirectiveRecord& record = found->second;
   config::Settings settings = settings_;
   for (const auto& [name, value] : record.parameters) {
+    if (config::findParameter(name) == nullptr) {
+      comparison_.unknown_parameters.insert(name);
+      continue;
+    }
     if (auto set = config::setFromText(settings, name + "=" + value); !set)
       return std::unexpected(set.error());
   }
@@ -156,8 +141,8 @@ SceneReplay::ParametersOf TraceReplay::parametersOf() {
 /// Keeps a frame for the scenes. During a long time without ticks, scenes are built without computing forces,
 /// so that their frames need not be kept.
 config::Result<void> TraceReplay::keepFrame(const drivers::DepthRecord& record) {
-  frames_in_trace_->add(record, scenes_->neededFrom_ns());
-  if (!frames_in_trace_->full()) return {};
+  frames_->add(record, scenes_->neededFrom_ns());
+  if (!frames_->full()) return {};
   return scenes_->goOn(parametersOf());
 }
 
@@ -232,13 +217,11 @@ config::Result<TraceComparison> TraceReplay::run(const OnTick& on_tick) {
     replayed = replayWaiting(on_tick, false);
     return replayed.has_value();
   };
-  if (frames_in_trace_ != nullptr) {
-    visitor.depth = [&](const drivers::DepthRecord& record) {
-      replayed = keepFrame(record);
-      if (replayed) replayed = replayWaiting(on_tick, false);
-      return replayed.has_value();
-    };
-  }
+  visitor.depth = [&](const drivers::DepthRecord& record) {
+    replayed = keepFrame(record);
+    if (replayed) replayed = replayWaiting(on_tick, false);
+    return replayed.has_value();
+  };
   const auto read = drivers::readTrace(trace_, visitor);
   if (read && replayed) replayed = replayWaiting(on_tick, true);
   if (!replayed) return std::unexpected(replayed.error());

@@ -10,10 +10,12 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <string>
 #include <vector>
 
 #include "config/error.h"
 #include "config/settings.h"
+#include "config/yaml_loader.h"
 #include "drivers/trace/trace_reader.h"
 #include "rt/haptic_core.h"
 #include "tools/haptic-replay/additions_replay.h"
@@ -34,10 +36,13 @@ struct TraceComparison {
   double largest_difference_n = 0;         ///< of the commanded force
   std::uint64_t worst_tick = 0;            ///< where that was; 0: nowhere
   double largest_law_difference_n = 0;
+  std::set<std::string> unknown_parameters = {};  ///< of the trace, which this version does not have
 };
 auto fieldsOf(Is<TraceComparison> auto& comparison) {
-  auto& [ticks, left_out, missing, different, in_contact, models, command_n, worst_tick, law_n] = comparison;
-  return std::tie(ticks, left_out, missing, different, in_contact, models, command_n, worst_tick, law_n);
+  auto& [ticks, left_out, missing, different, in_contact, models, command_n, worst_tick, law_n, unknown] =
+      comparison;
+  return std::tie(ticks, left_out, missing, different, in_contact, models, command_n, worst_tick, law_n,
+                  unknown);
 }
 
 /// Computes the ticks of a trace again, from the depth frames that were recorded with it, and compares the
@@ -46,12 +51,9 @@ auto fieldsOf(Is<TraceComparison> auto& comparison) {
 /// memory from which all inputs are known.
 class TraceReplay {
  public:
-  /// `depth`: the folder of a recording, for a trace that does not have its depth inside; empty: the folder
-  /// beside it where there is one.
-  /// Errors: trace or recording cannot be read (as that of a version with other fields), no depth, no
-  /// snapshot of this version's core, no settings.
-  static config::Result<TraceReplay> open(const std::filesystem::path& trace,
-                                          const std::filesystem::path& depth = {});
+  /// Errors: the trace cannot be read (as that of a version with other fields), no depth, no snapshot of this
+  /// version's core, no settings.
+  static config::Result<TraceReplay> open(const std::filesystem::path& trace);
 
   /// Receives each tick of the trace that was computed again, and the result; may be empty.
   using OnTick = std::function<void(const rt::Tick& recorded, const rt::Tick& computed)>;
@@ -71,8 +73,7 @@ class TraceReplay {
   };
   static config::Result<Index> indexOf(const std::filesystem::path& trace);
 
-  TraceReplay(std::filesystem::path trace, config::Settings settings, Index index);
-  config::Result<void> openFrames(const std::filesystem::path& depth);
+  TraceReplay(std::filesystem::path trace, config::RecordedSettings settings, Index index);
   bool takesUp(const rt::Tick& tick);
   config::Result<void> replayWaiting(const OnTick& on_tick, bool all);
   config::Result<void> replay(const rt::Tick& tick, const OnTick& on_tick);
@@ -86,7 +87,6 @@ class TraceReplay {
   config::Settings settings_;
   Index index_;
   std::unique_ptr<TraceFrames> frames_;
-  FramesInTrace* frames_in_trace_ = nullptr;  // the same, where they are there
   std::unique_ptr<SceneReplay> scenes_;
   std::unique_ptr<AdditionsReplay> additions_;
   std::unique_ptr<rt::HapticCore> core_;

@@ -46,6 +46,12 @@ std::string leftOutText(const TraceComparison& comparison) {
   return text;
 }
 
+std::string unknownText(const std::set<std::string>& parameters) {
+  if (parameters.empty()) return "";
+  return fmt::format("left out parameters that this version does not have: {}\n",
+                     fmt::join(parameters, ", "));
+}
+
 }  // namespace
 
 void ForceTable::add(const rt::Tick& recorded, const rt::Tick& computed) {
@@ -70,11 +76,11 @@ std::string comparisonText(const TraceComparison& comparison) {
       comparison.worst_tick == 0 ? "" : fmt::format(" at tick {}", comparison.worst_tick);
   return fmt::format(
       "{} ticks computed again ({} in contact, {} scenes modelled), {} left out\n"
-      "{}different: {} ticks\n"
+      "{}{}different: {} ticks\n"
       "largest difference: {:g} N of the commanded force{}, {:g} N of the law's\n",
       comparison.ticks, comparison.in_contact, comparison.models, leftOut(comparison),
-      leftOutText(comparison), comparison.different, comparison.largest_difference_n, where,
-      comparison.largest_law_difference_n);
+      leftOutText(comparison), unknownText(comparison.unknown_parameters), comparison.different,
+      comparison.largest_difference_n, where, comparison.largest_law_difference_n);
 }
 
 }  // namespace hapticd::tools

@@ -49,7 +49,7 @@ void addOptions(const CLI::App& command, Candidates& to) {
   }
 }
 
-/// Adds the words of a type like "FORMAT:{csv,hdf5}".
+/// Adds the words of a type like "FORMAT:{csv,recording}".
 void addWords(const std::string& type, Candidates& to) {
   const std::size_t open = type.find('{');
   if (open == std::string::npos) return;

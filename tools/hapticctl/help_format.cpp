@@ -19,7 +19,7 @@ std::string wrappedLines(const std::string& text, std::size_t columns) {
   return all;
 }
 
-/// "csv, hdf5" from "{csv,hdf5}".
+/// "csv, recording" from "{csv,recording}".
 std::string spaced(std::string words) {
   words = words.substr(1, words.size() - 2);
   for (std::size_t comma = 0; (comma = words.find(',', comma)) != std::string::npos; comma += 2) {

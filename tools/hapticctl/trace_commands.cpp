@@ -116,11 +116,10 @@ void addFiles(CommandLine& line, CLI::App& group) {
       [&options, requested](const fs::path& file) { return runTraceExport(options, file, *requested); });
   exported
       .add_option("--format", requested->format,
-                  "csv, hdf5, or recording: the depth as a folder that camera.driver recorded plays, in\n"
-                  "libfreenect's format if it is of a Kinect v1 (also called libfreenect); default: by the\n"
-                  "ending of --out, else csv")
+                  "csv (default), or recording: the depth as a folder that camera.driver recorded plays, in\n"
+                  "libfreenect's format if it is of a Kinect v1")
       ->type_name("FORMAT")
-      ->check(CLI::IsMember({"csv", "hdf5", "recording", "libfreenect"}));
+      ->check(CLI::IsMember({"csv", "recording"}));
   exported
       .add_option("--channel", requested->channel,
                   "What a CSV file holds: ticks (default), models, directives, events")
@@ -129,8 +128,8 @@ void addFiles(CommandLine& line, CLI::App& group) {
   exported
       .add_option(
           "--out", requested->out,
-          "The .csv, .h5, .hdf5 or folder to write (default: the name of the trace, in this folder);\n"
-          "the settings are written beside a CSV file")
+          "The .csv or folder to write (default: the name of the trace, in this folder); the settings are\n"
+          "written beside a CSV file")
       ->type_name("FILE");
   addForce(exported, requested->if_exists);
   exported

@@ -18,7 +18,6 @@
 #include "tools/hapticctl/time_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/trace/csv_export.h"
-#include "tools/lib/trace/hdf5_program.h"
 #include "tools/lib/trace/recording_export.h"
 #include "tools/lib/trace/trace_plot.h"
 #include "tools/lib/trace/trace_summary.h"
@@ -271,7 +270,7 @@ TraceChannel channelOf(const std::string& name) {
   return TraceChannel::ticks;
 }
 
-/// Exports the raw depth of a trace as a folder in libfreenect's format.
+/// Exports the raw depth of a trace as a recording.
 int exportDepth(const CommandOptions& options, const std::filesystem::path& file,
                 const ExportOptions& requested) {
   const std::filesystem::path folder =
@@ -289,30 +288,11 @@ int exportDepth(const CommandOptions& options, const std::filesystem::path& file
   return kOk;
 }
 
-/// A format that traces are exported in, with the ending of its files.
-struct ExportFormat {
-  std::string_view name;
-  std::string_view ending;
-};
-constexpr std::string_view kHdf5 = "hdf5";
-constexpr std::array<ExportFormat, 3> kFormats{{{"csv", ".csv"}, {kHdf5, ".h5"}, {kHdf5, ".hdf5"}}};
-
-/// The format that the ending of --out stands for, else the one of --format, else CSV.
-config::Result<ExportFormat> formatFor(const ExportOptions& requested) {
-  if (requested.out.empty()) {
-    const auto named = std::ranges::find(kFormats, requested.format, &ExportFormat::name);
-    return named == kFormats.end() ? kFormats.front() : *named;
-  }
-  std::vector<std::string_view> endings;
-  for (const ExportFormat& format : kFormats) {
-    if (checkEnding(requested.out, std::array{format.ending})) {
-      if (requested.format.empty() || requested.format == format.name) return format;
-      return std::unexpected(config::Error{requested.out, "is not of the format " + requested.format,
-                                           "leave out --format, or give another ending"});
-    }
-    endings.push_back(format.ending);
-  }
-  return std::unexpected(checkEnding(requested.out, endings).error());
+config::Result<void> mayBecomeCsv(const std::filesystem::path& out) {
+  constexpr std::array<std::string_view, 1> kEndings{".csv"};
+  auto good = checkEnding(out, kEndings);
+  if (!good) good.error().remedy += "; HDF5 is made by hdf5_from_trace.py, among the examples";
+  return good;
 }
 
 }  // namespace
@@ -349,28 +329,22 @@ int runTraceRecover(const CommandOptions& options, const std::filesystem::path& 
 
 int runTraceExport(const CommandOptions& options, const std::filesystem::path& file,
                    const ExportOptions& requested) {
-  if (requested.format == "recording" || requested.format == "libfreenect")
-    return exportDepth(options, file, requested);
-  if (const auto good = mayBecome(requested.out, file); !good) return report(good.error(), options.json);
-  const auto format = formatFor(requested);
-  if (!format) return report(format.error(), options.json);
-  const bool hdf5 = format->name == kHdf5;
-  const std::filesystem::path out = requested.out.empty() ? besideHere(file, std::string(format->ending))
-                                                          : std::filesystem::path(requested.out);
+  if (requested.format == "recording") return exportDepth(options, file, requested);
+  const std::filesystem::path out =
+      requested.out.empty() ? besideHere(file, ".csv") : std::filesystem::path(requested.out);
+  if (const auto good = mayBecome(out, file); !good) return report(good.error(), options.json);
+  if (const auto good = mayBecomeCsv(out); !good) return report(good.error(), options.json);
   ProgressLine progress("exporting");
-  const auto show = [&](double share) { progress.show(share); };
-  const auto rows = hdf5 ? exportHdf5ByProgram(file, out, requested.selection, show, requested.if_exists)
-                         : exportCsv(file, out, channelOf(requested.channel), requested.selection, show,
-                                     requested.if_exists);
+  const auto rows = exportCsv(
+      file, out, channelOf(requested.channel), requested.selection,
+      [&](double share) { progress.show(share); }, requested.if_exists);
   progress.end();
   if (!rows) return report(errorOf(file, rows.error()), options.json);
+  const std::string settings = settingsBeside(out).string();
   if (options.json) {
-    Json document{{"file", out.string()}, {"rows", *rows}};
-    if (!hdf5) document["settings"] = settingsBeside(out).string();
-    printJson(document);
+    printJson({{"file", out.string()}, {"rows", *rows}, {"settings", settings}});
   } else {
-    fmt::print("{}: {} rows\n", printable(out.string()), *rows);
-    if (!hdf5) fmt::print("{}: the settings\n", printable(settingsBeside(out).string()));
+    fmt::print("{}: {} rows\n{}: the settings\n", printable(out.string()), *rows, printable(settings));
   }
   return kOk;
 }

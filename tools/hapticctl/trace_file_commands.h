@@ -12,8 +12,7 @@ namespace hapticd::tools {
 
 /// Options of `trace export`.
 struct ExportOptions {
-  /// csv, hdf5 or libfreenect; of a file what its ending stands for; empty: that, else csv
-  std::string format;
+  std::string format = "csv";     ///< or recording
   std::string channel = "ticks";  ///< of a CSV: ticks, models, directives, events
   std::string out;                ///< empty: the trace's name with another ending, in this folder
   IfExists if_exists = IfExists::refuse;

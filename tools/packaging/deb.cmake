@@ -46,8 +46,7 @@ set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION misc)
 set(CPACK_COMPONENT_TOOLS_DESCRIPTION "measure hapticd and compute its forces again
 Programs around the haptic controller daemon hapticd that a box does not need:
 forces for recorded scenes and traces (haptic-replay), what the force laws cost
-and how wrong they are (hapticbench), and traces as HDF5 (hapticctl trace
-export).")
+and how wrong they are (hapticbench).")
 set(CPACK_DEBIAN_TOOLS_PACKAGE_DEPENDS "hapticd (= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})")
 set(CPACK_DEBIAN_TOOLS_PACKAGE_RECOMMENDS gnuplot-nox)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_SUGGESTS "rt-tests, stress-ng")

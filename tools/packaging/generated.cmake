@@ -69,4 +69,4 @@ add_compressed(${CMAKE_SOURCE_DIR}/CHANGELOG.md changelog.gz)
 
 # All that an installation needs, and no test.
 add_custom_target(installable ALL DEPENDS ${generated_files})
-add_dependencies(installable hapticd hapticd-view hapticctl haptic-bridge haptic-palpate haptic-replay hapticbench haptic-hdf5)
+add_dependencies(installable hapticd hapticd-view hapticctl haptic-bridge haptic-palpate haptic-replay hapticbench)

@@ -12,7 +12,7 @@ set(udev_folder lib/udev)
 set(doc_folder ${CMAKE_INSTALL_DATAROOTDIR}/doc/hapticd)
 
 # Symbols are resolved at the start: the force thread must not wait for the dynamic linker.
-foreach(program hapticd hapticd-view hapticctl haptic-bridge haptic-palpate haptic-replay hapticbench haptic-hdf5)
+foreach(program hapticd hapticd-view hapticctl haptic-bridge haptic-palpate haptic-replay hapticbench)
   target_link_options(${program} PRIVATE LINKER:-z,relro,-z,now)
 endforeach()
 
@@ -22,7 +22,6 @@ install(DIRECTORY tools/hapticd-view/page/ DESTINATION ${CMAKE_INSTALL_DATAROOTD
         FILES_MATCHING PATTERN *.html PATTERN *.js PATTERN *.css PATTERN *.svg)
 install(TARGETS hapticctl haptic-bridge RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT hapticd)
 install(TARGETS haptic-palpate haptic-replay hapticbench RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT tools)
-install(TARGETS haptic-hdf5 RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/hapticd COMPONENT tools)
 
 install(FILES systemd/hapticd-status.socket systemd/hapticd-control.socket systemd/hapticd-metrics.socket
         DESTINATION ${unit_folder} COMPONENT hapticd)
@@ -77,6 +76,6 @@ list(TRANSFORM documents APPEND .md)
 install(FILES ${documents} docs/box.svg docs/pareto.svg docs/view.png DESTINATION ${doc_folder}/docs COMPONENT hapticd)
 install(FILES drivers/handle/udp/protocol.md DESTINATION ${doc_folder} RENAME udp-protocol.md COMPONENT hapticd)
 install(FILES drivers/handle/hid/reports.md DESTINATION ${doc_folder} RENAME hid-reports.md COMPONENT hapticd)
-install(FILES docs/examples/depth.py docs/examples/recording_from_images.py docs/examples/ticks.py DESTINATION ${doc_folder}/examples COMPONENT hapticd)
+install(FILES docs/examples/depth.py docs/examples/hdf5_from_trace.py docs/examples/recording_from_images.py docs/examples/ticks.py DESTINATION ${doc_folder}/examples COMPONENT hapticd)
 install(FILES config/demo.yaml config/demo-fixtures.yaml systemd/examples/50-cpu.conf systemd/examples/60-udp-peer.conf systemd/examples/hapticd-alerts.yml
         DESTINATION ${doc_folder}/examples COMPONENT hapticd)

@@ -135,6 +135,16 @@ TEST(YamlLoader, AFileOfOneMebibyteIsReadAndALongerOneRefused) {
                                                "the configuration file)");
 }
 
+TEST(RecordedSettings, LeaveOutWhatIsNoParameterAndRefuseAnyOtherFault) {
+  const auto recorded =
+      recordedSettings("force: {radius_m: 0.03, once: 7}\nremoved: {quite: true}\n", "settings.yaml");
+  ASSERT_TRUE(recorded) << recorded.error().front().text();
+  EXPECT_EQ(recorded->settings.live.springs.radius_m, 0.03);
+  EXPECT_EQ(recorded->unknown, (std::vector<std::string>{"force.once", "removed.quite"}));
+  EXPECT_FALSE(recordedSettings("force: {radius_m: 9}\n", "settings.yaml"));
+  EXPECT_FALSE(recordedSettings("force: {min_points: 90, max_points: 80}\n", "settings.yaml"));
+}
+
 bool isOfForce(const Parameter& parameter) {
   return parameter.name.starts_with("force.");
 }

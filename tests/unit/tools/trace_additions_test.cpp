@@ -182,15 +182,8 @@ TEST(AdditionsRecord, KeepsALabelImageOfAnySize) {
   }
 }
 
-TEST(AdditionsRecord, ReadsLabelsWithoutASizeAsThoseOfAKinect) {
-  RecordedLabels labels(640, 480);
-  labels.record.label_width_px = labels.record.label_height_px = 0;
-  ASSERT_TRUE(labels.restore());
-  EXPECT_TRUE(labels.back->hasLabelsFor(labels.settings.camera.effectiveDepthModel()));
-}
-
 TEST(AdditionsRecord, RefusesLabelsThatDoNotFitTheirSize) {
-  for (const auto& [width_px, height_px] : {std::pair{640U, 479U}, {0U, 480U}, {307'200U, 1U}, {~0U, ~0U}}) {
+  for (const auto& [width_px, height_px] : {std::pair{640U, 479U}, {0U, 0U}, {307'200U, 1U}, {~0U, ~0U}}) {
     RecordedLabels labels(640, 480);
     labels.record.label_width_px = width_px;
     labels.record.label_height_px = height_px;

@@ -11,7 +11,6 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/tools/exported_trace.h"
 #include "tools/lib/trace/csv_export.h"
-#include "tools/lib/trace/hdf5_export.h"
 #include "tools/lib/trace/trace_plot.h"
 #include "tools/lib/trace/trace_summary.h"
 
@@ -107,16 +106,6 @@ TEST_F(TraceMeaning, InALawWithoutAProxyContactAndPenetrationDoNotApply) {
   EXPECT_EQ(test::cell(rows, 2, "proxy_m_in_world_z"), "-1");
   EXPECT_EQ(rows[1].size(), rows[0].size());
 
-  ASSERT_TRUE(exportHdf5(trace, path("a.h5")));
-  const test::Hdf5 file(path("a.h5"));
-  const auto contacts = file.numbers<std::uint8_t>("ticks/contact", H5T_NATIVE_UINT8);
-  EXPECT_EQ(file.attribute("ticks/contact", "names").at(contacts.at(0)), "does_not_apply");
-  EXPECT_EQ(file.attribute("ticks/contact", "names").at(contacts.at(1)), "contact");
-  const auto proxies = file.numbers<double>("ticks/proxy_m_in_world", H5T_NATIVE_DOUBLE);
-  EXPECT_TRUE(std::isnan(proxies.at(2)));
-  EXPECT_EQ(proxies.at(5), -1);
-  EXPECT_EQ(file.attribute("ticks/proxy_m_in_world", "applies_to").at(0), "the laws proxy and surface");
-
   const auto summary = summariseTrace(trace);
   ASSERT_TRUE(summary);
   EXPECT_TRUE(summary->law_without_proxy);
@@ -138,37 +127,6 @@ TEST_F(TraceMeaning, APlotDrawsNoPenetrationOfALawWithoutAProxy) {
   EXPECT_NE(image.find("a.mcap, of a law without a proxy: no penetration"), std::string::npos);
   EXPECT_EQ(image.find("penetration (mm)"), std::string::npos);
   EXPECT_NE(image.find("force (N)"), std::string::npos);
-}
-
-TEST_F(TraceMeaning, Hdf5HasTimesSettingsAndNumbersAsNumbers) {
-  test::MadeUpRecords records;
-  records.ticks = {tickAt(1, 0), tickAt(2, 3)};
-  records.directives.resize(2);
-  records.directives[0].time_ns = kBegin_ns;
-  records.directives[0].parameters = {{"force.radius_m", "0.04"}, {"force.law", "proxy"}};
-  records.directives[1].time_ns = kBegin_ns + 1'000'000;
-  records.directives[1].parameters = {
-      {"force.radius_m", "0.05"}, {"force.law", "surface"}, {"safety.engage_inside", "true"}};
-  ASSERT_TRUE(exportHdf5(write(records), path("a.h5")));
-  const test::Hdf5 file(path("a.h5"));
-  EXPECT_DOUBLE_EQ(file.numbers<double>("ticks/time_s", H5T_NATIVE_DOUBLE).at(1), 0.003);
-  EXPECT_DOUBLE_EQ(file.numbers<double>("directives/time_s", H5T_NATIVE_DOUBLE).at(1), 0.001);
-  EXPECT_NEAR(file.numbers<double>("ticks/realtime_s", H5T_NATIVE_DOUBLE).at(1), 1'700'000'007.003, 1e-6);
-  EXPECT_EQ(file.numericAttribute("/", "start_ns"), static_cast<double>(kBegin_ns));
-  EXPECT_EQ(file.numericAttribute("/", "realtime_offset_ns"), 1.7e18);
-  EXPECT_EQ(file.numericAttribute("/", "force_thread_cpu"), 3);
-  EXPECT_EQ(file.attribute("/", "kernel").at(0), "6.10") << "a name, not a number";
-  EXPECT_EQ(file.numericAttribute("settings", "force.radius_m"), 0.04);
-  EXPECT_EQ(file.numericAttribute("settings", "safety.engage_inside"), 1);
-  EXPECT_EQ(file.attribute("settings", "force.law").at(0), "proxy");
-  EXPECT_EQ(file.attribute("settings", "handle.serial").at(0), "0042");
-  EXPECT_EQ(file.texts("settings/yaml").at(0), kSettings);
-  EXPECT_EQ(file.numbers<double>("directives/parameters/force.radius_m", H5T_NATIVE_DOUBLE),
-            (std::vector<double>{0.04, 0.05}));
-  EXPECT_EQ(file.texts("directives/parameters/force.law"), (std::vector<std::string>{"proxy", "surface"}));
-  const auto late = file.numbers<double>("directives/parameters/safety.engage_inside", H5T_NATIVE_DOUBLE);
-  EXPECT_TRUE(std::isnan(late.at(0)));
-  EXPECT_EQ(late.at(1), 1);
 }
 
 TEST_F(TraceMeaning, BesideACsvAreTheSettingsItWasRecordedWith) {

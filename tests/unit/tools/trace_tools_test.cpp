@@ -14,7 +14,6 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/tools/exported_trace.h"
 #include "tools/lib/trace/csv_export.h"
-#include "tools/lib/trace/hdf5_export.h"
 #include "tools/lib/trace/peaks.h"
 #include "tools/lib/trace/trace_plot.h"
 #include "tools/lib/trace/trace_summary.h"
@@ -25,7 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 using test::cell;
 using test::contentOf;
-using test::Hdf5;
 using test::number;
 using test::Rows;
 using test::rowsOf;
@@ -205,7 +203,6 @@ TEST_F(TraceTools, NothingIsLeftOfWhatCouldNotBeExported) {
   const auto filesBefore = std::distance(fs::directory_iterator(folder_.path()), {});
   for (const char* source : {"damaged.mcap", "none.mcap"}) {
     EXPECT_FALSE(exportCsv(path(source), path("a.csv"), TraceChannel::ticks)) << source;
-    EXPECT_FALSE(exportHdf5(path(source), path("a.h5"))) << source;
     EXPECT_FALSE(plotTrace(path(source), path("a.svg"))) << source;
     EXPECT_FALSE(summariseTrace(path(source))) << source;
   }
@@ -213,20 +210,17 @@ TEST_F(TraceTools, NothingIsLeftOfWhatCouldNotBeExported) {
        {TraceSelection{.from_s = 2, .to_s = 1}, TraceSelection{.from_s = std::nan("")},
         TraceSelection{.most_ticks = 1}}) {
     EXPECT_FALSE(exportCsv(trace, path("a.csv"), TraceChannel::ticks, none));
-    EXPECT_FALSE(exportHdf5(trace, path("a.h5"), none));
   }
   EXPECT_FALSE(exportCsv(trace, path("nowhere/a.csv"), TraceChannel::ticks));
-  EXPECT_FALSE(exportHdf5(trace, path("nowhere/a.h5")));
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path()), {}), filesBefore);
 }
 
 TEST_F(TraceTools, NoFileIsOverwritten) {
   const fs::path trace = writePlain(5);
-  for (const char* name : {"a.csv", "a.h5", "a.svg"}) folder_.write(name, "mine");
+  for (const char* name : {"a.csv", "a.svg"}) folder_.write(name, "mine");
   EXPECT_FALSE(exportCsv(trace, path("a.csv"), TraceChannel::ticks));
-  EXPECT_FALSE(exportHdf5(trace, path("a.h5")));
   EXPECT_FALSE(plotTrace(trace, path("a.svg")));
-  for (const char* name : {"a.csv", "a.h5", "a.svg"}) EXPECT_EQ(contentOf(path(name)), "mine");
+  for (const char* name : {"a.csv", "a.svg"}) EXPECT_EQ(contentOf(path(name)), "mine");
 }
 
 TEST_F(TraceTools, ProgressGrowsToTheEnd) {
@@ -237,51 +231,6 @@ TEST_F(TraceTools, ProgressGrowsToTheEnd) {
   EXPECT_GT(shares.size(), 4U);
   EXPECT_TRUE(std::ranges::is_sorted(shares));
   EXPECT_EQ(shares.back(), 1);
-}
-
-TEST_F(TraceTools, Hdf5HasEveryValueAsItWasWritten) {
-  const test::MadeUpRecords records = test::madeUpRecords(1, 5000);  // more than are written at once
-  const auto written = exportHdf5(write(records), path("a.h5"));
-  ASSERT_TRUE(written) << written.error().text();
-  EXPECT_EQ(*written, 5000U + 3 * 3);
-  const Hdf5 file(path("a.h5"));
-  const auto tick_numbers = file.numbers<std::uint64_t>("ticks/number", H5T_NATIVE_UINT64);
-  const auto latencies = file.numbers<std::int64_t>("ticks/wakeup_latency_ns", H5T_NATIVE_INT64);
-  const auto buttons = file.numbers<std::uint32_t>("ticks/handle_buttons", H5T_NATIVE_UINT32);
-  const auto modes = file.numbers<std::uint8_t>("ticks/mode", H5T_NATIVE_UINT8);
-  const auto blending = file.numbers<std::uint8_t>("ticks/blending", H5T_NATIVE_UINT8);
-  const auto forces = file.numbers<double>("ticks/command_force_n_in_world", H5T_NATIVE_DOUBLE);
-  ASSERT_EQ(tick_numbers.size(), 5000U);
-  ASSERT_EQ(forces.size(), 15'000U);
-  for (std::size_t i = 0; i < 5000; ++i) {
-    const rt::Tick& tick = records.ticks[i];
-    ASSERT_EQ(tick_numbers[i], tick.number);
-    ASSERT_EQ(latencies[i], tick.wakeup_latency_ns);
-    ASSERT_EQ(buttons[i], tick.handle.buttons);
-    ASSERT_EQ(modes[i], static_cast<std::uint8_t>(tick.mode));
-    ASSERT_EQ(blending[i], tick.blending ? 1 : 0);
-    ASSERT_TRUE(same(forces[3 * i], tick.command_force_n_in_world.x));
-    ASSERT_TRUE(same(forces[3 * i + 2], tick.command_force_n_in_world.z));
-  }
-  const std::vector<std::string> texts = file.texts("events/text");
-  ASSERT_EQ(texts.size(), 3U);
-  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(texts[i], records.events[i].text);
-  EXPECT_EQ(file.attribute("ticks/command_force_n_in_world", "unit"), std::vector<std::string>{"N"});
-  EXPECT_EQ(file.attribute("ticks/handle_velocity_m_per_s_in_world", "unit"),
-            std::vector<std::string>{"m/s"});
-  EXPECT_EQ(file.attribute("ticks/number", "unit"), std::vector<std::string>{""});
-  EXPECT_EQ(file.attribute("ticks/mode", "names").at(2), "engaged");
-  EXPECT_EQ(file.attribute("/", "kernel"), std::vector<std::string>{"6.1"});
-}
-
-TEST_F(TraceTools, Hdf5OfAnOlderTraceHasTheColumnsThatTheTraceHas) {
-  test::writeOlderTrace(path("older.mcap"), {plainTick(1, {}), plainTick(2, {2})});
-  const auto rows = exportHdf5(path("older.mcap"), path("older.h5"), {}, {});
-  ASSERT_TRUE(rows) << rows.error().text();
-  const Hdf5 file(path("older.h5"));
-  EXPECT_EQ(file.numbers<double>("ticks/command_force_n_in_world", H5T_NATIVE_DOUBLE).at(5), -9);
-  EXPECT_FALSE(file.has("ticks/slewed_force_n_in_world"));
-  EXPECT_TRUE(file.has("ticks/filtered_force_n_in_world"));
 }
 
 TEST_F(TraceTools, SummaryIsWhatTheTicksSay) {
@@ -324,8 +273,7 @@ TEST_F(TraceTools, SummaryIsWhatTheTicksSay) {
   EXPECT_DOUBLE_EQ(summary->modes_s[0].second, 0.005);
   EXPECT_EQ(summary->modes_s[1].first, "engaged");
   EXPECT_DOUBLE_EQ(summary->modes_s[1].second, 0.002);
-  ASSERT_EQ(summary->events.size(), 1U);
-  EXPECT_EQ(summary->events[0].kind, "mode");
+  EXPECT_EQ(summary->info.events, 1U);
 }
 
 TEST_F(TraceTools, SummaryOfATraceWithoutTicksIsEmpty) {

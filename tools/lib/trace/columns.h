@@ -11,9 +11,6 @@
 
 namespace hapticd::tools {
 
-/// The unit that the name of a field ends with: "N" for command_force_n_in_world; "" for none.
-std::string_view unitOf(std::string_view field);
-
 /// Whether a field of a record has a meaning. In ticks of a law without a proxy `contact` and
 /// `proxy_m_in_world` have none.
 bool applies(const rt::Tick& tick, std::string_view field);

@@ -9,7 +9,7 @@
 #include "drivers/camera/recorded/camera_recording_writer.h"
 #include "drivers/camera/recorded/recording_writer.h"
 #include "drivers/trace/depth_codec.h"
-#include "drivers/trace/trace_head.h"
+#include "drivers/trace/messages.h"
 #include "tools/lib/trace/selected_trace.h"
 
 namespace hapticd::tools {
@@ -25,21 +25,14 @@ fs::path draftOf(const fs::path& folder) {
   return folder.string() + ".part";
 }
 
-config::Result<void> mayBegin(const fs::path& trace, const fs::path& folder) {
+config::Result<void> mayBegin(const fs::path& folder) {
   std::error_code ignored;
   if (fs::exists(folder, ignored)) return refuse(folder, "exists already", "name a new folder with --out");
   if (fs::exists(draftOf(folder), ignored)) {
     return refuse(draftOf(folder), "exists: an export is at work, or was cut off",
                   "wait for it, or delete it");
   }
-  fs::path beside = trace;
-  beside.replace_extension(".depth");
-  if (fs::is_directory(beside, ignored)) {
-    return refuse(trace, "has its depth beside it, as older versions recorded it",
-                  "take " + beside.string() + ", which is in this format already");
-  }
-  if (drivers::readTraceHead(trace).depth) return {};
-  return refuse(trace, "holds no depth", "write it with depth: hapticctl trace start --depth");
+  return {};
 }
 
 /// Whether frames of the camera are what libfreenect's format holds.
@@ -110,6 +103,9 @@ config::Result<std::uint64_t> writeFrames(const SelectedTrace& trace, const fs::
   const auto info = trace.readAll({.depth = write}, progress);
   if (!written) return std::unexpected(written.error());
   if (!info) return std::unexpected(info.error());
+  if (!info->topics.contains(drivers::kChannelName<drivers::DepthRecord>.topic)) {
+    return refuse(file, "holds no depth", "write it with depth: hapticctl trace start --depth");
+  }
   if (writer.frames() == 0) {
     return refuse(file, "holds no depth in that time", "choose another stretch with --from and --to");
   }
@@ -122,7 +118,7 @@ config::Result<std::uint64_t> exportRecording(const fs::path& trace, const fs::p
                                               const TraceSelection& selection, const Progress& progress) {
   const auto selected = SelectedTrace::open(trace, selection);
   if (!selected) return std::unexpected(selected.error());
-  if (auto possible = mayBegin(trace, folder); !possible) return std::unexpected(possible.error());
+  if (auto possible = mayBegin(folder); !possible) return std::unexpected(possible.error());
   const fs::path draft = draftOf(folder);
   auto frames = writeFrames(*selected, trace, draft, progress);
   std::error_code failure;

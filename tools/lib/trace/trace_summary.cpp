@@ -17,7 +17,6 @@ namespace hapticd::tools {
 namespace {
 
 constexpr std::size_t kMostGaps = 20;
-constexpr std::size_t kMostEvents = 1000;
 
 /// The smallest sample that at least that share of all samples do not exceed, in microseconds.
 double percentile_us(std::vector<std::int64_t>& samples_ns, double share) {
@@ -57,11 +56,6 @@ class Summing {
     if (tick.after_overrun) ++summary_.overruns;
     last_ = tick;
     ++ticks_;
-    return true;
-  }
-
-  bool addEvent(const drivers::EventRecord& event) {
-    if (summary_.events.size() < kMostEvents) summary_.events.push_back(event);
     return true;
   }
 
@@ -136,10 +130,8 @@ class Summing {
 
 config::Result<TraceSummary> summariseTrace(const std::filesystem::path& trace, const Progress& progress) {
   Summing summing;
-  auto info =
-      drivers::readTrace(trace, {.tick = [&](const rt::Tick& tick) { return summing.addTick(tick); },
-                                 .event = [&](const drivers::EventRecord& e) { return summing.addEvent(e); },
-                                 .progress = progress});
+  auto info = drivers::readTrace(
+      trace, {.tick = [&](const rt::Tick& tick) { return summing.addTick(tick); }, .progress = progress});
   if (!info) return std::unexpected(info.error());
   TraceSummary summary = std::move(summing).finish(std::move(*info));
   summary.note = drivers::noteOf(trace);

@@ -54,7 +54,6 @@ struct TraceSummary {
   bool law_without_proxy =
       false;  ///< whether a law without a proxy occurs, which has neither contact state nor penetration
   std::string note;  ///< what somebody has noted about the trace, from the file beside it; empty: nothing
-  std::vector<drivers::EventRecord> events;  ///< the first 1000
 };
 
 /// Reads the whole trace once.  Errors: those of readTrace().

@@ -87,14 +87,14 @@ TEST_F(RetentionTest, TheOldestTraceIsTheOneThatBeganFirstWhateverTheClockSaid) 
     ASSERT_TRUE(writer && (*writer)->close());
     fs::resize_file(file, 10'000'000);
   }
-  add("2026-03-04T05-06-09Z-older-version", 10);
+  add("2026-03-04T05-06-09Z-without-number", 10);
   start(25);
   ASSERT_TRUE(becomesTrue([&] { return retention->status().deleted == 4; }));
   retention->stop();
   std::vector<std::string> gone;
   for (const auto& [name, reason] : deleted) gone.push_back(name);
   EXPECT_EQ(gone,
-            (std::vector<std::string>{"2026-03-04T05-06-09Z-older-version", names[0], names[1], names[2]}));
+            (std::vector<std::string>{"2026-03-04T05-06-09Z-without-number", names[0], names[1], names[2]}));
 }
 
 TEST_F(RetentionTest, SaysBeforehandWhatGoesNext) {

@@ -9,7 +9,6 @@
 
 #include "drivers/trace/cdr.h"
 #include "drivers/trace/mcap_writer.h"
-#include "drivers/trace/message_layout.h"
 #include "drivers/trace/messages.h"
 #include "drivers/trace/trace_format.h"
 #include "drivers/trace/trace_reader.h"
@@ -81,35 +80,6 @@ TEST(OtherVersion, FieldsAreFoundByTheirNamesAndOthersAreSkipped) {
   EXPECT_EQ(record.frames, 0U);
   EXPECT_EQ(decoder->missing().size(), 11U);
   EXPECT_EQ(std::ranges::count(decoder->missing(), "radius_m"), 1);
-}
-
-TEST(OtherVersion, ATickOfAVersionWithoutFixturesHasNone) {
-  std::string schema = schemaOf<rt::Tick>();
-  const std::size_t from = schema.find("uint64 fixture_generation\n");
-  const std::size_t to = schema.find(std::string(80, '='));
-  ASSERT_LT(from, to);
-  schema.erase(from, to - from);
-  auto decoder = MessageDecoder<rt::Tick>::forSchema(schema);
-  ASSERT_TRUE(decoder) << decoder.error();
-  EXPECT_EQ(decoder->missing().size(), 15U);
-  const auto layout = MessageLayout::of(schemaOf<rt::Tick>());
-  ASSERT_TRUE(layout);
-  rt::Tick written;
-  written.number = 7;
-  written.nearest_fixture = written.tissue_region = 3;
-  std::string message;
-  encode(written, kWrittenAt_ns, message);
-  std::vector<std::size_t> places;
-  ASSERT_TRUE(layout->locate(message, places));
-  message.resize(kCdrHead.size() + places.at(layout->find("fixture_generation").value()));
-  rt::Tick tick = written;
-  ASSERT_TRUE(decoder->decode(message, tick));
-  EXPECT_EQ(tick.number, 7U);
-  EXPECT_EQ(tick.fixture_generation, 0U);
-  EXPECT_EQ(tick.nearest_fixture, -1);
-  EXPECT_EQ(tick.tissue_region, -1);
-  EXPECT_EQ(tick.stiffness_bound, rt::StiffnessBound::configured);
-  EXPECT_TRUE(std::isnan(tick.fixture_distance_m)) << "not known";
 }
 
 TEST(OtherVersion, AnIncompleteMessageIsRefused) {

@@ -25,11 +25,6 @@ void addFile(const TemporaryFolder& folder, const std::string& name, std::size_t
   fs::last_write_time(file, fs::file_time_type::clock::now() - age);
 }
 
-void addDepth(const TemporaryFolder& folder, const std::string& name, std::size_t bytes) {
-  fs::create_directory(folder.path() / (name + ".depth"));
-  folder.write(name + ".depth/INDEX.txt", std::string(bytes, 'x'));
-}
-
 std::vector<std::string> namesIn(const TemporaryFolder& folder) {
   const auto traces = listTraces(folder.path());
   EXPECT_TRUE(traces) << traces.error().text();
@@ -55,27 +50,23 @@ TEST(TraceFolder, GivesNamesThatAreFree) {
   EXPECT_TRUE(isTraceName(longest) && isTraceName(longest + "-123"));
   addFile(folder, plain + ".mcap", 1, {});
   addFile(folder, plain + "-2.mcap.part", 1, {});
-  addDepth(folder, plain + "-3", 1);
-  EXPECT_EQ(newTraceName(folder.path(), kTime_ns, ""), plain + "-4");
+  EXPECT_EQ(newTraceName(folder.path(), kTime_ns, ""), plain + "-3");
 }
 
-TEST(TraceFolder, ListsTheOldestFirstWithTheirDepth) {
+TEST(TraceFolder, ListsTheOldestFirst) {
   const TemporaryFolder folder;
   addFile(folder, "new.mcap", 10, std::chrono::hours(1));
   addFile(folder, "old.mcap", 20, std::chrono::hours(3));
   addFile(folder, "open.mcap.part", 30, std::chrono::hours(2));
   addFile(folder, "notes.txt", 40, std::chrono::hours(4));
   fs::create_directory(folder.path() / "folder.mcap");
-  addDepth(folder, "old", 1000);
   const auto traces = listTraces(folder.path());
   ASSERT_TRUE(traces) << traces.error().text();
   ASSERT_EQ(namesIn(folder), (std::vector<std::string>{"old", "open", "new"}));
-  EXPECT_EQ((*traces)[0].bytes, 1020U);
-  EXPECT_TRUE((*traces)[0].depth);
+  EXPECT_EQ((*traces)[0].bytes, 20U);
   EXPECT_FALSE((*traces)[0].open);
   EXPECT_EQ((*traces)[1].bytes, 30U);
   EXPECT_TRUE((*traces)[1].open);
-  EXPECT_FALSE((*traces)[1].depth);
   EXPECT_LT((*traces)[0].time_ns, (*traces)[1].time_ns);
 }
 
@@ -240,10 +231,9 @@ TEST(TraceFolder, AMissingFolderIsEmptyAndAFileIsRefused) {
   EXPECT_NE(file.error().text().find("file"), std::string::npos);
 }
 
-TEST(TraceFolder, DeletesATraceWithItsDepthAndNothingElse) {
+TEST(TraceFolder, DeletesATraceAndNothingElse) {
   const TemporaryFolder folder;
   addFile(folder, "a.mcap", 1, {});
-  addDepth(folder, "a", 1);
   addFile(folder, "open.mcap.part", 1, {});
   for (const char* name : {"nowhere", "open", "", "..", "../a", "a/../a"}) {
     const auto refused = deleteTrace(folder.path(), name);
@@ -253,7 +243,6 @@ TEST(TraceFolder, DeletesATraceWithItsDepthAndNothingElse) {
   EXPECT_EQ(namesIn(folder).size(), 2U);
   ASSERT_TRUE(deleteTrace(folder.path(), "a"));
   EXPECT_FALSE(fs::exists(folder.path() / "a.mcap"));
-  EXPECT_FALSE(fs::exists(folder.path() / "a.depth"));
   EXPECT_TRUE(fs::exists(folder.path() / "open.mcap.part"));
 }
 

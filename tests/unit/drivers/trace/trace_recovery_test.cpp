@@ -86,7 +86,8 @@ TEST(TraceRecovery, KeepsExactlyTheCompleteChunksOfAFileTruncatedAnywhere) {
   ASSERT_EQ(whole.chunk_ends.size(), kChunks);
   const TemporaryFolder folder(test::memoryFolder());
   const fs::path part = folder.path() / "a.mcap.part", file = folder.path() / "a.mcap";
-  for (std::size_t cut = 0; cut < whole.bytes.size(); ++cut) {
+  constexpr std::size_t kStep = 7;  // less than the head of a record
+  for (std::size_t cut = 0; cut < whole.bytes.size(); cut += kStep) {
     SCOPED_TRACE(cut);
     folder.write("a.mcap.part", whole.bytes.substr(0, cut));
     const auto finished = finishTrace(part);
@@ -183,30 +184,6 @@ TEST(TraceRecovery, FinishesADamagedLeftoverInANewFileAndKeepsTheDamagedOne) {
   EXPECT_EQ(test::readStrictly(finished->file).text(), "");
 }
 
-/// Other versions of hapticd may write such files.
-TEST(TraceRecovery, FinishesAFileWhoseChunksAreNotInTheOrderOfTimeInPlace) {
-  const TemporaryFolder folder(test::memoryFolder());
-  MadeUpRecords records;
-  records.ticks = wholeTrace().records.ticks;
-  const WholeTrace whole(WholeTrace::bytesOf(records));
-  std::string bytes = whole.bytes.substr(0, whole.chunk_begins[0]);
-  for (std::size_t chunk = kChunks; chunk-- > 0;) {
-    const std::size_t end = chunk + 1 < kChunks ? whole.chunk_begins[chunk + 1] : whole.data_end;
-    bytes += whole.bytes.substr(whole.chunk_begins[chunk], end - whole.chunk_begins[chunk]);
-  }
-  const auto finished = finishTrace(folder.write("a.mcap.part", bytes));
-  ASSERT_TRUE(finished) << finished.error().text();
-  EXPECT_EQ(finished->outcome, Outcome::ended);
-  EXPECT_TRUE(finished->original.empty()) << finished->original;
-  EXPECT_EQ(finished->bytes_lost, 0U);
-  EXPECT_TRUE(contentOf(finished->file).starts_with(bytes));
-  EXPECT_EQ(test::readStrictly(finished->file).text(), "");
-  std::vector<std::uint64_t> ticks;
-  ASSERT_TRUE(readTrace(finished->file,
-                        {.tick = [&](const rt::Tick& tick) { return ticks.push_back(tick.number), true; }}));
-  EXPECT_EQ(ticks, (std::vector<std::uint64_t>{1, 2, 3, 4, 5, 6}));
-}
-
 TEST(TraceRecovery, StopsWhenItIsAskedToAndGoesOnTheNextTime) {
   const WholeTrace& whole = wholeTrace();
   std::string damaged = whole.bytes.substr(0, whole.data_end);
@@ -267,7 +244,9 @@ TEST(TraceRecovery, RefusesAndKeepsWhatItCannotRecover) {
   const WholeTrace& whole = wholeTrace();
   const TemporaryFolder folder(test::memoryFolder());
   std::string foreign = whole.bytes.substr(0, whole.data_end);
-  for (const char* ours : {"hapticd_trace", "/hapticd/tick"}) foreign[foreign.find(ours)] = 'H';
+  for (const std::string_view ours : {"hapticd_trace", "/hapticd/"}) {
+    for (std::size_t at = 0; (at = foreign.find(ours, at)) != std::string::npos;) foreign[at] = 'H';
+  }
   const std::string no_chunk = whole.bytes.substr(0, whole.chunk_begins[0] + 5);
   for (const std::string& bytes : {std::string("hello, world"), foreign, no_chunk, std::string()}) {
     const fs::path file = folder.write("a.mcap", bytes), out = folder.path() / "out.mcap";
