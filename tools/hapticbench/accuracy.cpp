@@ -13,7 +13,6 @@
 #include "tools/lib/truth/rigid_frame.h"
 
 namespace hapticd::tools {
-
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;

@@ -9,7 +9,6 @@
 #include "tools/hapticbench/study.h"
 
 namespace hapticd::tools {
-
 namespace {
 
 using rt::ForceLaw;
@@ -43,21 +42,20 @@ Columns<Row> columns() {
             [](const Row& r) { return r.error.direction_deg; });
   addSpread(list, "/proxy_to_surface_mm", "proxy mm", "max mm",
             [](const Row& r) { return r.proxy_to_surface_mm; });
-  const Columns<Row> rest{
-      {"/pushes", "pushes", 0, [](const Row& r) { return r.pops.pushes; }},
-      {"/popped", "popped", 0, [](const Row& r) { return r.pops.popped; }},
-      {"/popped_under_3_n", "<3 N", 0, [](const Row& r) { return r.pops.popped_under[0]; }},
-      {"/popped_under_10_n", "<10 N", 0, [](const Row& r) { return r.pops.popped_under[1]; }},
-      {"/popped_under_20_n", "<20 N", 0, [](const Row& r) { return r.pops.popped_under[2]; }},
-      {"/dipped", "dipped", 0, [](const Row& r) { return r.pops.dipped; }},
-      {"/pop_through_n", "pop N", 2, [](const Row& r) { return r.pops.least_force_n; }},
-      {"/depth_at_pop_through_mm", "at mm", 1, [](const Row& r) { return r.pops.depth_at_least_force_mm; }},
-      {"/law_step_n", "step N", 2, &Row::law_step_n},
-      {"/blended_step_n", "blended N", 2, &Row::blended_step_n},
-      {"/slew_n_per_s", "slew N/s", 1, &Row::slew_n_per_s},
-      {"/ticks_outside_model", "not modelled", 0, &Row::outside_model}};
-  list.insert(list.end(), rest.begin(), rest.end());
-  return list;
+  return joined<Row>(
+      list,
+      {{"/pushes", "pushes", 0, [](const Row& r) { return r.pops.pushes; }},
+       {"/popped", "popped", 0, [](const Row& r) { return r.pops.popped; }},
+       {"/popped_under_3_n", "<3 N", 0, [](const Row& r) { return r.pops.popped_under[0]; }},
+       {"/popped_under_10_n", "<10 N", 0, [](const Row& r) { return r.pops.popped_under[1]; }},
+       {"/popped_under_20_n", "<20 N", 0, [](const Row& r) { return r.pops.popped_under[2]; }},
+       {"/dipped", "dipped", 0, [](const Row& r) { return r.pops.dipped; }},
+       {"/pop_through_n", "pop N", 2, [](const Row& r) { return r.pops.least_force_n; }},
+       {"/depth_at_pop_through_mm", "at mm", 1, [](const Row& r) { return r.pops.depth_at_least_force_mm; }},
+       {"/law_step_n", "step N", 2, &Row::law_step_n},
+       {"/blended_step_n", "blended N", 2, &Row::blended_step_n},
+       {"/slew_n_per_s", "slew N/s", 1, &Row::slew_n_per_s},
+       {"/ticks_outside_model", "not modelled", 0, &Row::outside_model}});
 }
 
 std::string describe(const Row& row) {

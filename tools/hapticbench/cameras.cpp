@@ -18,7 +18,6 @@
 #include "rt/scene_builder.h"
 #include "tools/hapticbench/cost.h"
 #include "tools/hapticbench/measures.h"
-#include "tools/hapticbench/report.h"
 #include "tools/hapticbench/study.h"
 #include "tools/lib/offline/offline_box.h"
 #include "tools/lib/truth/any_camera.h"

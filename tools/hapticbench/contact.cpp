@@ -12,7 +12,6 @@
 #include "tools/hapticbench/stability.h"
 
 namespace hapticd::tools {
-
 namespace {
 
 constexpr double kPeriod_s = 0.001;

@@ -6,7 +6,6 @@
 #include "tools/hapticbench/cost.h"
 
 namespace hapticd::tools {
-
 namespace {
 
 using rt::Vec3;

@@ -24,7 +24,6 @@
 #include "tools/lib/truth/true_scene.h"
 
 namespace hapticd::tools {
-
 namespace {
 
 void keepLeast(std::vector<std::int64_t>& kept, const std::vector<std::int64_t>& again) {

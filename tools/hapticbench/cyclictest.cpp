@@ -8,7 +8,6 @@
 #include <charconv>
 #include <chrono>
 #include <cstddef>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>

@@ -12,7 +12,6 @@
 #include "tools/lib/truth/rigid_frame.h"
 
 namespace hapticd::tools {
-
 namespace {
 
 using Coefficients = Eigen::Matrix<double, 6, 1>;

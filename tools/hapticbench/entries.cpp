@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <vector>
 
 #include "tools/hapticbench/laws.h"
@@ -13,7 +12,6 @@
 #include "tools/lib/truth/occluded_scene.h"
 
 namespace hapticd::tools {
-
 namespace {
 
 using rt::Vec3;

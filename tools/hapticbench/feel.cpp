@@ -9,7 +9,6 @@
 #include "tools/lib/truth/fine_depth_model.h"
 
 namespace hapticd::tools {
-
 namespace {
 
 using rt::Vec3;

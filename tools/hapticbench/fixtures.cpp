@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
 
 #include <cmath>
 #include <memory>
@@ -12,7 +11,6 @@
 #include "rt/clock.h"
 #include "rt/fixture_path.h"
 #include "tools/hapticbench/measures.h"
-#include "tools/hapticbench/report.h"
 #include "tools/hapticbench/study.h"
 #include "tools/lib/offline/offline_box.h"
 #include "tools/lib/truth/true_scene.h"

@@ -11,12 +11,10 @@
 #include "drivers/base/idle_latency.h"
 #include "rt/realtime_thread.h"
 #include "tools/hapticbench/jitter.h"
-#include "tools/hapticbench/report.h"
 #include "tools/hapticbench/study.h"
 #include "tools/lib/child/child_process.h"
 
 namespace hapticd::tools {
-
 namespace {
 
 config::Result<int> cpuOf(int requested) {

@@ -53,13 +53,18 @@ rt::LiveParameters shippedParameters(const std::string& choice, double distance_
   return live;
 }
 
-std::unique_ptr<OfflineBox> shippedBox(const std::string& choice, double distance_m,
-                                       const rt::DepthModelParameters& camera) {
+std::unique_ptr<OfflineBox> boxWith(const rt::LiveParameters& parameters,
+                                    const rt::DepthModelParameters& camera) {
   auto box = std::make_unique<OfflineBox>(camera, rt::PoseParameters{}, rt::GridParameters{});
   const double engage_ramp_s = box->parameters().safety.engage_ramp_s;
-  box->parameters() = shippedParameters(choice, distance_m, camera);
+  box->parameters() = parameters;
   box->parameters().safety.engage_ramp_s = engage_ramp_s;
   return box;
+}
+
+std::unique_ptr<OfflineBox> shippedBox(const std::string& choice, double distance_m,
+                                       const rt::DepthModelParameters& camera) {
+  return boxWith(shippedParameters(choice, distance_m, camera), camera);
 }
 
 namespace {

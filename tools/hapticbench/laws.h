@@ -74,7 +74,10 @@ inline const std::vector<std::string> kProxyLawChoices =
 rt::LiveParameters shippedParameters(const std::string& choice, double distance_m,
                                      const rt::DepthModelParameters& camera = {});
 
-/// A box with these parameters and a camera at the world's origin that looks along -z.
+/// A box with these parameters, engaged at once, and a camera at the world's origin that looks along -z.
+std::unique_ptr<OfflineBox> boxWith(const rt::LiveParameters& parameters,
+                                    const rt::DepthModelParameters& camera);
+/// A box with shippedParameters().
 std::unique_ptr<OfflineBox> shippedBox(const std::string& choice, double distance_m,
                                        const rt::DepthModelParameters& camera);
 

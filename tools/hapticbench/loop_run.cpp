@@ -19,7 +19,6 @@
 #include "tools/hapticbench/jitter.h"
 
 namespace hapticd::tools {
-
 namespace {
 
 constexpr std::int64_t kFramePeriod_ns = 1'000'000'000 / 30;

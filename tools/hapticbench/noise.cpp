@@ -18,7 +18,6 @@
 #include "tools/hapticbench/measures.h"
 
 namespace hapticd::tools {
-
 namespace {
 
 constexpr std::uint32_t kTicksPerPeriod = 2002155;  // of the camera's 60 MHz counter

@@ -7,7 +7,6 @@
 
 #include "rt/parameters.h"
 #include "tools/hapticbench/occlusion.h"
-#include "tools/hapticbench/report.h"
 #include "tools/hapticbench/study.h"
 
 namespace hapticd::tools {
@@ -233,11 +232,10 @@ constexpr const char* kExplanation =
 /// The columns of the law and of what all cases have, and `figures`.
 template <typename Row>
 Columns<Row> columnsWith(const Columns<Row>& figures) {
-  Columns<Row> columns{{"/law", "law", 0, &Row::law},
-                       {"/wall_m", "wall m", 2, [](const Row& r) { return r.like.wall_m; }},
-                       {"/noise", "noise", 0, [](const Row& r) { return nameOf(r.like.noise); }}};
-  columns.insert(columns.end(), figures.begin(), figures.end());
-  return columns;
+  return joined<Row>({{"/law", "law", 0, &Row::law},
+                      {"/wall_m", "wall m", 2, [](const Row& r) { return r.like.wall_m; }},
+                      {"/noise", "noise", 0, [](const Row& r) { return nameOf(r.like.noise); }}},
+                     figures);
 }
 
 Columns<PassageRow> passageColumns() {

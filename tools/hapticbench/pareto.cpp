@@ -18,7 +18,6 @@
 #include "tools/lib/truth/noise_floor.h"
 
 namespace hapticd::tools {
-
 namespace {
 
 /// Returns a row as a line of the table, with as many decimals as repeated measurements agree in.

@@ -16,7 +16,6 @@
 #include "tools/lib/options/output_file.h"
 
 namespace hapticd::tools {
-
 namespace {
 
 Columns<ParetoPoint> pointColumns() {

@@ -10,7 +10,6 @@
 #include "tools/lib/truth/occluded_scene.h"
 
 namespace hapticd::tools {
-
 namespace {
 
 using rt::Vec3;

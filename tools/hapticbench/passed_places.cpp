@@ -8,7 +8,6 @@
 #include "tools/hapticbench/recordings.h"
 
 namespace hapticd::tools {
-
 namespace {
 
 using rt::Vec3;

@@ -6,11 +6,9 @@
 
 #include "tools/hapticbench/measures.h"
 #include "tools/hapticbench/recordings.h"
-#include "tools/hapticbench/report.h"
 #include "tools/hapticbench/study.h"
 
 namespace hapticd::tools {
-
 namespace {
 
 struct RecordingsOptions {

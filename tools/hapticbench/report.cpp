@@ -9,7 +9,6 @@
 #include <vector>
 
 namespace hapticd::tools {
-
 namespace {
 
 std::string cellText(const Json& cell, const TextTable::Heading& heading) {

@@ -42,6 +42,13 @@ struct Column {
 template <typename Row>
 using Columns = std::vector<Column<Row>>;
 
+/// The columns one after the other.
+template <typename Row>
+Columns<Row> joined(Columns<Row> columns, const Columns<Row>& more) {
+  columns.insert(columns.end(), more.begin(), more.end());
+  return columns;
+}
+
 /// Adds the RMS and the maximum of a spread: the members "rms" and "max" of the object at `key`.
 template <typename Row, typename SpreadOf>
 void addSpread(Columns<Row>& columns, const std::string& key, const std::string& rms_heading,

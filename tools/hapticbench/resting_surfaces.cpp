@@ -8,7 +8,6 @@
 #include "tools/hapticbench/recordings.h"
 
 namespace hapticd::tools {
-
 namespace {
 
 /// Sums over some frames; of differences from a value near them, for precision.

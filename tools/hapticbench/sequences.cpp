@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/sequences.h"
 
-#include <fmt/format.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -10,7 +9,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <optional>
-#include <type_traits>
 
 #include "drivers/camera/kinect_image.h"
 #include "drivers/camera/recorded/camera_description.h"
@@ -19,7 +17,6 @@
 #include "tools/hapticbench/temporary_folder.h"
 
 namespace hapticd::tools {
-
 namespace {
 
 namespace fs = std::filesystem;

@@ -5,12 +5,10 @@
 #include <cmath>
 #include <map>
 
-#include "tools/hapticbench/report.h"
 #include "tools/hapticbench/stability.h"
 #include "tools/hapticbench/study.h"
 
 namespace hapticd::tools {
-
 namespace {
 
 constexpr double kAllowed = 0.1;
@@ -56,12 +54,11 @@ const LoopLimit* withoutFriction(const LoopLimit& limit, const std::vector<LoopL
 /// The columns that identify the loop of a row, and `figures`.
 template <typename Row>
 Columns<Row> columnsWith(const Columns<Row>& figures) {
-  Columns<Row> columns{{"/law", "law", 0, [](const Row& r) { return r.loop.wall; }},
-                       {"/hand", "hand", 0, [](const Row& r) { return r.loop.grip.name; }},
-                       {"/device", "device", 0, [](const Row& r) { return r.loop.device.name; }},
-                       {"/delay_ticks", "t_d ms", 0, [](const Row& r) { return r.loop.delay_ticks; }}};
-  columns.insert(columns.end(), figures.begin(), figures.end());
-  return columns;
+  return joined<Row>({{"/law", "law", 0, [](const Row& r) { return r.loop.wall; }},
+                      {"/hand", "hand", 0, [](const Row& r) { return r.loop.grip.name; }},
+                      {"/device", "device", 0, [](const Row& r) { return r.loop.device.name; }},
+                      {"/delay_ticks", "t_d ms", 0, [](const Row& r) { return r.loop.delay_ticks; }}},
+                     figures);
 }
 
 /// The columns of `limits`, which the explanations look at.

@@ -12,7 +12,6 @@
 #include "tools/lib/offline/offline_box.h"
 
 namespace hapticd::tools {
-
 namespace {
 
 using rt::Vec3;

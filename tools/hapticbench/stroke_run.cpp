@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "tools/hapticbench/laws.h"
 #include "tools/hapticbench/strokes.h"
 #include "tools/lib/offline/offline_box.h"
 
@@ -78,13 +79,11 @@ class Schedule {
   double ends_s_;
 };
 
-std::unique_ptr<OfflineBox> boxFor(const rt::LiveParameters& setting,
-                                   const rt::DepthModelParameters& camera) {
-  auto box = std::make_unique<OfflineBox>(camera, rt::PoseParameters{}, rt::GridParameters{});
-  const double ramp_s = box->parameters().safety.engage_ramp_s;
-  box->parameters() = setting;
+/// A box whose safety chain limits nothing.
+std::unique_ptr<OfflineBox> unlimitedBox(const rt::LiveParameters& setting,
+                                         const rt::DepthModelParameters& camera) {
+  auto box = boxWith(setting, camera);
   rt::SafetyParameters& safety = box->parameters().safety;
-  safety.engage_ramp_s = ramp_s;
   safety.max_force_n = 1e6;  // the blend cuts to it
   safety.passivity_control = false;
   safety.stiffness_limit = rt::StiffnessLimit::off;
@@ -182,7 +181,7 @@ StrokeRun runStroke(const StrokeCase& stroke, const StrokeView& view,
   Camera camera(scene, view);
   IdealConstraint ideal(scene);
   std::vector<std::unique_ptr<OfflineBox>> boxes;
-  for (const rt::LiveParameters& setting : settings) boxes.push_back(boxFor(setting, view.camera));
+  for (const rt::LiveParameters& setting : settings) boxes.push_back(unlimitedBox(setting, view.camera));
 
   StrokeRun run;
   run.output.resize(settings.size());

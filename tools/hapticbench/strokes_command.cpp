@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <sysexits.h>
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +14,6 @@
 #include "tools/lib/truth/noise_floor.h"
 
 namespace hapticd::tools {
-
 namespace {
 
 using rt::Vec3;
@@ -181,26 +179,25 @@ Columns<Row> columns() {
   addSpread(list, "/blended_error_jnd", "blended", "",
             [](const Row& r) { return r.figures.blended.error_jnd; });
   addSpread(list, "/along_n", "along N", "max", [](const Row& r) { return r.figures.along_n; });
-  const Columns<Row> rest{
-      {"/error_by_floor", "floor", 2, [](const Row& r) { return ifKnown(r.errorByFloor()); }},
-      {"/along_by_floor", "along floor", 2, [](const Row& r) { return ifKnown(r.alongByFloor()); }},
-      {"/contact_ticks", "", 0, [](const Row& r) { return r.figures.contact_ticks; }},
-      {"/lost_percent", "lost %", 2, [](const Row& r) { return r.figures.lostPercent(); }},
-      {"/lag_mm", "lag mm", 1, [](const Row& r) { return 1000 * r.figures.lag_m; }},
-      {"/lag_limit_mm", "limit", 1, [](const Row& r) { return 1000 * r.lag_limit_m; }},
-      {"/stopped", "stopped", 0, [](const Row& r) { return r.figures.stopped; }},
-      {"/lagged", "lagged", 0, [](const Row& r) { return r.figures.lagged; }},
-      {"/free_ticks", "", 0, [](const Row& r) { return r.figures.free_ticks; }},
-      {"/ghost_n", "ghost N", 2, [](const Row& r) { return r.figures.ghost_n; }},
-      {"/ghost_percent", "%", 1, [](const Row& r) { return r.figures.ghostPercent(); }},
-      {"/wrong_side_percent", "wrong %", 2, [](const Row& r) { return r.figures.wrongSidePercent(); }},
-      {"/end_mm/0", "end mm", 1, [](const Row& r) { return ifEnded(r, 1000 * r.figures.end.earliest_m); }},
-      {"/end_mm/1", "to mm", 1, [](const Row& r) { return ifEnded(r, 1000 * r.figures.end.latest_m); }},
-      {"/end_px", "px", 1, [](const Row& r) { return ifEnded(r, r.figures.end.worst_pitches); }},
-      {"/ticks_outside_model", "not modelled", 0,
-       [](const Row& r) { return r.figures.outside_model_ticks; }}};
-  list.insert(list.end(), rest.begin(), rest.end());
-  return list;
+  return joined<Row>(
+      list,
+      {{"/error_by_floor", "floor", 2, [](const Row& r) { return ifKnown(r.errorByFloor()); }},
+       {"/along_by_floor", "along floor", 2, [](const Row& r) { return ifKnown(r.alongByFloor()); }},
+       {"/contact_ticks", "", 0, [](const Row& r) { return r.figures.contact_ticks; }},
+       {"/lost_percent", "lost %", 2, [](const Row& r) { return r.figures.lostPercent(); }},
+       {"/lag_mm", "lag mm", 1, [](const Row& r) { return 1000 * r.figures.lag_m; }},
+       {"/lag_limit_mm", "limit", 1, [](const Row& r) { return 1000 * r.lag_limit_m; }},
+       {"/stopped", "stopped", 0, [](const Row& r) { return r.figures.stopped; }},
+       {"/lagged", "lagged", 0, [](const Row& r) { return r.figures.lagged; }},
+       {"/free_ticks", "", 0, [](const Row& r) { return r.figures.free_ticks; }},
+       {"/ghost_n", "ghost N", 2, [](const Row& r) { return r.figures.ghost_n; }},
+       {"/ghost_percent", "%", 1, [](const Row& r) { return r.figures.ghostPercent(); }},
+       {"/wrong_side_percent", "wrong %", 2, [](const Row& r) { return r.figures.wrongSidePercent(); }},
+       {"/end_mm/0", "end mm", 1, [](const Row& r) { return ifEnded(r, 1000 * r.figures.end.earliest_m); }},
+       {"/end_mm/1", "to mm", 1, [](const Row& r) { return ifEnded(r, 1000 * r.figures.end.latest_m); }},
+       {"/end_px", "px", 1, [](const Row& r) { return ifEnded(r, r.figures.end.worst_pitches); }},
+       {"/ticks_outside_model", "not modelled", 0,
+        [](const Row& r) { return r.figures.outside_model_ticks; }}});
 }
 
 bool isNoisy(const Row& row) {

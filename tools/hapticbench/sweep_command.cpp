@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "config/law_choice.h"
-#include "tools/hapticbench/report.h"
 #include "tools/hapticbench/stability.h"
 #include "tools/hapticbench/study.h"
 #include "tools/hapticbench/sweep.h"
