@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/hapticbench/stability/stability_study.h"
+#include "tools/hapticbench/stability.h"
 
 // The closed loop of device, hand and delay around the whole core with the shipped settings, in cases beyond
 // hapticbench's taps.

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/hapticbench/stability/stability_study.h"
+#include "tools/hapticbench/stability.h"
 
 // The closed loop of device, hand and delay with fixtures and tissue in front of the surface or in its place.
 namespace hapticd::test {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "config/program.h"
-#include "tools/hapticbench/study_command.h"
+#include "tools/hapticbench/study.h"
 
 namespace hapticd::tools {
 namespace {

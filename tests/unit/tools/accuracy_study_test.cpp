@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The whole study from scene to report, on few scenes and with small numbers.
 
-#include "tools/hapticbench/accuracy/accuracy_study.h"
+#include "tools/hapticbench/accuracy.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <string>
-
-#include "tools/hapticbench/accuracy/accuracy_report.h"
-#include "tools/hapticbench/accuracy/accuracy_scene.h"
-#include "tools/hapticbench/accuracy/course.h"
 
 namespace hapticd::tools {
 namespace {
@@ -101,7 +97,7 @@ TEST(AccuracyStudy, AStillSceneWithoutNoiseHasNoStepsAtNewFrames) {
 
 TEST(AccuracyStudy, GivesTheSameFiguresAgain) {
   const AccuracyOptions options = small({"edge"}, {kAllLaws.begin(), kAllLaws.end()}, {SceneNoise::sensor});
-  EXPECT_EQ(accuracyJson(measureAccuracy(options)), accuracyJson(measureAccuracy(options)));
+  EXPECT_EQ(accuracyReport(measureAccuracy(options)).json(), accuracyReport(measureAccuracy(options)).json());
 }
 
 TEST(AccuracySummary, PutsTheScenesOfALawAndSettingTogether) {

@@ -7,11 +7,9 @@
 #include <map>
 #include <memory>
 
-#include "tools/hapticbench/camera_disparity.h"
-#include "tools/hapticbench/recordings/passed_place.h"
-#include "tools/hapticbench/recordings/pixel_statistics.h"
-#include "tools/hapticbench/recordings/resting_surface.h"
-#include "tools/hapticbench/recordings/session.h"
+#include "tools/hapticbench/disparity.h"
+#include "tools/hapticbench/recordings.h"
+#include "tools/hapticbench/sequences.h"
 #include "tools/lib/truth/any_camera.h"
 
 namespace hapticd::tools {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticbench/accuracy/force_error.h"
+#include "tools/hapticbench/measures.h"
 
 #include <gtest/gtest.h>
 

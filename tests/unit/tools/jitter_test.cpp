@@ -12,9 +12,7 @@
 #include <random>
 
 #include "tests/support/program.h"
-#include "tools/hapticbench/jitter/cpus.h"
-#include "tools/hapticbench/jitter/cyclictest.h"
-#include "tools/hapticbench/jitter/jitter_study.h"
+#include "tools/hapticbench/jitter.h"
 #include "tools/lib/child/child_process.h"
 
 namespace hapticd::tools {
@@ -167,7 +165,7 @@ TEST(LoadJitter, ComparesAllRoundsTogetherAndShowsTheSpreadOfSingleOnes) {
 }
 
 TEST(JitterReport, SaysForEachLoadWhetherTheLimitIsKept) {
-  const std::string table = jitterText(madeUpResult());
+  const std::string table = jitterReport(madeUpResult()).text();
   EXPECT_NE(table.find("1.00, at most 1.25 (kept)"), std::string::npos) << table;
   EXPECT_NE(table.find("1.50, at most 1.25 (not kept)"), std::string::npos) << table;
   EXPECT_NE(table.find("in contact 50 %"), std::string::npos) << table;
@@ -176,15 +174,15 @@ TEST(JitterReport, SaysForEachLoadWhetherTheLimitIsKept) {
 
 TEST(JitterReport, SaysWhatWasNotPermitted) {
   JitterResult result = madeUpResult();
-  EXPECT_EQ(jitterText(result).find("not locked"), std::string::npos);
+  EXPECT_EQ(jitterReport(result).text().find("not locked"), std::string::npos);
   result.memory_locked = false;
   result.idle_limited = false;
-  EXPECT_NE(jitterText(result).find("not locked"), std::string::npos);
-  EXPECT_NE(jitterText(result).find("/dev/cpu_dma_latency"), std::string::npos);
+  EXPECT_NE(jitterReport(result).text().find("not locked"), std::string::npos);
+  EXPECT_NE(jitterReport(result).text().find("/dev/cpu_dma_latency"), std::string::npos);
 }
 
 TEST(JitterReport, GivesProgramsTheWholeHistograms) {
-  const auto document = nlohmann::json::parse(jitterJson(madeUpResult()));
+  const auto document = nlohmann::json::parse(jitterReport(madeUpResult()).json());
   const auto& load = document.at("loads").at(1);
   EXPECT_EQ(load.at("load"), "stress");
   EXPECT_EQ(load.at("ratio_p999"), 1.5);

@@ -2,7 +2,7 @@
 // The synthetic camera's noise against the real one's, by the same statistics, and the statistics against
 // noise whose figures are known.
 
-#include "tools/hapticbench/noise/noise_statistics.h"
+#include "tools/hapticbench/noise.h"
 
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ const std::vector<NoiseStatistics>& ofTheRoom() {
     std::vector<NoiseStatistics> measured;
     const test::Recording room("03_raw11_room_static/room_static.tar.xz");
     if (!room.isReal()) return measured;
-    const auto session = readSession(room.path(), {});
+    const auto session = readSession(room.path());
     for (const int window_px : kWindowSides_px) measured.push_back(measureNoise(session.value(), window_px));
     return measured;
   }();
@@ -220,7 +220,7 @@ TEST(NoiseStatistics, AreUnknownWhereNothingCanBeMeasured) {
 TEST(NoiseSession, CountsThePeriodsThatTheRecordingLost) {
   const test::Recording room("03_raw11_room_static/room_static.tar.xz");
   if (!room.isReal()) GTEST_SKIP() << "needs the recording 03_raw11_room_static";
-  const auto session = readSession(room.path(), {});
+  const auto session = readSession(room.path());
   ASSERT_TRUE(session);
   EXPECT_EQ(session->frames.size(), 24U);
   EXPECT_EQ(session->frames.back().period, 26);  // 3 lost
@@ -228,7 +228,7 @@ TEST(NoiseSession, CountsThePeriodsThatTheRecordingLost) {
 
 TEST(NoiseSession, RefusesAPartThatIsTooShort) {
   const test::Recording room("03_raw11_room_static/room_static.tar.xz");
-  const auto session = readSession(room.path(), {.first = 5, .frames = kFewestFrames - 1});
+  const auto session = readSession(room.path(), kFewestFrames - 1);
   ASSERT_FALSE(session);
   EXPECT_NE(session.error().text().find("at least 8"), std::string::npos);
 }

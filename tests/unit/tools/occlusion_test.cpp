@@ -8,9 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "tools/hapticbench/occlusion/near_limit.h"
-#include "tools/hapticbench/occlusion/passage.h"
-#include "tools/hapticbench/occlusion/side_entry.h"
+#include "tools/hapticbench/occlusion.h"
 #include "tools/lib/truth/any_camera.h"
 #include "tools/lib/truth/occluded_scene.h"
 

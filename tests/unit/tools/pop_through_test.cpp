@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Judgements of synthetic force curves; from tick to tick an ideal spring's force rises by 0.05 N.
 
-#include "tools/hapticbench/accuracy/pop_through.h"
+#include "tools/hapticbench/measures.h"
 
 #include <gtest/gtest.h>
 

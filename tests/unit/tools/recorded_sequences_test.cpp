@@ -6,7 +6,7 @@
 
 #include "tests/support/depth_recording.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/hapticbench/bench_scene.h"
+#include "tools/hapticbench/sequences.h"
 
 namespace hapticd::tools {
 namespace {

@@ -10,14 +10,9 @@
 
 #include "drivers/camera/kinect_image.h"
 #include "drivers/camera/synthetic/sensor_noise.h"
-#include "tools/hapticbench/recordings/disparity_fit.h"
-#include "tools/hapticbench/recordings/passed_place.h"
-#include "tools/hapticbench/recordings/passing_error.h"
-#include "tools/hapticbench/recordings/pixel_statistics.h"
-#include "tools/hapticbench/recordings/resting_surface.h"
-#include "tools/hapticbench/recordings/session.h"
-#include "tools/hapticbench/recordings/surface_error.h"
-#include "tools/hapticbench/recordings/surface_stroke.h"
+#include "tools/hapticbench/disparity.h"
+#include "tools/hapticbench/recordings.h"
+#include "tools/hapticbench/sequences.h"
 
 namespace hapticd::tools {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticbench/stability/sampled_theory.h"
+#include "tools/hapticbench/stability.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <tuple>
 
-#include "tools/hapticbench/sweep/sweep_report.h"
+#include "tools/hapticbench/sweep.h"
 #include "tools/lib/parts/fields.h"
 #include "tools/lib/truth/any_camera.h"
 
@@ -41,15 +41,14 @@ bool sameButTime(const SweepResult& a, const SweepResult& b) {
     return std::array{r.feel.rendered_stiffness_n_per_m,
                       r.feel.steepest_stiffness_n_per_m,
                       r.feel.pop_through_n,
-                      r.feel.edge_radius_m,
+                      r.feel.edge_m,
                       r.feel.smallest_ridge_m,
                       r.feel.stroke_h_m,
                       r.noise.median_n,
                       r.noise.largest_n,
                       r.stability_margin};
   };
-  return a.point.index == b.point.index && numbers(a) == numbers(b) && a.noise.sites == b.noise.sites &&
-         a.feel.edge_is_outside == b.feel.edge_is_outside;
+  return a.point.index == b.point.index && numbers(a) == numbers(b) && a.noise.sites == b.noise.sites;
 }
 
 TEST(SweepResult, ReadsBackEveryNumberAsWritten) {
@@ -57,12 +56,11 @@ TEST(SweepResult, ReadsBackEveryNumberAsWritten) {
   result.feel = {.rendered_stiffness_n_per_m = 1000.0 / 3,
                  .steepest_stiffness_n_per_m = 0.1,
                  .pop_through_n = -0.0,
-                 .edge_radius_m = 5e-324,
-                 .edge_is_outside = true,
+                 .edge_m = 5e-324,
                  .smallest_ridge_m = 1e300 / 7,
                  .stroke_h_m = -0.005,
                  .median_force_us = 2.0 / 3};
-  result.noise = {.median_n = 0.1, .largest_n = 0.2, .sites = 3, .nearest_m = 1, .farthest_m = 2};
+  result.noise = {.median_n = 0.1, .largest_n = 0.2, .sites = 3};
   result.stability_margin = std::numeric_limits<double>::infinity();
   SweepResult read;
   fromFields(nlohmann::json::parse(toFields(result).dump()), read);
@@ -194,7 +192,7 @@ TEST(Sweep, GivesAPointTheSameResultWhateverWasMeasuredBefore) {
   sequences.push_back(syntheticSequence(3));
   const NoiseProbe noise(std::move(sequences), 1);
   ASSERT_EQ(noise.sites().size(), 1U);
-  const SweepSettings settings{.quick = true, .timed = false, .delay_ticks = 2};
+  const SweepSettings settings{.quick = true, .timed = false};
   const auto points = pointsOf(SweepGrid::quick());
   Sweep all(settings, noise);
   for (const std::size_t index : {3U, 14U, 25U, 36U}) {
@@ -205,13 +203,13 @@ TEST(Sweep, GivesAPointTheSameResultWhateverWasMeasuredBefore) {
   }
 }
 
-TEST(SweepText, MarksThePapersSetAndLeavesTheTimeBlankWhereItWasNotMeasured) {
+TEST(SweepReport, MarksThePapersSetAndLeavesTheTimeBlankWhereItWasNotMeasured) {
   std::vector<SweepResult> results;
   for (const SweepPoint& point : pointsOf(SweepGrid::quick())) results.push_back({.point = point});
-  EXPECT_NE(sweepText({.quick = true}, results).find("the paper's"), std::string::npos);
-  EXPECT_EQ(sweepJson({.quick = true}, results).find("median_force_us"), std::string::npos);
+  EXPECT_NE(sweepReport({.quick = true}, results).text().find("the paper's"), std::string::npos);
+  EXPECT_EQ(sweepReport({.quick = true}, results).json().find("median_force_us"), std::string::npos);
   results.front().feel.median_force_us = 1.5;
-  EXPECT_NE(sweepJson({.quick = true}, results).find("\"median_force_us\": 1.5"), std::string::npos);
+  EXPECT_NE(sweepReport({.quick = true}, results).json().find("\"median_force_us\": 1.5"), std::string::npos);
 }
 
 }  // namespace

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rt/depth_frame.h"
+#include "rt/force_law.h"
+#include "rt/loop_state.h"
+#include "rt/vec3.h"
+#include "tools/hapticbench/laws.h"
+#include "tools/hapticbench/measures.h"
+#include "tools/lib/truth/occluded_scene.h"
+#include "tools/lib/truth/scene_noise.h"
+
+namespace hapticd::tools {
+
+/// The action of the hand while a body passes between the camera and it.
+enum class HandDuringPassage : std::uint8_t {
+  free,      ///< 30 mm in front of the wall
+  pressing,  ///< 6 mm behind the wall's front
+  stroking,  ///< 8 mm behind it, 0.1 m/s to and fro
+  entering,  ///< free; is pushed in 6 mm while it is hidden
+  leaving,   ///< presses; is pulled back to 30 mm while it is hidden
+};
+inline constexpr std::array kAllHands{HandDuringPassage::free, HandDuringPassage::pressing,
+                                      HandDuringPassage::stroking, HandDuringPassage::entering,
+                                      HandDuringPassage::leaving};
+std::string_view nameOf(HandDuringPassage hand);
+
+/// A body that passes in front of a hand at a wall.
+struct PassageCase {
+  double wall_m = 1;
+  HandDuringPassage hand = HandDuringPassage::free;
+  OccluderShape shape = OccluderShape::box;
+  double thickness_m = 0.08;
+  double gap_m = 0.1;          ///< from the body's back to the HIP of the free hand, along the depth
+  double speed_m_per_s = 0.3;  ///< of the body; negative: to the left
+  double pause_s = 0;          ///< that it stays in front of the hand
+  bool projector_shadow = true;
+  SceneNoise noise = SceneNoise::none;
+  std::uint32_t seed = 1;
+};
+
+/// Errors of a law from the start of the body's motion until half a second after it has left.
+struct PassageResult {
+  Exceedance ghost;   ///< force, over 0.1 N, at ticks where the HIP is in front of the wall
+  Exceedance error;   ///< error against the true force, over 0.5 N, where it presses
+  Exceedance change;  ///< difference from the force before the body set out, over 0.5 N, where the true force
+                      ///< is as it was then
+  std::size_t pressed = 0;  ///< ticks that press
+  std::size_t lost = 0;     ///< of these, those with less than a tenth of the true force
+
+  void add(const PassageResult& other);
+};
+
+/// The law's force and the true force at one tick.
+struct PassageTick {
+  rt::Vec3 force_n;
+  rt::Vec3 true_n;  ///< zero where the HIP is in front of the wall
+};
+
+/// `before`: ticks before the body sets out, when the hand has already settled.
+PassageResult judgePassage(const std::vector<PassageTick>& before, const std::vector<PassageTick>& during);
+
+/// The position of the body, the action of the hand and the camera's frames, tick by tick, rendered once for
+/// all laws. Thread: one at a time.  RT: not safe.
+class Passage {
+ public:
+  explicit Passage(const PassageCase& passage);
+
+  PassageResult run(const std::string& law);
+
+  /// Ticks from the start to half a second after the body is gone.
+  long end() const { return end_; }
+  /// The middle of the body.
+  double bodyX_m(long tick) const;
+  rt::Vec3 hip_m(long tick) const;
+  /// Penetration of the HIP into the wall; negative in front of it.
+  double depth_m(long tick) const;
+
+ private:
+  const rt::DepthFrame& frame(int index);
+
+  PassageCase case_;
+  double back_m_;
+  double sight_x_m_;  ///< of the body where it is before the hand
+  long arrives_;      ///< there, at that tick
+  long leaves_;
+  long end_;
+  OccludedScene scene_;
+  std::vector<std::unique_ptr<rt::DepthFrame>> frames_;
+};
+
+/// The force on a HIP while the surface that it presses on comes nearer than the camera measures.
+struct NearLimitResult {
+  double force_n = 0;         ///< at the last tick before the surface was too near
+  double held_ms = 0;         ///< from then on until the force was below half of that
+  double least_held_n = 0;    ///< the smallest force in that time, the ramp of the release included
+  double released_ms = 0;     ///< until it was below 5 % of it; negative: it never was
+  double largest_step_n = 0;  ///< of the command from one tick to the next, from then on
+  bool cause_named = false;   ///< the cause surface_too_near was in a tick from then on
+  bool came_back = false;     ///< the force returned with the surface
+
+  static NearLimitResult none() { return {.released_ms = -1}; }
+};
+
+/// One tick of such a run: the command along the normal of the surface, and the cause.
+struct NearLimitTick {
+  double outward_n = 0;
+  rt::Cause cause = rt::Cause::none;
+};
+
+/// `too_near`: the first tick at which the surface is not measured; `back`: the first at which it is again.
+NearLimitResult judgeNearLimit(const std::vector<NearLimitTick>& ticks, std::size_t too_near,
+                               std::size_t back);
+
+/// A wall approaches at that speed and passes the HIP, which is 6 mm behind it when it reaches the near limit
+/// of the camera; it goes on for 30 mm, waits for two seconds and goes back.
+NearLimitResult runNearLimit(const std::string& law, double speed_m_per_s);
+
+/// How a hand enters or leaves a body other than through the surface that the camera sees.
+enum class EntryKind : std::uint8_t {
+  visible_side,  ///< through a side that faces the optical axis and is seen at a grazing angle
+  hidden_side,   ///< through a side that the camera does not see
+  from_behind,   ///< out of the depth behind the front, and out through the front
+  into_image,    ///< behind the level of a wall, from beyond the image's border
+  out_of_image,  ///< pressing on a wall, over the image's border
+};
+std::string_view nameOf(EntryKind kind);
+
+struct EntryCase {
+  EntryKind kind = EntryKind::hidden_side;
+  double wall_m = 1;
+  double below_m = 0.02;  ///< of the hand, behind the level of the front
+  SceneNoise noise = SceneNoise::none;
+  std::uint32_t seed = 1;
+};
+
+/// The force on a hand in or beside a body, and the true ones.
+struct EntryTick {
+  rt::Vec3 force_n;
+  rt::ContactState state = rt::ContactState::free;
+  bool inside = false;       ///< the HIP is in the solid, by more than 2 mm
+  bool outside = false;      ///< the HIP is out of it, by more than 2 mm
+  rt::Vec3 through_front_n;  ///< the spring to the front; what is inside may get that
+  rt::Vec3 through_side_n;   ///< the spring to the side, or zero where there is none to come through
+};
+
+/// Ticks inside the body by the force that they got, and the largest forces that should not exist.
+struct EntryResult {
+  std::size_t inside = 0;
+  std::size_t of_body = 0;        ///< ticks with the force of the body that was entered
+  std::size_t none_reported = 0;  ///< with no force, and the contact state is `behind`
+  std::size_t none_silent = 0;    ///< with no force, and no report of it
+  std::size_t wrong = 0;          ///< with another force
+  double ghost_n = 0;             ///< largest force outside
+  double sideways_n = 0;          ///< largest force along the motion where there is no side to come through
+
+  void add(const EntryResult& other);
+};
+EntryResult judgeEntry(const std::vector<EntryTick>& ticks);
+
+EntryResult runEntry(const std::string& law, const EntryCase& entry);
+
+/// The border of the surface that a push is next to.
+enum class BorderKind : std::uint8_t {
+  silhouette_hidden,   ///< a body's edge whose side the camera does not see
+  silhouette_visible,  ///< a body's edge whose side it sees
+  image_border,        ///< the last column that is measured
+};
+std::string_view nameOf(BorderKind kind);
+
+/// A push straight in, 45 mm deep, beside a border.
+struct BorderPushCase {
+  BorderKind kind = BorderKind::silhouette_hidden;
+  double wall_m = 1;
+  double beside_m = 0.01;      ///< from the border, on the body
+  double speed_m_per_s = 0.1;  ///< of the hand towards the surface, or of the surface towards the hand
+  bool surface_moves = false;  ///< 60 mm, from 20 mm behind a HIP that is still
+  SceneNoise noise = SceneNoise::none;
+  std::uint32_t seed = 1;
+};
+
+struct BorderPushResult {
+  int pushes = 0;
+  int popped = 0;        ///< number of pushes that popped through below 20 N
+  double least_n = 1e9;  ///< smallest pop-through force, or the largest force reached
+
+  void add(const BorderPushResult& other);
+};
+
+BorderPushResult runBorderPush(const std::string& law, const BorderPushCase& push);
+
+}  // namespace hapticd::tools
