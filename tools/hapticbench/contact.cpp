@@ -37,12 +37,6 @@ bool pushesBeforeContact(rt::ForceLaw law) {
   return law == rt::ForceLaw::nearest_springs || law == rt::ForceLaw::smooth_springs;
 }
 
-rt::GridParameters gridOf(const rt::LiveParameters& parameters) {
-  rt::GridParameters grid;
-  grid.voxel_edge_m = parameters.surface.voxel_edge_m;
-  return grid;
-}
-
 }  // namespace
 
 double ReferenceWall::force_n(double h_m, double velocity_m_per_s) {
@@ -50,9 +44,7 @@ double ReferenceWall::force_n(double h_m, double velocity_m_per_s) {
 }
 
 CoreWall::CoreWall(rt::ForceLaw law, const rt::LiveParameters& parameters, CoreOutput output)
-    : box_(fineDepthModel(), {}, gridOf(parameters)),
-      output_(output),
-      frame_(std::make_unique<rt::DepthFrame>()) {
+    : box_(fineDepthModel(), {}, {}), output_(output), frame_(std::make_unique<rt::DepthFrame>()) {
   std::fill(frame_->image().begin(), frame_->image().end(), kRaw);
   frame_->sequence = 1;
   box_.parameters() = parameters;

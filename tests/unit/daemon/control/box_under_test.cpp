@@ -11,7 +11,6 @@ namespace {
 config::Settings settingsOf(const std::filesystem::path& state_folder) {
   config::Settings settings;
   settings.state.folder = state_folder;
-  settings.loop.lock_memory = false;  // of a test with many threads
   settings.force.law = rt::ForceLaw::nearest_springs;
   settings.camera.driver = config::CameraDriver::synthetic;
   settings.synthetic.scene = config::SyntheticScene::plane;
