@@ -14,6 +14,7 @@
 
 #include <array>
 #include <cstdlib>
+#include <filesystem>
 #include <stdexcept>
 #include <string_view>
 
@@ -175,6 +176,14 @@ std::string Program::output() const {
 
 std::string Program::errors() const {
   return contentOf(errors_);
+}
+
+std::string unpackedProgram(const std::string& name) {
+  for (const char* folder : {HAPTICD_UNPACKED_PROGRAMS, "/usr/bin", "/usr/sbin"}) {
+    const std::filesystem::path program = std::filesystem::path(folder) / name;
+    if (std::filesystem::exists(program)) return program.string();
+  }
+  return {};
 }
 
 Finished runToEnd(const std::vector<std::string>& command, const ProgramOptions& options) {

@@ -98,6 +98,11 @@ class Program {
   std::size_t peak_memory_bytes_ = 0;
 };
 
+/// The path of a program of a Debian package that is not installed for the tests: tools/install-dependencies
+/// unpacks it below build/unpacked. Where the package is installed all the same, the installed one; empty
+/// where neither is there.
+std::string unpackedProgram(const std::string& name);
+
 /// Result of a program that has ended.
 struct Finished {
   Ending ending;

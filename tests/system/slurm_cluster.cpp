@@ -23,9 +23,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kMunged = "/usr/sbin/munged";
-constexpr const char* kSlurmctld = "/usr/sbin/slurmctld";
-constexpr const char* kSlurmd = "/usr/sbin/slurmd";
+const std::string kMunged = unpackedProgram("munged");
+const std::string kSlurmctld = unpackedProgram("slurmctld");
+const std::string kSlurmd = unpackedProgram("slurmd");
+const std::string kSlurmstepd = unpackedProgram("slurmstepd");
 
 std::string randomBytes(std::size_t count) {
   std::random_device random;
@@ -59,9 +60,9 @@ void end(std::unique_ptr<Program>& daemon) {
 }  // namespace
 
 std::string SlurmCluster::obstacle() {
-  const std::array programs{kMunged, kSlurmctld, kSlurmd, "/usr/bin/sbatch"};
-  if (!std::ranges::all_of(programs, [](const char* program) { return fs::exists(program); }))
-    return "Debian's package slurm-wlm is not installed";
+  const std::array programs{kMunged, kSlurmctld, kSlurmd, kSlurmstepd, unpackedProgram("sbatch")};
+  if (std::ranges::any_of(programs, &std::string::empty))
+    return "Debian's packages munge and slurm-wlm are not unpacked";
   if (!loopbackAddressOfName()) return "the name of this machine has no loopback address in /etc/hosts";
   return "";
 }
@@ -71,7 +72,9 @@ SlurmCluster::SlurmCluster() {
   const fs::path key = folder_.write("munge.key", randomBytes(1024));
   fs::permissions(key, fs::perms::owner_read);
   folder_.write("slurm.conf", configuration());
-  options_.environment = {"SLURM_CONF=" + inFolder("slurm.conf")};
+  // before /usr/bin, for what jobs and tools/slurm call
+  options_.environment = {"SLURM_CONF=" + inFolder("slurm.conf"),
+                          std::string("PATH=" HAPTICD_UNPACKED_PROGRAMS ":/usr/bin:/bin")};
   // --force: the folder may be in one that anybody can write to
   munged_ = std::make_unique<Program>(
       std::vector<std::string>{kMunged, "--foreground", "--force", "--key-file=" + key.string(),
@@ -80,12 +83,13 @@ SlurmCluster::SlurmCluster() {
       options_);
   EXPECT_TRUE(becomesTrue([this] { return fs::exists(inFolder("munge.socket")); })) << munged_->errors();
   slurmctld_ = std::make_unique<Program>(std::vector<std::string>{kSlurmctld, "-D"}, options_);
-  slurmd_ = std::make_unique<Program>(std::vector<std::string>{kSlurmd, "-D", "-N", "node"}, options_);
+  slurmd_ = std::make_unique<Program>(
+      std::vector<std::string>{kSlurmd, "-D", "-N", "node", "-d", kSlurmstepd}, options_);
 }
 
 SlurmCluster::~SlurmCluster() {
   // a job's process is no child of slurmd, which would leave it running
-  run({"/usr/bin/scancel", "--full", fmt::format("--user={}", ::getuid())});
+  run({unpackedProgram("scancel"), "--full", fmt::format("--user={}", ::getuid())});
   EXPECT_TRUE(becomesTrue([this] { return isIdle(); })) << "jobs do not end";
   end(slurmd_);
   end(slurmctld_);
@@ -109,6 +113,7 @@ std::string SlurmCluster::configuration() const {
       "SlurmdPidFile={folder}/slurmd.pid\n"
       "ProctrackType=proctrack/pgid\n"
       "TaskPlugin=task/none\n"
+      "{plugin_dir}"
       "MailProg=/bin/true\n"
       "SelectType=select/cons_tres\n"
       "SelectTypeParameters=CR_CPU\n"
@@ -119,7 +124,9 @@ std::string SlurmCluster::configuration() const {
       "NodeName=node NodeHostname=localhost NodeAddr={address} CPUs=2\n"
       "PartitionName=all Nodes=node Default=YES State=UP\n",
       unusedPort(), unusedPort(), ::getuid(), ::getuid(), fmt::arg("folder", folder_.path().string()),
-      fmt::arg("address", loopbackAddressOfName().value()));
+      fmt::arg("address", loopbackAddressOfName().value()),
+      fmt::arg("plugin_dir",
+               fs::exists(HAPTICD_SLURM_PLUGINS) ? "PluginDir=" HAPTICD_SLURM_PLUGINS "\n" : ""));
 }
 
 Finished SlurmCluster::run(const std::vector<std::string>& command) const {
@@ -128,14 +135,14 @@ Finished SlurmCluster::run(const std::vector<std::string>& command) const {
 
 bool SlurmCluster::isReady() const {
   const bool ready = becomesTrue([this] {
-    return run({"/usr/bin/sinfo", "--noheader", "--format=%T"}).output == "idle\n";
+    return run({unpackedProgram("sinfo"), "--noheader", "--format=%T"}).output == "idle\n";
   });
   EXPECT_TRUE(ready) << munged_->errors() << slurmctld_->errors() << slurmd_->errors();
   return ready;
 }
 
 bool SlurmCluster::isIdle() const {
-  const Finished queue = run({"/usr/bin/squeue", "--noheader"});
+  const Finished queue = run({unpackedProgram("squeue"), "--noheader"});
   return queue.ending != exitedWith(0) || queue.output.empty();
 }
 

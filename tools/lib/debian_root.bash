@@ -30,7 +30,7 @@ keyring=/usr/share/keyrings/debian-archive-keyring.gpg
 # Checks what a root takes, and locks $work until the script ends.
 prepare_debian_root() {
   [ "$(id -u)" -eq 0 ] || unable "it needs root, to mount and to change the root folder"
-  command -v mmdebstrap >/dev/null || unable "mmdebstrap is missing; tools/install-dependencies --lab installs it"
+  command -v mmdebstrap >/dev/null || unable "mmdebstrap is missing; tools/install-dependencies lab installs it"
   [ -f "$keyring" ] || unable "$keyring is missing: install debian-archive-keyring"
   mkdir -p "$work/build"
   exec {lock}>"$work/lock"

@@ -11,8 +11,13 @@ set(tmpfiles_folder lib/tmpfiles.d)
 set(udev_folder lib/udev)
 set(doc_folder ${CMAKE_INSTALL_DATAROOTDIR}/doc/hapticd)
 
+set(bench)
+if(HAPTICD_BENCH)
+  set(bench hapticbench)
+endif()
+
 # Symbols are resolved at the start: the force thread must not wait for the dynamic linker.
-foreach(program hapticd hapticd-view hapticctl haptic-bridge haptic-palpate haptic-replay hapticbench)
+foreach(program hapticd hapticd-view hapticctl haptic-bridge haptic-palpate haptic-replay ${bench})
   target_link_options(${program} PRIVATE LINKER:-z,relro,-z,now)
 endforeach()
 
@@ -21,7 +26,7 @@ install(TARGETS hapticd-view RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONE
 install(DIRECTORY tools/hapticd-view/page/ DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/hapticd/view COMPONENT hapticd
         FILES_MATCHING PATTERN *.html PATTERN *.js PATTERN *.css PATTERN *.svg)
 install(TARGETS hapticctl haptic-bridge RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT hapticd)
-install(TARGETS haptic-palpate haptic-replay hapticbench RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT tools)
+install(TARGETS haptic-palpate haptic-replay ${bench} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT tools)
 
 install(FILES systemd/hapticd-status.socket systemd/hapticd-control.socket systemd/hapticd-metrics.socket
         DESTINATION ${unit_folder} COMPONENT hapticd)
@@ -49,7 +54,7 @@ install_manual_pages(hapticd 8 hapticd hapticd-realtime-setup hapticd-view)
 install_manual_pages(hapticd 5 hapticd.yaml)
 install_manual_pages(hapticd 7 hapticd-varlink)
 install_manual_pages(hapticd 1 hapticctl haptic-bridge)
-install_manual_pages(tools 1 haptic-palpate haptic-replay hapticbench)
+install_manual_pages(tools 1 haptic-palpate haptic-replay ${bench})
 
 install(FILES ${HAPTICD_GENERATED}/hapticctl
         DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/bash-completion/completions COMPONENT hapticd)
