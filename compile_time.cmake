@@ -12,7 +12,7 @@ function(hapticd_precompile target)
     target_precompile_headers(${target} PRIVATE ${ARGN})
   endif()
   # out of a precompiled header g++ 12 takes system headers for ours, and sees overruns that are not there
-  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds -Wno-stringop-overflow>)
+  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread>)
 endfunction()
 
 # hapticd_headers is for targets that link fmt::fmt, hapticd_json_headers for those that link nlohmann_json as well:
