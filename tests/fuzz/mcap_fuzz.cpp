@@ -146,9 +146,10 @@ std::string foreignTrace(const std::string& metadata) {
 /// A file that its writer closed: a chunk, and a summary that tells the places of everything.
 std::string closedTrace() {
   using namespace hapticd::test::raw_mcap;
-  const std::string records = schemaRecordOf(1, "a/msg/B", "uint8 x\n") + channelRecordOf(1, 1, "/foreign") +
-                              messageOf(1, 1'000, "x") + messageOf(1, 2'000, "y");
-  std::string file = kMcapMagic + headerOf("hapticd") + traceMetadata("5");
+  const std::string schema = schemaRecordOf(1, "a/msg/B", "uint8 x\n");
+  const std::string channel = channelRecordOf(1, 1, "/foreign");
+  const std::string records = messageOf(1, 1'000, "x") + messageOf(1, 2'000, "y");
+  std::string file = kMcapMagic + headerOf("hapticd") + traceMetadata("5") + schema + channel;
   const std::size_t begin = file.size();
   mcap::ChunkContent content;
   require(mcap::ChunkContent::of(records, content));
@@ -156,8 +157,8 @@ std::string closedTrace() {
                                 records};
   mcap::addChunk(file, chunk);
   mcap::Summary summary;
-  summary.addSchema(content.schemas.front());
-  summary.addChannel(content.channels.front());
+  summary.addSchema(std::string_view(schema).substr(mcap::kRecordHeadBytes));
+  summary.addChannel(std::string_view(channel).substr(mcap::kRecordHeadBytes));
   summary.addChunk(begin, file.size() - begin, chunk, content);
   file += content.indexRecords();
   return file + summary.ending(file.size(), mcap::crcOf(file));
