@@ -125,7 +125,7 @@ TEST_F(Completion, OffersTheTracesOfTheDaemon) {
   const auto name = askControl("io.hapticd.Control.StartTrace")["parameters"]["name"].get<std::string>();
   const std::string begin = name.substr(0, 2);
   EXPECT_EQ((Words{name}), completions({"hapticctl", "--socket", controlPath(), "trace", "delete", begin}));
-  EXPECT_EQ((Words{":files", name}),
+  EXPECT_EQ((Words{name, ":files"}),
             completions({"hapticctl", "--socket", controlPath(), "trace", "info", begin}));
   EXPECT_EQ((Words{name}), completions({"hapticctl", "--socket", controlPath(), "trace", "note", begin}));
 }
