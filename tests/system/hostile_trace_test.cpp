@@ -287,8 +287,7 @@ TEST(OutOfMemory, IsAnErrorAndNotASignal) {
   for (const std::vector<std::string>& command :
        {test::hapticctlCommand({"trace", "info", file}),
         test::hapticctlCommand({"trace", "recover", file}),
-        test::hapticReplayCommand({"--trace", file}),
-        {HAPTICD_VIEW_PROGRAM, "--trace", file.string(), "--listen", "127.0.0.1:0"}}) {
+        test::hapticReplayCommand({"--trace", file})}) {
     const test::Finished finished = test::runToEnd(command, little_memory);
     EXPECT_TRUE(finished.ending.exited && finished.ending.code != 0) << finished.ending << finished.errors;
     EXPECT_TRUE(test::contains(finished.errors, "more memory than there is"));
