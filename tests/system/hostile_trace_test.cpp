@@ -212,16 +212,13 @@ class HostileTrace : public testing::TestWithParam<Hostile> {
     return 50 * kMega + 3 * mostHeld(bytes_.size(), kMaxChunkBytes) + 4 * bytes_.size();
   }
 
-  void expectModest(Program& program, const std::string& what) {
+  void expectModest(const std::string& what, std::vector<std::string> command) {
+    Program program(command);
     const test::Ending ending = program.wait();
     EXPECT_TRUE(ending.exited) << what << ": " << ending << ", " << program.errors();
     if (!test::kMemoryOfSanitizer) {
       EXPECT_LE(program.peakMemoryBytes(), mostBytes()) << what << " of " << bytes_.size() << " bytes";
     }
-  }
-  void expectModest(const std::string& what, std::vector<std::string> command) {
-    Program program(command);
-    expectModest(program, what);
   }
 
   const test::TemporaryFolder folder_;
@@ -253,13 +250,6 @@ TEST_P(HostileTrace, IsReadInTheMemoryAndTimeOfItsSize) {
   expectModest("palpate", {HAPTIC_PALPATE_PROGRAM, file});
 }
 
-TEST_P(HostileTrace, IsShownInTheMemoryAndTimeOfItsSize) {
-  Program view({HAPTICD_VIEW_PROGRAM, "--trace", file_.string(), "--listen", "127.0.0.1:0"});
-  EXPECT_TRUE(test::becomesTrue([&] { return !view.running() || !view.output().empty(); })) << view.errors();
-  view.signal(SIGTERM);
-  expectModest(view, "view");
-}
-
 /// The daemon finishes what a crash has left, whatever it is.
 TEST_P(HostileTrace, LeftByACrashDoesNotHarmTheDaemon) {
   const test::DaemonHome home;
@@ -285,8 +275,7 @@ TEST(OutOfMemory, IsAnErrorAndNotASignal) {
                                  endOf());
   const test::ProgramOptions little_memory{.largest_memory_bytes = 150 * kMega};
   for (const std::vector<std::string>& command :
-       {test::hapticctlCommand({"trace", "info", file}),
-        test::hapticctlCommand({"trace", "recover", file}),
+       {test::hapticctlCommand({"trace", "info", file}), test::hapticctlCommand({"trace", "recover", file}),
         test::hapticReplayCommand({"--trace", file})}) {
     const test::Finished finished = test::runToEnd(command, little_memory);
     EXPECT_TRUE(finished.ending.exited && finished.ending.code != 0) << finished.ending << finished.errors;
