@@ -27,10 +27,3 @@ foreach(headers hapticd_headers hapticd_json_headers)
 endforeach()
 target_link_libraries(hapticd_json_headers PRIVATE nlohmann_json::nlohmann_json)
 target_precompile_headers(hapticd_json_headers PRIVATE <nlohmann/json.hpp>)
-
-# With CMAKE_UNITY_BUILD (see the presets) several sources of a library are compiled as one.
-# hapticd_compile_alone(SOURCES..): not these, because a name in their unnamed namespace stands for something else in
-# another source of the same library.
-function(hapticd_compile_alone)
-  set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-endfunction()

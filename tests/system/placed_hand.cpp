@@ -66,9 +66,9 @@ bool PlacedHand::reaches(Daemon& daemon, const rt::Vec3& position_m) {
 
 tools::DeviceReading PlacedHand::read() {
   const std::lock_guard lock(mutex_);
-  const rt::Vec3 way_m = aim_m_ - position_m_;
-  const double left_m = rt::norm(way_m);
-  position_m_ = left_m <= kStep_m ? aim_m_ : position_m_ + (kStep_m / left_m) * way_m;
+  const rt::Vec3 to_aim_m = aim_m_ - position_m_;
+  const double distance_m = rt::norm(to_aim_m);
+  position_m_ = distance_m <= kStep_m ? aim_m_ : position_m_ + (kStep_m / distance_m) * to_aim_m;
   tools::DeviceReading reading;
   reading.position_m = position_m_;
   constexpr int kHalfPeriod = 100;
