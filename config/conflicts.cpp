@@ -9,16 +9,16 @@
 #include <filesystem>
 #include <utility>
 
-#include "config/addition_checks.h"
-#include "config/depth_cameras.h"
-#include "config/hid_id.h"
-#include "config/ipv4_endpoint.h"
-#include "config/law_choice.h"
-#include "config/line_address.h"
-#include "config/parameter_table.h"
-#include "config/value_text.h"
-#include "rt/law_table.h"
-#include "rt/scene_builder.h"
+#include "config/additions/addition_checks.h"
+#include "config/base/value_text.h"
+#include "config/settings/depth_cameras.h"
+#include "config/settings/hid_id.h"
+#include "config/settings/ipv4_endpoint.h"
+#include "config/settings/law_choice.h"
+#include "config/settings/line_address.h"
+#include "config/settings/parameter_table.h"
+#include "rt/laws/law_table.h"
+#include "rt/modelling/scene_builder.h"
 
 namespace hapticd::config {
 namespace {
@@ -31,7 +31,7 @@ constexpr double kShortestDirection = 1e-3;
 
 void add(std::vector<Conflict>& conflicts, std::vector<std::string_view> parameters, std::string what,
          std::string remedy) {
-  Error error{std::string(parameters.front()), std::move(what), std::move(remedy)};
+  base::Error error{std::string(parameters.front()), std::move(what), std::move(remedy)};
   conflicts.push_back({std::move(parameters), std::move(error)});
 }
 
@@ -57,8 +57,8 @@ void checkDepth(const Settings& settings, std::vector<Conflict>& conflicts) {
   const rt::DepthModelParameters model = settings.camera.effectiveDepthModel();
   if (!(model.near_m < model.far_m)) {
     add(conflicts, {"camera.near_m", "camera.far_m"},
-        fmt::format("{} m is not below camera.far_m, {} m", numberText(model.near_m),
-                    numberText(model.far_m)),
+        fmt::format("{} m is not below camera.far_m, {} m", base::numberText(model.near_m),
+                    base::numberText(model.far_m)),
         "set camera.near_m below camera.far_m");
     return;
   }
@@ -67,8 +67,9 @@ void checkDepth(const Settings& settings, std::vector<Conflict>& conflicts) {
       {"camera.depth_law", "camera.depth_a_per_m", "camera.depth_b_per_m", "camera.near_m", "camera.far_m"},
       fmt::format("Z = 1 / ({} d + {}) lies between camera.near_m, {} m, and camera.far_m, {} m, for no raw "
                   "value d of 0..{}",
-                  numberText(model.a_per_m), numberText(model.b_per_m), numberText(model.near_m),
-                  numberText(model.far_m), model.raw_no_measurement - 1),
+                  base::numberText(model.a_per_m), base::numberText(model.b_per_m),
+                  base::numberText(model.near_m), base::numberText(model.far_m),
+                  model.raw_no_measurement - 1),
       settings.camera.depth_law == DepthLaw::custom
           ? "correct camera.depth_a_per_m and camera.depth_b_per_m: about -0.003 and 3.3 for a Kinect v1"
           : "move camera.near_m and camera.far_m further apart");
@@ -87,7 +88,8 @@ void checkConfiguredIntrinsics(const Settings& settings, std::vector<Conflict>& 
   } else if (model.cx_px >= model.width_px || model.cy_px >= model.height_px) {
     add(conflicts, {"camera.cx_px", "camera.cy_px", "camera.width_px", "camera.height_px"},
         fmt::format("the optical centre ({}, {}) lies outside the frame of {} x {} pixels",
-                    numberText(model.cx_px), numberText(model.cy_px), model.width_px, model.height_px),
+                    base::numberText(model.cx_px), base::numberText(model.cy_px), model.width_px,
+                    model.height_px),
         "set camera.cx_px and camera.cy_px for the chosen size of the frames");
   }
 }
@@ -114,7 +116,7 @@ void checkDepthUnit(const Settings& settings, std::vector<Conflict>& conflicts) 
   if (camera.depth_model.near_m <= farthest_m) return;
   add(conflicts, {"camera.unit_um", "camera.near_m"},
       fmt::format("16 bits of {} um end at {} m, nearer than camera.near_m, {} m", camera.v4l2.unit_um,
-                  numberText(farthest_m), numberText(camera.depth_model.near_m)),
+                  base::numberText(farthest_m), base::numberText(camera.depth_model.near_m)),
       "set camera.unit_um to 100 or 1000, or to 0");
 }
 
@@ -173,8 +175,9 @@ void checkDirection(const Settings& settings, std::vector<Conflict>& conflicts) 
   if (rt::norm(direction) >= kShortestDirection) return;
   add(conflicts,
       {"simulated_handle.direction_x", "simulated_handle.direction_y", "simulated_handle.direction_z"},
-      fmt::format("({}, {}, {}) is not a direction: it is shorter than {}", numberText(direction.x),
-                  numberText(direction.y), numberText(direction.z), numberText(kShortestDirection)),
+      fmt::format("({}, {}, {}) is not a direction: it is shorter than {}", base::numberText(direction.x),
+                  base::numberText(direction.y), base::numberText(direction.z),
+                  base::numberText(kShortestDirection)),
       "set at least one of direction_x, direction_y and direction_z, as in 0, 0, -1");
 }
 
@@ -186,18 +189,18 @@ void checkFalcon(const Settings& settings, std::vector<Conflict>& conflicts) {
 }
 
 void checkUdpAddress(const UdpHandleSettings& udp, std::vector<Conflict>& conflicts) {
-  const Result<Ipv4Endpoint> address = ipv4EndpointFrom(udp.address);
+  const base::Result<Ipv4Endpoint> address = ipv4EndpointFrom(udp.address);
   if (!address || address->port != 0) {
     add(conflicts, {"udp_handle.address"},
-        address ? fmt::format("{} names a port", inQuotes(udp.address)) : address.error().what,
+        address ? fmt::format("{} names a port", base::inQuotes(udp.address)) : address.error().what,
         "write the address as 192.0.2.1, and the port in udp_handle.port");
   }
   if (udp.peer.empty()) return;
-  const Result<Ipv4Endpoint> peer = ipv4EndpointFrom(udp.peer);
+  const base::Result<Ipv4Endpoint> peer = ipv4EndpointFrom(udp.peer);
   constexpr std::uint32_t kFirstMulticast = 0xE0000000;
   if (!peer || peer->address == 0 || peer->address >= kFirstMulticast) {
     add(conflicts, {"udp_handle.peer"},
-        peer ? fmt::format("{} is not the address of a single computer", inQuotes(udp.peer))
+        peer ? fmt::format("{} is not the address of a single computer", base::inQuotes(udp.peer))
              : peer.error().what,
         "write it as 192.0.2.10, or with a port as 192.0.2.10:47801");
   } else if (address && isLoopback(*address) && !isLoopback(*peer)) {
@@ -235,7 +238,7 @@ void checkLedLines(const LedSettings& leds, std::vector<Conflict>& conflicts) {
   std::vector<std::pair<std::string_view, LineAddress>> seen;
   for (const auto& [parameter, text] : linesOf(leds)) {
     if (text.empty()) continue;
-    const Result<LineAddress> line = lineAddressFrom(text);
+    const base::Result<LineAddress> line = lineAddressFrom(text);
     if (!line) {
       add(conflicts, {parameter}, line.error().what, line.error().remedy);
       continue;
@@ -266,7 +269,7 @@ void checkLeds(const Settings& settings, std::vector<Conflict>& conflicts) {
 }
 
 void checkHidHandle(const Settings& settings, std::vector<Conflict>& conflicts) {
-  const Result<HidId> id = hidIdFrom(settings.handle.hid.device);
+  const base::Result<HidId> id = hidIdFrom(settings.handle.hid.device);
   if (!id) add(conflicts, {"hid_handle.device"}, id.error().what, id.error().remedy);
 }
 
@@ -274,10 +277,11 @@ void checkSocketPath(std::string_view name, const std::string& path, std::vector
   if (path.empty()) {
     add(conflicts, {name}, "is empty", "give the path of the socket");
   } else if (path.ends_with('/')) {
-    add(conflicts, {name}, fmt::format("{} names a folder", inQuotes(path)), "give the path of the socket");
+    add(conflicts, {name}, fmt::format("{} names a folder", base::inQuotes(path)),
+        "give the path of the socket");
   } else if (path.size() > kLongestSocketPath) {
     add(conflicts, {name},
-        fmt::format("{} has {} bytes, a socket's path at most {}", inQuotes(path), path.size(),
+        fmt::format("{} has {} bytes, a socket's path at most {}", base::inQuotes(path), path.size(),
                     kLongestSocketPath),
         "choose a shorter path, or one relative to the working directory");
   }
@@ -293,7 +297,7 @@ void checkSockets(const Settings& settings, std::vector<Conflict>& conflicts) {
     return;
   }
   add(conflicts, {"control.control_socket", "control.status_socket"},
-      fmt::format("{} is also control.status_socket", inQuotes(control.control_socket)),
+      fmt::format("{} is also control.status_socket", base::inQuotes(control.control_socket)),
       "give the two sockets different paths");
 }
 
@@ -319,8 +323,8 @@ std::vector<Conflict> conflictsIn(const Settings& settings) {
   return conflicts;
 }
 
-std::vector<Error> checkTogether(const Settings& settings) {
-  std::vector<Error> errors;
+std::vector<base::Error> checkTogether(const Settings& settings) {
+  std::vector<base::Error> errors;
   for (Conflict& conflict : conflictsIn(settings)) errors.push_back(std::move(conflict.error));
   return errors;
 }

@@ -4,8 +4,8 @@
 #include <string_view>
 #include <vector>
 
-#include "config/error.h"
-#include "config/settings.h"
+#include "config/base/error.h"
+#include "config/settings/settings.h"
 
 namespace hapticd::config {
 
@@ -13,7 +13,7 @@ namespace hapticd::config {
 struct Conflict {
   /// Names of the parameters that the rule involves, the most likely cause first.
   std::vector<std::string_view> parameters;
-  Error error;  ///< where: the first parameter
+  base::Error error;  ///< where: the first parameter
 };
 
 /// Returns every violated rule, or none.

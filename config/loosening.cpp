@@ -9,8 +9,8 @@
 #include <optional>
 #include <variant>
 
-#include "config/addition_fields.h"
-#include "config/value_text.h"
+#include "config/additions/addition_fields.h"
+#include "config/base/value_text.h"
 
 namespace hapticd::config {
 namespace {
@@ -61,7 +61,8 @@ std::optional<std::string> weaknessOf(const FixtureField& field, const FixtureSe
   const double from = numberOf(field, before);
   const double to = numberOf(field, after);
   if (!isLooser(*field.looser, from, to)) return std::nullopt;
-  return fmt::format("{} from {} to {}", field.name, numberText(from), withUnit(numberText(to), field.unit));
+  return fmt::format("{} from {} to {}", field.name, base::numberText(from),
+                     withUnit(base::numberText(to), field.unit));
 }
 
 /// Why `after` protects less than `before`; empty: it does not.

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "config/parameter_table.h"
-#include "config/settings.h"
+#include "config/settings/parameter_table.h"
+#include "config/settings/settings.h"
 
 /// Changes of the live settings that give a person who holds the handle less protection than he has.
 namespace hapticd::config {

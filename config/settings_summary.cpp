@@ -5,9 +5,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <optional>
 #include <span>
 
-#include "config/value_text.h"
+#include "config/base/value_text.h"
+#include "config/settings/ipv4_endpoint.h"
 
 namespace hapticd::config {
 namespace {
@@ -16,7 +18,7 @@ namespace {
 constexpr std::size_t kMaxShown = 16;
 
 std::string shown(const Parameter& parameter, const Value& value) {
-  return parameter.kind == Kind::text ? inQuotes(std::get<std::string>(value)) : toText(value);
+  return parameter.kind == Kind::text ? base::inQuotes(std::get<std::string>(value)) : toText(value);
 }
 
 std::string counted(std::size_t count, std::string_view noun) {
@@ -55,6 +57,36 @@ SettingsSummary summaryOf(const Configuration& configuration) {
                                               shown(parameter, usual)));
   }
   return summary;
+}
+
+namespace {
+
+/// Returns whether packets of other computers reach the handle.
+bool isOpenToTheNetwork(const UdpHandleSettings& udp) {
+  const base::Result<Ipv4Endpoint> address = ipv4EndpointFrom(udp.address);
+  const base::Result<Ipv4Endpoint> peer = ipv4EndpointFrom(udp.peer);
+  return (address && !isLoopback(*address)) || (peer && !isLoopback(*peer));
+}
+
+std::optional<base::Error> unauthenticatedHandle(const HandleSettings& handle) {
+  const UdpHandleSettings& udp = handle.udp;
+  if (handle.driver != HandleDriver::udp || !udp.key_file.empty() || !isOpenToTheNetwork(udp)) {
+    return std::nullopt;
+  }
+  return base::Error{
+      "udp_handle.key_file",
+      fmt::format("is empty, and packets arrive over a network (udp_handle.address {}, udp_handle.peer "
+                  "{}): anyone who can send packets with the peer's address can move the handle",
+                  base::inQuotes(udp.address), base::inQuotes(udp.peer)),
+      "give both computers the same key, made with: openssl rand 32"};
+}
+
+}  // namespace
+
+std::vector<base::Error> warningsOf(const Settings& settings) {
+  std::vector<base::Error> warnings;
+  if (auto warning = unauthenticatedHandle(settings.handle)) warnings.push_back(std::move(*warning));
+  return warnings;
 }
 
 }  // namespace hapticd::config

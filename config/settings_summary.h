@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "config/base/error.h"
+#include "config/settings/settings.h"
 #include "config/yaml_loader.h"
 
 namespace hapticd::config {
@@ -25,5 +27,8 @@ struct SettingsSummary {
 
 /// Summarises a loaded configuration.
 SettingsSummary summaryOf(const Configuration& configuration);
+
+/// Returns settings that are allowed but probably unintended; they are shown, never refused.
+std::vector<base::Error> warningsOf(const Settings& settings);
 
 }  // namespace hapticd::config

@@ -10,11 +10,11 @@
 #include <map>
 #include <set>
 
+#include "config/base/nearest_names.h"
+#include "config/base/value_text.h"
 #include "config/conflicts.h"
-#include "config/nearest_names.h"
-#include "config/parameter_table.h"
-#include "config/value_text.h"
-#include "config/yaml_reader.h"
+#include "config/settings/parameter_table.h"
+#include "config/yaml/yaml_reader.h"
 
 namespace hapticd::config {
 namespace {
@@ -22,14 +22,14 @@ namespace {
 constexpr std::size_t kLongestFile = std::size_t{1} << 20;
 constexpr std::size_t kMaxErrors = 100;
 
-Error unreadable(const std::filesystem::path& file, const FileFault& fault) {
+base::Error unreadable(const std::filesystem::path& file, const base::FileFault& fault) {
   const auto remedy = [&fault] {
     switch (fault.reason) {
-      case FileFault::Reason::not_regular:
+      case base::FileFault::Reason::not_regular:
         return "put a regular file there, or name another one";
-      case FileFault::Reason::too_long:
+      case base::FileFault::Reason::too_long:
         return "check that this is the configuration file";
-      case FileFault::Reason::unreadable:
+      case base::FileFault::Reason::unreadable:
         break;
     }
     return fault.error_number == EISDIR ? "name the YAML file in the folder"
@@ -62,14 +62,15 @@ std::vector<std::string_view> groupNames() {
   return names;
 }
 
-Error unknownGroup(const YamlGroup& group, const std::vector<std::string_view>& names) {
+base::Error unknownGroup(const YamlGroup& group, const std::vector<std::string_view>& names) {
   if (const Parameter* parameter = findParameter(group.name); parameter != nullptr) {
-    return {group.name, "is outside its group",
-            fmt::format("write it as `{}: {{{}: {}}}`", parameter->group(), parameter->nameInGroup(),
-                        group.scalar && group.scalar->size() < 40 ? printable(*group.scalar) : "value")};
+    return {
+        group.name, "is outside its group",
+        fmt::format("write it as `{}: {{{}: {}}}`", parameter->group(), parameter->nameInGroup(),
+                    group.scalar && group.scalar->size() < 40 ? base::printable(*group.scalar) : "value")};
   }
-  const std::string guess = didYouMean(group.name, names);
-  return {inQuotes(group.name), "there is no group of this name",
+  const std::string guess = base::didYouMean(group.name, names);
+  return {base::inQuotes(group.name), "there is no group of this name",
           guess.empty() ? fmt::format("groups: {}", fmt::join(names, ", ")) : guess};
 }
 
@@ -94,7 +95,7 @@ class Loading {
               "restore it; if it is complete, write `...` below its last line"});
     }
     for (const YamlProblem& problem : file.problems) {
-      report(problem.line, Error{shortened(problem.where), problem.what, problem.remedy});
+      report(problem.line, base::Error{shortened(problem.where), problem.what, problem.remedy});
       refused_.insert(problem.where);
     }
     takeAdditions(file);
@@ -105,8 +106,8 @@ class Loading {
   void takeOverride(const std::string& name_and_value) {
     const std::string where = "--set " + shortened(name_and_value);
     const std::string name = name_and_value.substr(0, name_and_value.find('='));
-    if (const Result<void> result = setFromText(settings_, name_and_value); !result) {
-      errors_.emplace_back(kAfterTheFile, Error{where, result.error().what, result.error().remedy});
+    if (const base::Result<void> result = setFromText(settings_, name_and_value); !result) {
+      errors_.emplace_back(kAfterTheFile, base::Error{where, result.error().what, result.error().remedy});
       refused_.insert(name);
       return;
     }
@@ -131,17 +132,17 @@ class Loading {
     }
   }
 
-  std::expected<Configuration, std::vector<Error>> finish() && {
+  std::expected<Configuration, std::vector<base::Error>> finish() && {
     if (errors_.empty()) return Configuration{std::move(settings_), set_at_.size() - addition_groups_, false};
     return std::unexpected(sortedErrors());
   }
 
-  std::expected<RecordedSettings, std::vector<Error>> finishRecorded() && {
+  std::expected<RecordedSettings, std::vector<base::Error>> finishRecorded() && {
     if (errors_.empty()) return RecordedSettings{std::move(settings_), std::move(unknown_)};
     return std::unexpected(sortedErrors());
   }
 
-  std::expected<SettingsPart, std::vector<Error>> finishPart() && {
+  std::expected<SettingsPart, std::vector<base::Error>> finishPart() && {
     if (errors_.empty()) return SettingsPart{std::move(assignments_), std::move(additions_)};
     return std::unexpected(sortedErrors());
   }
@@ -154,9 +155,9 @@ class Loading {
     std::string text;
   };
 
-  std::vector<Error> sortedErrors() {
-    std::ranges::stable_sort(errors_, {}, &std::pair<int, Error>::first);
-    std::vector<Error> errors;
+  std::vector<base::Error> sortedErrors() {
+    std::ranges::stable_sort(errors_, {}, &std::pair<int, base::Error>::first);
+    std::vector<base::Error> errors;
     for (auto& [line, error] : errors_) {
       if (errors.size() == kMaxErrors) {
         errors.push_back({file_name_, fmt::format("{} more problems", errors_.size() - kMaxErrors), ""});
@@ -169,7 +170,7 @@ class Loading {
 
   // For use in a message, without the quotes.
   static std::string shortened(const std::string& text) {
-    const std::string quotation = inQuotes(text);
+    const std::string quotation = base::inQuotes(text);
     return quotation.substr(1, quotation.size() - 2);
   }
 
@@ -177,7 +178,7 @@ class Loading {
     return line == 0 ? file_name_ : fmt::format("{}:{}", file_name_, line);
   }
 
-  void report(int line, Error error) {
+  void report(int line, base::Error error) {
     error.where = error.where.empty() ? placeOf(line) : fmt::format("{}: {}", placeOf(line), error.where);
     errors_.emplace_back(line, std::move(error));
   }
@@ -207,9 +208,10 @@ class Loading {
       unknown_groups_.insert(group.name);
       report(group.line, unknownGroup(group, names));
     } else if (group.scalar) {
-      report(group.line,
-             {group.name, fmt::format("found {} where `name: value` is expected", inQuotes(*group.scalar)),
-              fmt::format("write it as `{}: {{name: value}}`", group.name)});
+      report(
+          group.line,
+          {group.name, fmt::format("found {} where `name: value` is expected", base::inQuotes(*group.scalar)),
+           fmt::format("write it as `{}: {{name: value}}`", group.name)});
     }
   }
 
@@ -233,7 +235,7 @@ class Loading {
                           "remove the line; the parameter belongs in hapticd.yaml"});
       return;
     }
-    const Result<Value> value = valueOf(entry, *parameter);
+    const base::Result<Value> value = valueOf(entry, *parameter);
     if (!value) {
       report(entry.line, value.error());
       refused_.insert(name);
@@ -244,23 +246,23 @@ class Loading {
     set_at_[name] = {entry.line, placeOf(entry.line)};
   }
 
-  static Result<Value> valueOf(const YamlEntry& entry, const Parameter& parameter) {
+  static base::Result<Value> valueOf(const YamlEntry& entry, const Parameter& parameter) {
     const bool is_text = parameter.kind == Kind::text || parameter.kind == Kind::choice;
-    Result<Value> value = parameter.parse(entry.value);
+    base::Result<Value> value = parameter.parse(entry.value);
     if (!value || is_text || !entry.quoted || std::holds_alternative<std::string>(*value)) return value;
     return std::unexpected(
-        Error{std::string(parameter.name),
-              fmt::format("{} is text because of its quotes, write {} without them (allowed: {})",
-                          inQuotes(entry.value), shortened(entry.value), parameter.range()),
-              ""});
+        base::Error{std::string(parameter.name),
+                    fmt::format("{} is text because of its quotes, write {} without them (allowed: {})",
+                                base::inQuotes(entry.value), shortened(entry.value), parameter.range()),
+                    ""});
   }
 
   // A conflict is reported at the place of its first parameter that was set at all.
-  std::pair<int, Error> placed(const Conflict& conflict) const {
+  std::pair<int, base::Error> placed(const Conflict& conflict) const {
     for (const std::string_view name : conflict.parameters) {
       const auto place = set_at_.find(std::string(name));
       if (place == set_at_.end()) continue;
-      Error error = conflict.error;
+      base::Error error = conflict.error;
       error.where = fmt::format("{}: {}", place->second.text, error.where);
       return {place->second.line, std::move(error)};
     }
@@ -276,7 +278,7 @@ class Loading {
   std::size_t addition_groups_ = 0;  // of those in set_at_
   bool complete_ = false;            // the file was read to its end
   bool any_group_ = false;
-  std::vector<std::pair<int, Error>> errors_;  // with the line, for sorting
+  std::vector<std::pair<int, base::Error>> errors_;  // with the line, for sorting
   std::map<std::string, Place> set_at_;
   std::set<std::string> refused_;
   std::set<std::string> unknown_groups_;
@@ -284,19 +286,18 @@ class Loading {
   std::vector<std::string> unknown_;  // left out
 };
 
-std::expected<Settings, std::vector<Error>> settingsOf(
-    std::expected<Configuration, std::vector<Error>> configuration) {
+std::expected<Settings, std::vector<base::Error>> settingsOf(
+    std::expected<Configuration, std::vector<base::Error>> configuration) {
   if (!configuration) return std::unexpected(std::move(configuration.error()));
   return std::move(configuration->settings);
 }
 
 }  // namespace
 
-std::expected<Configuration, std::vector<Error>> loadConfiguration(const std::filesystem::path& file,
-                                                                   std::span<const std::string> overrides,
-                                                                   FileKind kind) {
+std::expected<Configuration, std::vector<base::Error>> loadConfiguration(
+    const std::filesystem::path& file, std::span<const std::string> overrides, base::FileKind kind) {
   Loading loading(file.string());
-  const auto content = fileContent(file, {.longest = kLongestFile, .kind = kind});
+  const auto content = base::fileContent(file, {.longest = kLongestFile, .kind = kind});
   if (!content) return std::unexpected(std::vector{unreadable(file, content.error())});
   loading.take(*content);
   loading.requireGroup();
@@ -307,20 +308,21 @@ std::expected<Configuration, std::vector<Error>> loadConfiguration(const std::fi
   return configuration;
 }
 
-std::expected<Settings, std::vector<Error>> loadSettings(const std::filesystem::path& file,
-                                                         std::span<const std::string> overrides) {
-  return settingsOf(loadConfiguration(file, overrides, FileKind::any));
+std::expected<Settings, std::vector<base::Error>> loadSettings(const std::filesystem::path& file,
+                                                               std::span<const std::string> overrides) {
+  return settingsOf(loadConfiguration(file, overrides, base::FileKind::any));
 }
 
-std::expected<Settings, std::vector<Error>> settingsFromText(std::string_view text, const std::string& name) {
+std::expected<Settings, std::vector<base::Error>> settingsFromText(std::string_view text,
+                                                                   const std::string& name) {
   Loading loading(name);
   loading.take(text);
   loading.checkRules();
   return settingsOf(std::move(loading).finish());
 }
 
-std::expected<RecordedSettings, std::vector<Error>> recordedSettings(std::string_view text,
-                                                                     const std::string& name) {
+std::expected<RecordedSettings, std::vector<base::Error>> recordedSettings(std::string_view text,
+                                                                           const std::string& name) {
   Loading loading(name);
   loading.leaveOutUnknown();
   loading.take(text);
@@ -328,7 +330,7 @@ std::expected<RecordedSettings, std::vector<Error>> recordedSettings(std::string
   return std::move(loading).finishRecorded();
 }
 
-std::expected<std::vector<Assignment>, std::vector<Error>> assignmentsFromText(
+std::expected<std::vector<Assignment>, std::vector<base::Error>> assignmentsFromText(
     std::string_view text, const std::string& name, const std::function<bool(const Parameter&)>& belongs) {
   Loading loading(name, belongs, false);
   loading.take(text);
@@ -337,7 +339,7 @@ std::expected<std::vector<Assignment>, std::vector<Error>> assignmentsFromText(
   return std::move(part->assignments);
 }
 
-std::expected<SettingsPart, std::vector<Error>> partFromText(
+std::expected<SettingsPart, std::vector<base::Error>> partFromText(
     std::string_view text, const std::string& name, const std::function<bool(const Parameter&)>& belongs) {
   Loading loading(name, belongs);
   loading.take(text);

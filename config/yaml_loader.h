@@ -9,11 +9,11 @@
 #include <string_view>
 #include <vector>
 
-#include "config/addition_reader.h"
-#include "config/error.h"
-#include "config/file_content.h"
-#include "config/parameter_table.h"
-#include "config/settings.h"
+#include "config/additions/addition_reader.h"
+#include "config/base/error.h"
+#include "config/base/file_content.h"
+#include "config/settings/parameter_table.h"
+#include "config/settings/settings.h"
 
 namespace hapticd::config {
 
@@ -32,16 +32,16 @@ struct Configuration {
 /// line, value and allowed range; nothing is applied partially. A file without any group is one, as is one
 /// that begins with a line `---` and does not end with a line `...`: what was cut must not count as a
 /// request for the defaults.
-std::expected<Configuration, std::vector<Error>> loadConfiguration(const std::filesystem::path& file,
-                                                                   std::span<const std::string> overrides,
-                                                                   FileKind kind);
+std::expected<Configuration, std::vector<base::Error>> loadConfiguration(
+    const std::filesystem::path& file, std::span<const std::string> overrides, base::FileKind kind);
 
 /// Loads only the settings, from a file of any kind.
-std::expected<Settings, std::vector<Error>> loadSettings(const std::filesystem::path& file,
-                                                         std::span<const std::string> overrides = {});
+std::expected<Settings, std::vector<base::Error>> loadSettings(const std::filesystem::path& file,
+                                                               std::span<const std::string> overrides = {});
 
 /// Loads settings from `text`, which messages call `name`.
-std::expected<Settings, std::vector<Error>> settingsFromText(std::string_view text, const std::string& name);
+std::expected<Settings, std::vector<base::Error>> settingsFromText(std::string_view text,
+                                                                   const std::string& name);
 
 /// The settings that were recorded with something, and the names in them that are no parameters of this
 /// version, which are left out.
@@ -49,8 +49,8 @@ struct RecordedSettings {
   Settings settings;
   std::vector<std::string> unknown;
 };
-std::expected<RecordedSettings, std::vector<Error>> recordedSettings(std::string_view text,
-                                                                     const std::string& name);
+std::expected<RecordedSettings, std::vector<base::Error>> recordedSettings(std::string_view text,
+                                                                           const std::string& name);
 
 /// A parameter of the table and a valid value for it.
 struct Assignment {
@@ -63,7 +63,7 @@ struct Assignment {
 /// whether a parameter is allowed there.
 /// Errors: those of a configuration file, and parameters that are not allowed there, as the lists of
 /// SceneAdditions.
-std::expected<std::vector<Assignment>, std::vector<Error>> assignmentsFromText(
+std::expected<std::vector<Assignment>, std::vector<base::Error>> assignmentsFromText(
     std::string_view text, const std::string& name, const std::function<bool(const Parameter&)>& belongs);
 
 /// A part of a configuration: parameters, and lists of SceneAdditions.
@@ -73,7 +73,7 @@ struct SettingsPart {
 };
 
 /// The same for a text that may also contain the lists of SceneAdditions.
-std::expected<SettingsPart, std::vector<Error>> partFromText(
+std::expected<SettingsPart, std::vector<base::Error>> partFromText(
     std::string_view text, const std::string& name, const std::function<bool(const Parameter&)>& belongs);
 
 }  // namespace hapticd::config

@@ -8,10 +8,10 @@
 #include <chrono>
 #include <utility>
 
-#include "rt/depth_frame.h"
-#include "rt/realtime_thread.h"
-#include "rt/shape.h"
-#include "rt/vec3.h"
+#include "rt/base/realtime_thread.h"
+#include "rt/base/vec3.h"
+#include "rt/depth/depth_frame.h"
+#include "rt/fixtures/shape.h"
 
 namespace hapticd::daemon {
 namespace {

@@ -9,13 +9,13 @@
 #include <string>
 #include <vector>
 
-#include "config/fixture_settings.h"
-#include "config/label_image.h"
+#include "config/settings/fixture_settings.h"
+#include "config/settings/label_image.h"
 #include "daemon/base/box.h"
 #include "daemon/state/state_worker.h"
-#include "rt/depth_model.h"
-#include "rt/loop_state.h"
-#include "rt/parameters.h"
+#include "rt/base/parameters.h"
+#include "rt/depth/depth_model.h"
+#include "rt/loop/loop_state.h"
 
 namespace hapticd::daemon {
 
@@ -72,7 +72,7 @@ class AddedScene {
   bool lock_when_used_ = false;  // the memory of the channels was returned
   std::uint64_t regions_generation_ = 0;
   config::LabelImage labels_;
-  std::future<config::Result<config::LabelImage>> loading_;
+  std::future<base::Result<config::LabelImage>> loading_;
   std::string warning_;
   StateWorker worker_{std::chrono::seconds(1)};  // a job that only reads may be abandoned soon
 };

@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 
-#include "config/cause_text.h"
+#include "config/settings/cause_text.h"
 #include "daemon/base/names.h"
-#include "rt/stiffness_limit.h"
+#include "rt/safety/stiffness_limit.h"
 
 namespace hapticd::daemon {
 namespace {

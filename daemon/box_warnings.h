@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
-#include "config/settings.h"
+#include "config/settings/settings.h"
 #include "daemon/base/box.h"
 #include "daemon/lateness_watch.h"
-#include "rt/loop_state.h"
-#include "rt/parameters.h"
+#include "rt/base/parameters.h"
+#include "rt/loop/loop_state.h"
 
 namespace hapticd::daemon {
 

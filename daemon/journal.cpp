@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-#include "config/value_text.h"
+#include "config/base/value_text.h"
 #include "drivers/base/start_thread.h"
 
 namespace hapticd::daemon {
@@ -43,11 +43,11 @@ iovec vectorOf(std::string& field) {
 }
 
 bool sendToJournal(const JournalEntry& entry) {
-  std::vector<std::string> fields{"MESSAGE=" + config::printable(entry.text),
+  std::vector<std::string> fields{"MESSAGE=" + base::printable(entry.text),
                                   fmt::format("PRIORITY={}", static_cast<int>(entry.priority))};
   if (entry.event) fields.push_back(fmt::format("HAPTICD_EVENT={}", rt::wordOf(*entry.event)));
   for (const auto& [name, value] : entry.fields)
-    fields.push_back(fmt::format("HAPTICD_{}={}", name, config::printable(value)));
+    fields.push_back(fmt::format("HAPTICD_{}={}", name, base::printable(value)));
   std::vector<iovec> vectors;
   for (std::string& field : fields) vectors.push_back(vectorOf(field));
   return ::sd_journal_sendv(vectors.data(), static_cast<int>(vectors.size())) >= 0;
@@ -55,7 +55,7 @@ bool sendToJournal(const JournalEntry& entry) {
 
 /// Not through stdio, whose lock a blocked thread would hold when the process ends.
 bool printLine(const JournalEntry& entry) {
-  const std::string line = fmt::format("hapticd: {}\n", config::printable(entry.text));
+  const std::string line = fmt::format("hapticd: {}\n", base::printable(entry.text));
   for (std::string_view rest = line; !rest.empty();) {
     const ssize_t count = ::write(STDERR_FILENO, rest.data(), rest.size());
     if (count >= 0) {
@@ -198,7 +198,7 @@ JournalStatus journalStatus() {
   return queue().status();
 }
 
-config::Result<JournalThread> JournalThread::start() {
+base::Result<JournalThread> JournalThread::start() {
   queue().open(true);
   auto thread = drivers::startThread("journal", writeAll);
   if (thread) return JournalThread(std::move(*thread));

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <thread>
 
-#include "config/error.h"
+#include "config/base/error.h"
 #include "daemon/base/journal_entry.h"
 
 namespace hapticd::daemon {
@@ -33,7 +33,7 @@ JournalStatus journalStatus();
 class JournalThread {
  public:
   /// Errors: the system provides no more threads.
-  static config::Result<JournalThread> start();
+  static base::Result<JournalThread> start();
   JournalThread(JournalThread&&) = default;
   JournalThread& operator=(JournalThread&&) = delete;
   /// Writes what waits, at most for kEndPatience; what nobody takes by then is lost.

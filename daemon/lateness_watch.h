@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <deque>
 
-#include "rt/loop_state.h"
+#include "rt/loop/loop_state.h"
 
 namespace hapticd::daemon {
 

@@ -13,12 +13,12 @@
 #include <utility>
 #include <vector>
 
-#include "config/program.h"
-#include "config/value_text.h"
+#include "config/base/program.h"
+#include "config/base/value_text.h"
 #include "daemon/journal.h"
 #include "daemon/service.h"
 #include "daemon/state/start_settings.h"
-#include "rt/realtime_thread.h"
+#include "rt/base/realtime_thread.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -97,13 +97,13 @@ int serve(const StartSettings& start, ConfigurationSource source, std::unique_pt
 constexpr const char* kStandardConfiguration = "/etc/hapticd/hapticd.yaml";
 
 /// Creates the injector of a script; null if no script is given.
-config::Result<std::unique_ptr<FaultInjector>> injectorFor(const std::string& script,
-                                                           const config::Settings& settings) {
+base::Result<std::unique_ptr<FaultInjector>> injectorFor(const std::string& script,
+                                                         const config::Settings& settings) {
   if (script.empty()) return nullptr;
   if (!settings.control.allow_fault_injection) {
     return std::unexpected(
-        config::Error{"--inject", "the configuration does not allow fault injection",
-                      "set control.allow_fault_injection to true where nobody holds the handle"});
+        base::Error{"--inject", "the configuration does not allow fault injection",
+                    "set control.allow_fault_injection to true where nobody holds the handle"});
   }
   auto faults = readFaultScript(script);
   if (!faults) return std::unexpected(faults.error());
@@ -113,7 +113,7 @@ config::Result<std::unique_ptr<FaultInjector>> injectorFor(const std::string& sc
 /// Prints the result of --check for a configuration without errors.
 void report(const std::string& file, const StartSettings& start) {
   const auto print = [&file](const std::string& text) {
-    fmt::print("{}\n", config::printable(fmt::format("{}: {}", file, text)));
+    fmt::print("{}\n", base::printable(fmt::format("{}: {}", file, text)));
   };
   for (const std::string& notice : start.notices) print("warning: " + notice);
   if (!start.has_marks) {
@@ -153,7 +153,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return config::endWithoutWork(app, error, EX_USAGE);
+    return base::endWithoutWork(app, error, EX_USAGE);
   }
 
   if (config->count() == 0) {
@@ -162,7 +162,7 @@ int run(int argc, char** argv) {
   }
   const auto start = startSettings(file, overrides);
   if (!start) {
-    for (const config::Error& error : start.error()) {
+    for (const base::Error& error : start.error()) {
       writeToJournal({JournalEntry::Priority::error, error.text()});
     }
     return EX_CONFIG;
@@ -183,5 +183,5 @@ int run(int argc, char** argv) {
 }  // namespace hapticd::daemon
 
 int main(int argc, char** argv) {
-  return hapticd::config::runProgram("hapticd", [&] { return hapticd::daemon::run(argc, argv); });
+  return hapticd::base::runProgram("hapticd", [&] { return hapticd::daemon::run(argc, argv); });
 }

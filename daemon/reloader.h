@@ -4,20 +4,43 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <expected>
 #include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "config/base/error.h"
+#include "config/settings/settings.h"
 #include "daemon/base/box.h"
 #include "daemon/base/journal_entry.h"
 #include "daemon/base/reloads.h"
-#include "daemon/reload.h"
 #include "daemon/state/settings_reader.h"
 #include "daemon/state/start_settings.h"
 
 namespace hapticd::daemon {
+
+/// What a configuration that was read again asks for.
+struct Reload {
+  config::Settings
+      settings;  ///< the current ones, with the live parameters, fixtures and regions of the file
+  std::vector<std::string_view>
+      waiting;  ///< parameters that differ in the file, but only take effect at the next start
+  /// "fixture nerve": what the file defines and what is not in use, because a client or a profile has given
+  /// the name to another one.
+  std::vector<std::string> hidden;
+};
+
+/// Compares the settings in use (`running`) with those of the file (`loaded`). All live parameters take the
+/// file's values, including those that a client has set in the meantime. Of the fixtures and regions only
+/// those of the configuration change: they become what the file says, also where a client has changed or
+/// removed them, and those that it no longer has go; what profiles and clients have added stays.
+/// Errors: the file's live parameters contradict parameters that only a restart can change, or there would be
+/// more fixtures or regions than are possible.
+std::expected<Reload, std::vector<base::Error>> reloaded(const config::Settings& running,
+                                                         const config::Settings& loaded);
 
 /// The sources of the settings, needed to read them again.
 struct ConfigurationSource {
@@ -59,7 +82,7 @@ class Reloader final : public Reloads {
   Outcome apply(const StartSettings& loaded);
   /// Hands `target` to the box and logs what changes.
   ReloadReport change(const Reload& reload, const config::Settings& target);
-  Outcome refuse(std::vector<config::Error> errors);
+  Outcome refuse(std::vector<base::Error> errors);
   /// `target` without what it loosens; nothing: that would contradict itself, so that all of it has to wait.
   std::optional<config::Settings> applicable(const config::Settings& target) const;
   std::vector<config::Loosening> heldOf(const config::Settings& target) const;

@@ -12,22 +12,19 @@
 #include <system_error>
 #include <tuple>
 
-#include "config/parameter_table.h"
+#include "config/settings/parameter_table.h"
 #include "daemon/box_warnings.h"
 #include "daemon/isolated_cpu.h"
 #include "daemon/stop_guard.h"
-#include "daemon/stop_limits.h"
 #include "daemon/thread_faults.h"
 #include "drivers/camera/common_depth_header.h"
-#include "drivers/make_camera.h"
-#include "drivers/make_handle.h"
-#include "drivers/make_led_panel.h"
+#include "drivers/make_devices.h"
 #include "drivers/trace/additions.h"
 #include "drivers/trace/trace_format.h"
-#include "rt/haptic_core.h"
-#include "rt/law_table.h"
-#include "rt/periodic_clock.h"
-#include "rt/realtime_thread.h"
+#include "rt/base/periodic_clock.h"
+#include "rt/base/realtime_thread.h"
+#include "rt/laws/law_table.h"
+#include "rt/loop/haptic_core.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -46,7 +43,7 @@ drivers::HandleThreadPolicy handleThreadPolicy(const config::Settings& settings)
   return drivers::handleThreadPolicy(settings.handle, settings.loop, isIsolated(cpu) ? cpu : -1);
 }
 
-std::unexpected<RunningBox::StartFailure> failure(const config::Result<void>& started, bool permanent) {
+std::unexpected<RunningBox::StartFailure> failure(const base::Result<void>& started, bool permanent) {
   return std::unexpected(RunningBox::StartFailure{started.error(), permanent});
 }
 
@@ -115,7 +112,7 @@ std::expected<void, RunningBox::StartFailure> RunningBox::start() {
   return {};
 }
 
-config::Result<void> RunningBox::startForceThread() {
+base::Result<void> RunningBox::startForceThread() {
   rt::LoopParameters loop_parameters = settings_.loop;
   loop_parameters.cpu = forceCpu(settings_);
   loop_ = std::make_unique<rt::ForceLoop>(
@@ -136,8 +133,8 @@ config::Result<void> RunningBox::startForceThread() {
       loop.run();
     });
   } catch (const std::system_error& error) {
-    return std::unexpected(config::Error{"force thread", fmt::format("cannot be started: {}", error.what()),
-                                         "raise the limit of tasks or of locked memory"});
+    return std::unexpected(base::Error{"force thread", fmt::format("cannot be started: {}", error.what()),
+                                       "raise the limit of tasks or of locked memory"});
   }
   pthread_setname_np(force_thread_.native_handle(), "hapticd-force");
   std::tie(privileges_, force_thread_id_) = prepared.get_future().get();
@@ -146,12 +143,12 @@ config::Result<void> RunningBox::startForceThread() {
   return {};
 }
 
-config::Result<void> RunningBox::waitForFirstTick() {
+base::Result<void> RunningBox::waitForFirstTick() {
   const auto deadline = std::chrono::steady_clock::now() + kFirstTickTimeout;
   while (loopState().counters.ticks == 0) {
     if (std::chrono::steady_clock::now() > deadline) {
-      return std::unexpected(config::Error{"force loop", "no tick within 5 s of the start",
-                                           "is the CPU of loop.cpu taken by a task of higher priority?"});
+      return std::unexpected(base::Error{"force loop", "no tick within 5 s of the start",
+                                         "is the CPU of loop.cpu taken by a task of higher priority?"});
     }
     showLeds();
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -399,36 +396,36 @@ std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
   return list;
 }
 
-std::future<config::Result<std::string>> RunningBox::startTrace(const TraceRequest& request) {
+std::future<base::Result<std::string>> RunningBox::startTrace(const TraceRequest& request) {
   return trace_.startTrace(request);
 }
 
-std::future<config::Result<std::string>> RunningBox::stopTrace() {
+std::future<base::Result<std::string>> RunningBox::stopTrace() {
   return trace_.stopTrace();
 }
 
-std::future<config::Result<std::string>> RunningBox::dumpTrace() {
+std::future<base::Result<std::string>> RunningBox::dumpTrace() {
   return trace_.dumpTrace();
 }
 
-std::future<config::Result<std::vector<drivers::TraceEntry>>> RunningBox::listTraces() {
+std::future<base::Result<std::vector<drivers::TraceEntry>>> RunningBox::listTraces() {
   return trace_.listTraces();
 }
 
-std::future<config::Result<void>> RunningBox::deleteTrace(const std::string& name) {
+std::future<base::Result<void>> RunningBox::deleteTrace(const std::string& name) {
   return trace_.deleteTrace(name);
 }
 
-std::future<config::Result<void>> RunningBox::keepTrace(const std::string& name, bool keep) {
+std::future<base::Result<void>> RunningBox::keepTrace(const std::string& name, bool keep) {
   return trace_.keepTrace(name, keep);
 }
 
-std::future<config::Result<void>> RunningBox::noteTrace(const std::string& name, const std::string& text) {
+std::future<base::Result<void>> RunningBox::noteTrace(const std::string& name, const std::string& text) {
   return trace_.noteTrace(name, text);
 }
 
-std::future<config::Result<SceneSnapshot>> RunningBox::takeSnapshot() {
-  auto promise = std::make_shared<std::promise<config::Result<SceneSnapshot>>>();
+std::future<base::Result<SceneSnapshot>> RunningBox::takeSnapshot() {
+  auto promise = std::make_shared<std::promise<base::Result<SceneSnapshot>>>();
   auto future = promise->get_future();
   scene_thread_.requestFrame([promise, pose = settings_.camera.pose,
                               tick = loopState().tick](std::unique_ptr<rt::DepthFrame> frame) {
@@ -437,13 +434,13 @@ std::future<config::Result<SceneSnapshot>> RunningBox::takeSnapshot() {
       promise->set_value(SceneSnapshot{std::move(frame), camera, pose, tick});
     } else {
       promise->set_value(std::unexpected(
-          config::Error{"camera", "no depth frame has arrived yet", "see hapticctl status for the camera"}));
+          base::Error{"camera", "no depth frame has arrived yet", "see hapticctl status for the camera"}));
     }
   });
   return future;
 }
 
-config::Result<SharedDepth> RunningBox::shareDepth() {
+base::Result<SharedDepth> RunningBox::shareDepth() {
   auto region = drivers::DepthRegionWriter::create(sizeof(rt::DepthFrame::raw));
   if (!region) return std::unexpected(region.error());
   depth_region_ = std::move(*region);

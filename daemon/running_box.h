@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "config/law_choice.h"
-#include "config/settings.h"
+#include "config/settings/law_choice.h"
+#include "config/settings/settings.h"
 #include "daemon/added_scene.h"
 #include "daemon/base/box.h"
 #include "daemon/base/journal_entry.h"
@@ -28,9 +28,9 @@
 #include "drivers/depth_region/depth_region.h"
 #include "drivers/handle/handle.h"
 #include "drivers/led/led_panel.h"
-#include "rt/depth_model.h"
-#include "rt/engage_requests.h"
-#include "rt/force_loop.h"
+#include "rt/depth/depth_model.h"
+#include "rt/loop/engage_requests.h"
+#include "rt/loop/force_loop.h"
 
 namespace hapticd::daemon {
 
@@ -45,7 +45,7 @@ class RunningBox final : public Box {
 
   /// The reason why start() failed.
   struct StartFailure {
-    config::Error error;
+    base::Error error;
     bool permanent = true;  ///< the settings are the cause, so the next attempt will fail too
   };
 
@@ -81,15 +81,15 @@ class RunningBox final : public Box {
     return added_scene_.regionAt(position_m_in_world);
   }
   std::uint64_t acknowledgedGeneration() override;
-  std::future<config::Result<std::string>> startTrace(const TraceRequest& request) override;
-  std::future<config::Result<std::string>> stopTrace() override;
-  std::future<config::Result<std::string>> dumpTrace() override;
-  std::future<config::Result<std::vector<drivers::TraceEntry>>> listTraces() override;
-  std::future<config::Result<void>> deleteTrace(const std::string& name) override;
-  std::future<config::Result<void>> keepTrace(const std::string& name, bool keep) override;
-  std::future<config::Result<void>> noteTrace(const std::string& name, const std::string& text) override;
-  std::future<config::Result<SceneSnapshot>> takeSnapshot() override;
-  config::Result<SharedDepth> shareDepth() override;
+  std::future<base::Result<std::string>> startTrace(const TraceRequest& request) override;
+  std::future<base::Result<std::string>> stopTrace() override;
+  std::future<base::Result<std::string>> dumpTrace() override;
+  std::future<base::Result<std::vector<drivers::TraceEntry>>> listTraces() override;
+  std::future<base::Result<void>> deleteTrace(const std::string& name) override;
+  std::future<base::Result<void>> keepTrace(const std::string& name, bool keep) override;
+  std::future<base::Result<void>> noteTrace(const std::string& name, const std::string& text) override;
+  std::future<base::Result<SceneSnapshot>> takeSnapshot() override;
+  base::Result<SharedDepth> shareDepth() override;
   void hideDepth() override;
   /// Records the event in the trace.
   void onEvent(const JournalEntry& entry);
@@ -102,8 +102,8 @@ class RunningBox final : public Box {
   };
 
   void injectFaults();
-  config::Result<void> startForceThread();
-  config::Result<void> waitForFirstTick();
+  base::Result<void> startForceThread();
+  base::Result<void> waitForFirstTick();
   std::uint64_t sendDirective();
   /// Puts the fixtures and regions into the trace where they have changed.
   void recordAdditions();

@@ -27,7 +27,7 @@ constexpr std::chrono::seconds kLogPatience{2};
 /// How often it looks for changes that nobody requested.
 constexpr std::chrono::milliseconds kLookPeriod{200};
 
-int fail(const config::Error& error, int status) {
+int fail(const base::Error& error, int status) {
   writeToJournal({Priority::error, error.text()});
   return status;
 }
@@ -82,7 +82,7 @@ std::expected<void, RunningBox::StartFailure> Service::startBox() {
   return box_.start();
 }
 
-config::Result<void> Service::openSockets() {
+base::Result<void> Service::openSockets() {
   const config::ControlSettings& settings = box_.settings().control;
   ServerOptions options;
   options.listeners.push_back(

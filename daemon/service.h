@@ -15,7 +15,7 @@
 #include "daemon/running_box.h"
 #include "daemon/service_manager.h"
 #include "daemon/state/start_settings.h"
-#include "daemon/state/state_lock.h"
+#include "daemon/state/state_file.h"
 
 namespace hapticd::daemon {
 
@@ -41,7 +41,7 @@ class Service {
  private:
   using Clock = std::chrono::steady_clock;
 
-  config::Result<void> openSockets();
+  base::Result<void> openSockets();
   std::expected<void, RunningBox::StartFailure> startBox();
   /// Sends an entry to the journal, to the clients and to the trace.
   void report(const JournalEntry& entry);

@@ -40,7 +40,7 @@ void ServiceManager::connectTo(std::string address) {
   if (abstract) address_.sun_path[0] = '\0';
   address_bytes_ =
       static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + address.size() + (abstract ? 0 : 1));
-  socket_ = config::Descriptor(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  socket_ = base::Descriptor(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
 }
 
 int ServiceManager::takeSocket(const std::string& name) {

@@ -10,7 +10,7 @@
 #include <map>
 #include <string>
 
-#include "config/descriptor.h"
+#include "config/base/descriptor.h"
 
 namespace hapticd::daemon {
 
@@ -53,7 +53,7 @@ class ServiceManager {
   void sendWaiting();
 
   std::map<std::string, int> sockets_;
-  config::Descriptor socket_;  // none: there is no service manager
+  base::Descriptor socket_;  // none: there is no service manager
   sockaddr_un address_{};
   socklen_t address_bytes_ = 0;
   std::deque<std::string> waiting_;  // oldest first

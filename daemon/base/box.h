@@ -14,20 +14,20 @@
 #include <utility>
 #include <vector>
 
-#include "config/error.h"
-#include "config/fixture_settings.h"
-#include "config/parameter_table.h"
+#include "config/base/error.h"
+#include "config/settings/fixture_settings.h"
+#include "config/settings/parameter_table.h"
 #include "daemon/base/reloads.h"
 #include "drivers/camera/camera.h"
 #include "drivers/handle/handle.h"
 #include "drivers/led/led_panel.h"
 #include "drivers/trace/trace_folder.h"
-#include "drivers/trace/trace_state.h"
-#include "rt/depth_frame.h"
-#include "rt/latency_histogram.h"
-#include "rt/loop_state.h"
-#include "rt/vec3.h"
-#include "rt/words.h"
+#include "drivers/trace/trace_format.h"
+#include "rt/base/latency_histogram.h"
+#include "rt/base/vec3.h"
+#include "rt/base/words.h"
+#include "rt/depth/depth_frame.h"
+#include "rt/loop/loop_state.h"
 
 namespace hapticd::daemon {
 
@@ -267,23 +267,23 @@ class Box {
 
   /// Starts a trace and returns its name. Errors: one is being written, the folder cannot be written, no
   /// space.
-  virtual std::future<config::Result<std::string>> startTrace(const TraceRequest& request) = 0;
+  virtual std::future<base::Result<std::string>> startTrace(const TraceRequest& request) = 0;
   /// Finishes the trace and returns its name. Errors: none is being written.
-  virtual std::future<config::Result<std::string>> stopTrace() = 0;
+  virtual std::future<base::Result<std::string>> stopTrace() = 0;
   /// Writes the content of the flight recorder to a trace and returns its name. Errors: it is switched off or
   /// empty, the folder cannot be written, no space.
-  virtual std::future<config::Result<std::string>> dumpTrace() = 0;
-  virtual std::future<config::Result<std::vector<drivers::TraceEntry>>> listTraces() = 0;
-  virtual std::future<config::Result<void>> deleteTrace(const std::string& name) = 0;
+  virtual std::future<base::Result<std::string>> dumpTrace() = 0;
+  virtual std::future<base::Result<std::vector<drivers::TraceEntry>>> listTraces() = 0;
+  virtual std::future<base::Result<void>> deleteTrace(const std::string& name) = 0;
   /// Marks a trace to be kept, or removes the mark. Errors: no such trace, a failure of the disk.
-  virtual std::future<config::Result<void>> keepTrace(const std::string& name, bool keep) = 0;
+  virtual std::future<base::Result<void>> keepTrace(const std::string& name, bool keep) = 0;
   /// Writes a line of text about a trace beside it; an empty text removes it.
-  virtual std::future<config::Result<void>> noteTrace(const std::string& name, const std::string& text) = 0;
+  virtual std::future<base::Result<void>> noteTrace(const std::string& name, const std::string& text) = 0;
   /// Copies the newest depth frame and its state. Errors: there is none yet.
-  virtual std::future<config::Result<SceneSnapshot>> takeSnapshot() = 0;
+  virtual std::future<base::Result<SceneSnapshot>> takeSnapshot() = 0;
   /// Writes each depth frame into memory that other processes can map, from now until hideDepth(). Not to be
   /// called again before that. Errors: the system has no memory for it.
-  virtual config::Result<SharedDepth> shareDepth() = 0;
+  virtual base::Result<SharedDepth> shareDepth() = 0;
   /// Ends that, and closes the memory for its readers.
   virtual void hideDepth() = 0;
 };

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "config/event_kind.h"
+#include "config/settings/event_kind.h"
 
 namespace hapticd::daemon {
 

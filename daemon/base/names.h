@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "rt/words.h"
+#include "rt/base/words.h"
 
 namespace hapticd::daemon {
 

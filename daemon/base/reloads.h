@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
+#include "config/base/error.h"
 #include "config/loosening.h"
 
 namespace hapticd::daemon {
@@ -33,7 +33,7 @@ struct ReloadReport {
 /// Thread: control thread only.
 class Reloads {
  public:
-  using Outcome = std::expected<ReloadReport, std::vector<config::Error>>;
+  using Outcome = std::expected<ReloadReport, std::vector<base::Error>>;
 
   virtual ~Reloads() = default;
   /// Requests that the configuration file is read again, and returns the number of the reload that does.

@@ -8,10 +8,10 @@
 #include <string_view>
 #include <utility>
 
-#include "config/nearest_names.h"
-#include "config/value_text.h"
-#include "rt/fixture.h"
-#include "rt/tissue.h"
+#include "config/base/nearest_names.h"
+#include "config/base/value_text.h"
+#include "rt/fixtures/fixture.h"
+#include "rt/tissue/tissue.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -51,7 +51,7 @@ template <typename T>
 AdditionError unknownName(const std::vector<T>& items, const std::string& name) {
   std::vector<std::string_view> names;
   for (const T& item : items) names.push_back(item.name);
-  const std::string guess = config::didYouMean(name, names);
+  const std::string guess = base::didYouMean(name, names);
   return problem(name, "", fmt::format("there is no {} of this name", ListOf<T>::kWord),
                  guess.empty()
                      ? fmt::format("'hapticctl {} list' shows those that there are", ListOf<T>::kWord)

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "config/fixture_settings.h"
+#include "config/settings/fixture_settings.h"
 #include "daemon/base/journal_entry.h"
 #include "daemon/control/varlink_message.h"
 

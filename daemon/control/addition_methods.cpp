@@ -9,11 +9,11 @@
 #include <optional>
 #include <utility>
 
-#include "config/parameter_table.h"
+#include "config/settings/parameter_table.h"
 #include "daemon/base/names.h"
 #include "daemon/control/call_fields.h"
-#include "rt/fixture.h"
-#include "rt/tissue.h"
+#include "rt/fixtures/fixture.h"
+#include "rt/tissue/tissue.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -243,7 +243,7 @@ void AdditionMethods::apply(AdditionList list, const AdditionChange& change, con
   settings.additions = *after;
   if (const auto conflicts = config::checkTogether(settings); !conflicts.empty()) {
     std::vector<config::AdditionError> problems;
-    for (const config::Error& conflict : conflicts) problems.push_back({"", "", conflict});
+    for (const base::Error& conflict : conflicts) problems.push_back({"", "", conflict});
     return replies.finish(caller.connection, refusal(list, problems));
   }
   const std::uint64_t directive = context_.box.applyAdditions(*after);

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "daemon/control/addition_change.h"
-#include "daemon/control/method.h"
+#include "daemon/control/call_fields.h"
 #include "daemon/control/method_context.h"
 #include "daemon/control/stiffness_feed.h"
 

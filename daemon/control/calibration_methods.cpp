@@ -96,7 +96,7 @@ void CalibrationMethods::setCalibration(const Call& call, const Caller& caller, 
 
 void CalibrationMethods::write(const Call& call, const Caller& caller, Replies& replies,
                                const std::optional<Registration>& registration) {
-  using Outcome = config::Result<void>;
+  using Outcome = base::Result<void>;
   auto writing = worker_.run([folder = context_.box.settings().state.folder, registration] {
     return writeRegistration(folder, registration);
   });

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/control/method.h"
+#include "daemon/control/call_fields.h"
 #include "daemon/control/method_context.h"
 #include "daemon/state/registration.h"
 #include "daemon/state/state_worker.h"

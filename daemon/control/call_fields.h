@@ -3,15 +3,28 @@
 
 #include <cstddef>
 #include <expected>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "daemon/control/listening_socket.h"
 #include "daemon/control/varlink_message.h"
+#include "daemon/control/varlink_server.h"
 
 namespace hapticd::daemon {
+
+/// A method of an interface, and the function that answers it.
+struct Method {
+  std::string_view name;  ///< with the interface, "io.hapticd.Status.GetStatus"
+  Access access = Access::read;
+  bool streams = false;                           ///< whether it must be called with the flag "more"
+  bool shows_depth = false;                       ///< whether it needs Caller::sees_depth
+  std::vector<std::string_view> parameters = {};  ///< names of the parameters that it knows
+  std::function<void(const Call&, const Caller&, Replies&)> answer;
+};
 
 /// The error org.varlink.service.InvalidParameter for that field.
 Reply invalidParameter(std::string_view field);

@@ -13,7 +13,7 @@
 
 #include "daemon/base/names.h"
 #include "daemon/control/call_fields.h"
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::daemon {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "daemon/base/journal_entry.h"
-#include "daemon/control/method.h"
+#include "daemon/control/call_fields.h"
 
 namespace hapticd::daemon {
 

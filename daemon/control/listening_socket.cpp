@@ -17,15 +17,15 @@ namespace {
 
 constexpr int kBacklog = 32;
 
-std::unexpected<config::Error> failure(const std::string& path, std::string what, std::string remedy) {
-  return std::unexpected(config::Error{path, std::move(what), std::move(remedy)});
+std::unexpected<base::Error> failure(const std::string& path, std::string what, std::string remedy) {
+  return std::unexpected(base::Error{path, std::move(what), std::move(remedy)});
 }
 
 std::string reason(int error) {
   return std::strerror(error);
 }
 
-config::Result<sockaddr_un> addressOf(const std::string& path) {
+base::Result<sockaddr_un> addressOf(const std::string& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   if (path.empty()) return failure("socket", "the path is empty", "name a path in the group 'control'");
@@ -41,13 +41,13 @@ config::Result<sockaddr_un> addressOf(const std::string& path) {
 
 /// The result of connect() to the address: 0 if somebody accepts, else errno.
 int probe(const sockaddr_un& address) {
-  const config::Descriptor client(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  const base::Descriptor client(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!client) return errno;
   const int result = ::connect(client.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
   return result == 0 ? 0 : errno;
 }
 
-config::Result<void> removeStale(const std::string& path, const sockaddr_un& address) {
+base::Result<void> removeStale(const std::string& path, const sockaddr_un& address) {
   struct stat file {};
   if (::lstat(path.c_str(), &file) != 0) return {};  // bind() reports what is wrong, if anything is
   if (!S_ISSOCK(file.st_mode)) {
@@ -69,7 +69,7 @@ config::Result<void> removeStale(const std::string& path, const sockaddr_un& add
   return {};
 }
 
-config::Result<void> bindTo(int descriptor, const std::string& path, const sockaddr_un& address) {
+base::Result<void> bindTo(int descriptor, const std::string& path, const sockaddr_un& address) {
   if (::bind(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) return {};
   const int error = errno;
   const std::string folder = std::filesystem::absolute(path).parent_path().string();
@@ -97,11 +97,11 @@ void giveToGroup(const std::string& path, const std::string& group) {
 
 }  // namespace
 
-config::Result<ListeningSocket> ListeningSocket::open(const ListenerOptions& options) {
+base::Result<ListeningSocket> ListeningSocket::open(const ListenerOptions& options) {
   return options.descriptor >= 0 ? adopt(options) : create(options);
 }
 
-config::Result<ListeningSocket> ListeningSocket::adopt(const ListenerOptions& options) {
+base::Result<ListeningSocket> ListeningSocket::adopt(const ListenerOptions& options) {
   int listening = 0;
   socklen_t size = sizeof listening;
   sockaddr_un address{};
@@ -117,7 +117,7 @@ config::Result<ListeningSocket> ListeningSocket::adopt(const ListenerOptions& op
   const int flags = ::fcntl(options.descriptor, F_GETFL);
   ::fcntl(options.descriptor, F_SETFL, flags | O_NONBLOCK);
   ::fcntl(options.descriptor, F_SETFD, FD_CLOEXEC);
-  ListeningSocket listener(config::Descriptor(options.descriptor), options.access);
+  ListeningSocket listener(base::Descriptor(options.descriptor), options.access);
   address.sun_path[sizeof address.sun_path - 1] = '\0';
   listener.rememberGroup(address.sun_path);
   return listener;
@@ -129,13 +129,13 @@ void ListeningSocket::rememberGroup(const char* path) {
   if (::stat(path, &file) == 0) group_ = file.st_gid;
 }
 
-config::Result<ListeningSocket> ListeningSocket::create(const ListenerOptions& options) {
+base::Result<ListeningSocket> ListeningSocket::create(const ListenerOptions& options) {
   const auto address = addressOf(options.path);
   if (!address) return std::unexpected(address.error());
   if (auto removed = removeStale(options.path, *address); !removed) return std::unexpected(removed.error());
 
-  ListeningSocket listener(
-      config::Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)), options.access);
+  ListeningSocket listener(base::Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)),
+                           options.access);
   if (!listener.descriptor_) return failure(options.path, "cannot open a socket: " + reason(errno), "");
   if (auto bound = bindTo(listener.descriptor(), options.path, *address); !bound) {
     return std::unexpected(bound.error());

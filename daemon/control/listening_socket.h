@@ -7,8 +7,8 @@
 #include <optional>
 #include <string>
 
-#include "config/descriptor.h"
-#include "config/error.h"
+#include "config/base/descriptor.h"
+#include "config/base/error.h"
 
 namespace hapticd::daemon {
 
@@ -34,7 +34,7 @@ class ListeningSocket {
   /// Opens the socket; a socket file that a dead daemon left at the path is removed. On failure a descriptor
   /// in `options` stays the caller's. Errors: a live daemon at the path, something other than a socket at the
   /// path, no such folder, no permission.
-  static config::Result<ListeningSocket> open(const ListenerOptions& options);
+  static base::Result<ListeningSocket> open(const ListenerOptions& options);
 
   ListeningSocket(ListeningSocket&&) noexcept = default;
   ListeningSocket& operator=(ListeningSocket&&) = delete;
@@ -46,15 +46,15 @@ class ListeningSocket {
   std::optional<gid_t> group() const noexcept { return group_; }
 
  private:
-  ListeningSocket(config::Descriptor descriptor, Access access) noexcept
+  ListeningSocket(base::Descriptor descriptor, Access access) noexcept
       : descriptor_(std::move(descriptor)), access_(access) {}
 
-  static config::Result<ListeningSocket> adopt(const ListenerOptions& options);
-  static config::Result<ListeningSocket> create(const ListenerOptions& options);
+  static base::Result<ListeningSocket> adopt(const ListenerOptions& options);
+  static base::Result<ListeningSocket> create(const ListenerOptions& options);
 
   void rememberGroup(const char* path);
 
-  config::Descriptor descriptor_;
+  base::Descriptor descriptor_;
   Access access_;
   std::optional<gid_t> group_;
   std::string created_path_;  // empty: nothing to remove

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "daemon/control/method.h"
+#include "daemon/control/call_fields.h"
 #include "daemon/control/method_context.h"
 
 namespace hapticd::daemon {

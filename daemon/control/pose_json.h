@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "daemon/control/varlink_message.h"
-#include "rt/parameters.h"
+#include "rt/base/parameters.h"
 
 namespace hapticd::daemon {
 

@@ -8,7 +8,7 @@
 #include <iterator>
 #include <utility>
 
-#include "config/parameter_table.h"
+#include "config/settings/parameter_table.h"
 #include "daemon/control/call_fields.h"
 
 namespace hapticd::daemon {
@@ -18,7 +18,7 @@ using Unawaited = PendingAnswers::Unawaited;
 
 constexpr const char* kFailed = "io.hapticd.Control.ProfileFailed";
 
-Reply listReply(const config::Result<std::vector<ProfileEntry>>& entries) {
+Reply listReply(const base::Result<std::vector<ProfileEntry>>& entries) {
   if (!entries) return failed("io.hapticd.Status.ListFailed", entries.error().text());
   OrderedJson profiles = OrderedJson::array();
   for (const auto& [name, boot, time_ns] : *entries) {
@@ -106,7 +106,7 @@ void ProfileMethods::listProfiles(const Call& call, const Caller& caller, Replie
     return replies.finish(caller.connection,
                           failed("io.hapticd.Status.ListFailed", PendingAnswers::kFullReason));
   }
-  using Entries = config::Result<std::vector<ProfileEntry>>;
+  using Entries = base::Result<std::vector<ProfileEntry>>;
   context_.pending.add(
       call, caller, replies, Unawaited::finish,
       whenReady<Entries>(worker_.run([folder = folder_] { return folder.list(); }), listReply));

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/control/method.h"
+#include "daemon/control/call_fields.h"
 #include "daemon/control/method_context.h"
 #include "daemon/state/profile_folder.h"
 #include "daemon/state/state_worker.h"
@@ -20,11 +20,11 @@ class ProfileMethods {
   ProfileMethods(MethodContext& context, StateWorker& worker);
   std::vector<Method> methods();
 
-  using Loaded = std::expected<config::SettingsPart, std::vector<config::Error>>;
+  using Loaded = std::expected<config::SettingsPart, std::vector<base::Error>>;
 
  private:
   /// The log entry for a finished job.
-  using Done = config::Result<JournalFields>;
+  using Done = base::Result<JournalFields>;
 
   void listProfiles(const Call&, const Caller&, Replies&);
   void saveProfile(const Call&, const Caller&, Replies&);

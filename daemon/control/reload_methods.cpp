@@ -17,9 +17,9 @@ Reply refused(std::vector<std::string> problems) {
   return {"io.hapticd.Control.ReloadRefused", {{"problems", OrderedJson(std::move(problems))}}};
 }
 
-Reply refused(const std::vector<config::Error>& errors) {
+Reply refused(const std::vector<base::Error>& errors) {
   std::vector<std::string> problems;
-  for (const config::Error& error : errors) problems.push_back(error.text());
+  for (const base::Error& error : errors) problems.push_back(error.text());
   return refused(std::move(problems));
 }
 

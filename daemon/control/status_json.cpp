@@ -7,10 +7,10 @@
 #include <cmath>
 #include <string>
 
-#include "config/law_choice.h"
+#include "config/settings/law_choice.h"
 #include "daemon/base/names.h"
 #include "daemon/control/interface_texts.h"
-#include "rt/law_table.h"
+#include "rt/laws/law_table.h"
 
 // Structured bindings take the structures apart, so that a field added to one of them does not compile here
 // until it is shown.

@@ -10,9 +10,9 @@
 #include <variant>
 #include <vector>
 
-#include "config/fixture_settings.h"
+#include "config/settings/fixture_settings.h"
 #include "daemon/base/box.h"
-#include "rt/vec3.h"
+#include "rt/base/vec3.h"
 
 namespace hapticd::daemon {
 

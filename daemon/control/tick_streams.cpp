@@ -12,10 +12,10 @@
 #include <string_view>
 #include <utility>
 
-#include "config/nearest_names.h"
+#include "config/base/nearest_names.h"
 #include "daemon/control/call_fields.h"
-#include "drivers/trace/fields.h"
-#include "rt/words.h"
+#include "drivers/trace/format/fields.h"
+#include "rt/base/words.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -54,7 +54,7 @@ Reply outOfRange(const char* parameter, const std::string& allowed) {
 }
 
 Reply unknownField(const std::string& name) {
-  const std::string guess = config::didYouMean(name, tickFields());
+  const std::string guess = base::didYouMean(name, tickFields());
   return {"io.hapticd.Status.UnknownField",
           {{"field", name},
            {"reason", guess.empty()

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "daemon/control/method.h"
-#include "rt/loop_state.h"
+#include "daemon/control/call_fields.h"
+#include "rt/loop/loop_state.h"
 
 namespace hapticd::daemon {
 

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "daemon/base/box.h"
-#include "rt/latency_histogram.h"
+#include "rt/base/latency_histogram.h"
 
 namespace hapticd::daemon {
 

@@ -8,7 +8,7 @@
 #include <functional>
 #include <utility>
 
-#include "config/value_text.h"
+#include "config/base/value_text.h"
 #include "daemon/control/call_fields.h"
 
 namespace hapticd::daemon {
@@ -41,7 +41,7 @@ OrderedJson entryJson(const drivers::TraceEntry& entry) {
       {"number", number}};
 }
 
-Reply listReply(const config::Result<std::vector<drivers::TraceEntry>>& entries, const std::string& folder) {
+Reply listReply(const base::Result<std::vector<drivers::TraceEntry>>& entries, const std::string& folder) {
   if (!entries) return failed("io.hapticd.Status.ListFailed", entries.error().text());
   std::deque<OrderedJson> newest;
   std::size_t length = 0;
@@ -102,7 +102,7 @@ void TraceMethods::listTraces(const Call& call, const Caller& caller, Replies& r
     return replies.finish(caller.connection,
                           failed("io.hapticd.Status.ListFailed", PendingAnswers::kFullReason));
   }
-  using Entries = config::Result<std::vector<drivers::TraceEntry>>;
+  using Entries = base::Result<std::vector<drivers::TraceEntry>>;
   const std::string folder = std::filesystem::path(context_.box.settings().state.folder) / "traces";
   context_.pending.add(call, caller, replies, Unawaited::finish,
                        whenReady<Entries>(context_.box.listTraces(), [folder](const Entries& entries) {
@@ -141,7 +141,7 @@ void TraceMethods::dumpTrace(const Call& call, const Caller& caller, Replies& re
 
 void TraceMethods::answerWhenDone(const Call& call, const Caller& caller, Replies& replies, Named named,
                                   const char* action, const char* change) {
-  using Name = config::Result<std::string>;
+  using Name = base::Result<std::string>;
   const auto reply = [this, caller, action, change](const Name& name) {
     if (!name) return failed(kFailed, name.error().text());
     logChange(context_, caller, fmt::format("{} {}", change, *name), config::EventKind::trace,
@@ -184,7 +184,7 @@ void TraceMethods::noteTrace(const Call& call, const Caller& caller, Replies& re
 void TraceMethods::markTrace(const Call& call, const Caller& caller, Replies& replies) {
   const auto text = requiredText(call, "text");
   if (!text) return replies.finish(caller.connection, text.error());
-  if (text->empty() || text->size() > kLongestMark || config::printable(*text) != *text) {
+  if (text->empty() || text->size() > kLongestMark || base::printable(*text) != *text) {
     return replies.finish(
         caller.connection,
         failed(kFailed, fmt::format("a mark takes one line of 1 to {} bytes", kLongestMark)));
@@ -202,7 +202,7 @@ void TraceMethods::markTrace(const Call& call, const Caller& caller, Replies& re
 
 void TraceMethods::answerWhenDone(const Call& call, const Caller& caller, Replies& replies, Done done,
                                   const std::string& name, const char* action, const char* change) {
-  using Outcome = config::Result<void>;
+  using Outcome = base::Result<void>;
   const auto reply = [this, caller, name, action, change](const Outcome& outcome) {
     if (!outcome) return failed(kFailed, outcome.error().text());
     logChange(context_, caller, fmt::format("{} {}", change, name), config::EventKind::trace,

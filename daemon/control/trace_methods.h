@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/control/method.h"
+#include "daemon/control/call_fields.h"
 #include "daemon/control/method_context.h"
 
 namespace hapticd::daemon {
@@ -18,8 +18,8 @@ class TraceMethods {
   std::vector<Method> methods();
 
  private:
-  using Done = std::future<config::Result<void>>;
-  using Named = std::future<config::Result<std::string>>;
+  using Done = std::future<base::Result<void>>;
+  using Named = std::future<base::Result<std::string>>;
 
   void listTraces(const Call&, const Caller&, Replies&);
   void startTrace(const Call&, const Caller&, Replies&);

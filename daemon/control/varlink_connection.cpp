@@ -15,7 +15,7 @@
 
 namespace hapticd::daemon {
 
-VarlinkConnection::VarlinkConnection(config::Descriptor socket, const Caller& caller)
+VarlinkConnection::VarlinkConnection(base::Descriptor socket, const Caller& caller)
     : socket_(std::move(socket)), caller_(caller) {}
 
 bool VarlinkConnection::receive() {
@@ -62,7 +62,7 @@ void VarlinkConnection::send(std::string_view message, int descriptor) {
   output_.erase(0, sent_);
   sent_ = 0;
   if (descriptor >= 0) {
-    attached_ = config::Descriptor(::fcntl(descriptor, F_DUPFD_CLOEXEC, 0));
+    attached_ = base::Descriptor(::fcntl(descriptor, F_DUPFD_CLOEXEC, 0));
     // The client would wait for it in vain.
     if (!attached_) dead = true;
   }
@@ -102,6 +102,26 @@ ssize_t VarlinkConnection::sendSome() noexcept {
     std::memcpy(CMSG_DATA(rights), &descriptor, sizeof(descriptor));
   }
   return ::sendmsg(socket_.get(), &message, MSG_NOSIGNAL | MSG_DONTWAIT);
+}
+
+void LingeringSockets::add(ConnectionId id, base::Descriptor socket, Clock::time_point now) {
+  ::shutdown(socket.get(), SHUT_WR);
+  if (sockets_.size() == most_) sockets_.erase(sockets_.begin());
+  sockets_.push_back({id, std::move(socket), now + kLongest});
+}
+
+void LingeringSockets::drain(ConnectionId id) {
+  const auto found = std::ranges::find(sockets_, id, &Lingering::id);
+  if (found == sockets_.end()) return;
+  std::array<char, 16384> waste;
+  const ssize_t received = ::recv(found->socket.get(), waste.data(), waste.size(), MSG_DONTWAIT);
+  const bool left =
+      received == 0 || (received < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR);
+  if (left) sockets_.erase(found);
+}
+
+void LingeringSockets::closeOld(Clock::time_point now) {
+  std::erase_if(sockets_, [=](const Lingering& socket) { return now >= socket.end; });
 }
 
 }  // namespace hapticd::daemon

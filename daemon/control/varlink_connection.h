@@ -3,14 +3,16 @@
 
 #include <sys/types.h>
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
-#include "config/descriptor.h"
+#include "config/base/descriptor.h"
 #include "daemon/control/listening_socket.h"
 #include "daemon/control/varlink_message.h"
 
@@ -37,7 +39,7 @@ struct Caller {
 /// Nothing here blocks or raises SIGPIPE.
 class VarlinkConnection {
  public:
-  VarlinkConnection(config::Descriptor socket, const Caller& caller);
+  VarlinkConnection(base::Descriptor socket, const Caller& caller);
 
   const Caller& caller() const noexcept { return caller_; }
   int descriptor() const noexcept { return socket_.get(); }
@@ -80,7 +82,7 @@ class VarlinkConnection {
   /// Tries again to send the rest.
   void flush();
   /// Gives up the socket; the connection cannot be used any more.
-  config::Descriptor release() noexcept { return std::move(socket_); }
+  base::Descriptor release() noexcept { return std::move(socket_); }
 
  private:
   std::size_t longestCall() const noexcept {
@@ -89,15 +91,44 @@ class VarlinkConnection {
   bool hasMessage() noexcept;
   ssize_t sendSome() noexcept;
 
-  config::Descriptor socket_;
+  base::Descriptor socket_;
   Caller caller_;
   std::string input_;
   std::size_t taken_ = 0;    // bytes of input_ that takeMessage() gave out
   std::size_t scanned_ = 0;  // bytes of input_ known to hold no NUL behind taken_, counted from the start
   std::string output_;
   std::size_t sent_ = 0;
-  config::Descriptor attached_;  // goes with the first byte of output_
+  base::Descriptor attached_;  // goes with the first byte of output_
   bool input_ended_ = false;
+};
+
+/// Connections that got their final reply. Each stays open for a while, until its client leaves, and further
+/// input is discarded: if it were closed with unread input, or while its client is still sending, the client
+/// would see a broken pipe instead of the final reply. Thread: one.
+class LingeringSockets {
+ public:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::size_t kMost = 32;
+  static constexpr std::chrono::seconds kLongest{30};
+
+  /// Beyond `most`, at most kMost, the oldest is closed.
+  void limit(std::size_t most) { most_ = most; }
+
+  /// Shuts down sending to the client, and takes the socket. `id`: names it in drain().
+  void add(ConnectionId id, base::Descriptor socket, Clock::time_point now);
+  /// Discards some of the input; closes the socket when its client has left.
+  void drain(ConnectionId id);
+  void closeOld(Clock::time_point now);
+
+ private:
+  struct Lingering {
+    ConnectionId id;
+    base::Descriptor socket;
+    Clock::time_point end;
+  };
+
+  std::size_t most_ = kMost;
+  std::vector<Lingering> sockets_;  // the oldest first
 };
 
 }  // namespace hapticd::daemon

@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "daemon/control/peer.h"
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -39,7 +39,7 @@ Reply tooManyConnections(std::size_t limit, bool per_user) {
   return {"io.hapticd.Status.TooManyConnections", {{"limit", limit}, {"perUser", per_user}}};
 }
 
-void sendOnce(const config::Descriptor& socket, const Reply& reply) {
+void sendOnce(const base::Descriptor& socket, const Reply& reply) {
   const std::string message = serialise(reply);
   ::send(socket.get(), message.data(), message.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
 }
@@ -54,8 +54,8 @@ std::chrono::nanoseconds threadTime() {
   return std::chrono::nanoseconds(rt::threadCpu_ns());
 }
 
-config::Result<std::unique_ptr<VarlinkServer>> VarlinkServer::create(const ServerOptions& options,
-                                                                     CallHandler& handler) {
+base::Result<std::unique_ptr<VarlinkServer>> VarlinkServer::create(const ServerOptions& options,
+                                                                   CallHandler& handler) {
   std::unique_ptr<VarlinkServer> server(new VarlinkServer(options, handler));
   if (auto opened = server->open(); !opened) return std::unexpected(opened.error());
   return server;
@@ -76,7 +76,7 @@ VarlinkServer::~VarlinkServer() {
   for (auto& [id, connection] : connections_) handler_.closed(id);
 }
 
-config::Result<void> VarlinkServer::open() {
+base::Result<void> VarlinkServer::open() {
   bool good = epoll_ && reads_ && stop_ && timer_;
   good = good && watch(epoll_, stop_.get(), kStopKey, EPOLLIN, EPOLL_CTL_ADD);
   good = good && watch(epoll_, timer_.get(), kTimerKey, EPOLLIN, EPOLL_CTL_ADD);
@@ -90,9 +90,9 @@ config::Result<void> VarlinkServer::open() {
                          EPOLL_CTL_ADD);
   }
   if (!good) {
-    return std::unexpected(config::Error{"control API",
-                                         std::string("cannot set up epoll: ") + std::strerror(errno),
-                                         "raise the limit of open files"});
+    return std::unexpected(base::Error{"control API",
+                                       std::string("cannot set up epoll: ") + std::strerror(errno),
+                                       "raise the limit of open files"});
   }
   reserve_.refill();
   const ServerLimits limits = limitsWithin(
@@ -103,7 +103,7 @@ config::Result<void> VarlinkServer::open() {
   return {};
 }
 
-bool VarlinkServer::watch(const config::Descriptor& epoll, int descriptor, std::uint64_t key,
+bool VarlinkServer::watch(const base::Descriptor& epoll, int descriptor, std::uint64_t key,
                           std::uint32_t events, int operation) {
   epoll_event event{};
   event.events = events;
@@ -151,7 +151,7 @@ int VarlinkServer::patience_ms() const {
   return control_line_.empty() && (read_line_.empty() || reads_held_) ? -1 : 0;
 }
 
-void VarlinkServer::takeEvents(const config::Descriptor& epoll, int patience_ms, const Periodic& periodic) {
+void VarlinkServer::takeEvents(const base::Descriptor& epoll, int patience_ms, const Periodic& periodic) {
   std::array<epoll_event, 64> events;
   const int count = ::epoll_wait(epoll.get(), events.data(), static_cast<int>(events.size()), patience_ms);
   for (int i = 0; i < count; ++i) {
@@ -207,7 +207,7 @@ void VarlinkServer::holdReads(bool held) {
 
 void VarlinkServer::accept(ListeningSocket& listener) {
   reserve_.refill();  // before clients take what has become free
-  config::Descriptor socket(::accept4(listener.descriptor(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+  base::Descriptor socket(::accept4(listener.descriptor(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
   if (!socket) {
     if (outOfDescriptors(errno)) acceptFromReserve(listener);
     return;
@@ -218,7 +218,7 @@ void VarlinkServer::accept(ListeningSocket& listener) {
   admit(std::move(socket), *caller);
 }
 
-void VarlinkServer::admit(config::Descriptor socket, const Caller& caller) {
+void VarlinkServer::admit(base::Descriptor socket, const Caller& caller) {
   ::setsockopt(socket.get(), SOL_SOCKET, SO_SNDBUF, &kSendBufferBytes, sizeof kSendBufferBytes);
   if (!watch(epollOf(caller.access), socket.get(), caller.connection, EPOLLIN, EPOLL_CTL_ADD)) return;
   ++next_id_;
@@ -229,7 +229,7 @@ void VarlinkServer::admit(config::Descriptor socket, const Caller& caller) {
 }
 
 /// The client of a new connection; nothing if the kernel does not report it.
-std::optional<Caller> VarlinkServer::callerAt(const config::Descriptor& socket,
+std::optional<Caller> VarlinkServer::callerAt(const base::Descriptor& socket,
                                               const ListeningSocket& listener) const {
   const auto peer = peerOf(socket.get());
   if (!peer) return std::nullopt;
@@ -245,14 +245,14 @@ std::optional<Caller> VarlinkServer::callerAt(const config::Descriptor& socket,
                 .may_control = steers};
 }
 
-void VarlinkServer::refuse(config::Descriptor socket, const Reply& reason) {
+void VarlinkServer::refuse(base::Descriptor socket, const Reply& reason) {
   ++refused_;
   sendOnce(socket, reason);
   linger(std::move(socket));
 }
 
 /// Keeps a connection that got its final reply until its client has read it.
-void VarlinkServer::linger(config::Descriptor socket) {
+void VarlinkServer::linger(base::Descriptor socket) {
   const ConnectionId id = next_id_++;
   if (watch(reads_, socket.get(), id, EPOLLIN, EPOLL_CTL_ADD)) {
     lingering_.add(id, std::move(socket), LingeringSockets::Clock::now());
@@ -263,7 +263,7 @@ void VarlinkServer::linger(config::Descriptor socket) {
 /// otherwise keep the listener readable and the loop busy.
 void VarlinkServer::acceptFromReserve(ListeningSocket& listener) {
   reserve_.release();
-  config::Descriptor socket(::accept4(listener.descriptor(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+  base::Descriptor socket(::accept4(listener.descriptor(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
   if (!socket) return pauseListening(true);
   const auto caller = callerAt(socket, listener);
   if (caller && !refusalOf(*caller) && mayUseReserve(*caller)) return admit(std::move(socket), *caller);

@@ -13,11 +13,9 @@
 #include <unordered_map>
 #include <vector>
 
-#include "config/error.h"
-#include "daemon/control/descriptor_reserve.h"
-#include "daemon/control/lingering_sockets.h"
+#include "config/base/error.h"
 #include "daemon/control/listening_socket.h"
-#include "daemon/control/time_share.h"
+#include "daemon/control/server_limits.h"
 #include "daemon/control/varlink_connection.h"
 #include "daemon/control/varlink_message.h"
 
@@ -84,8 +82,8 @@ class VarlinkServer final : public Replies {
  public:
   /// Opens the sockets. `handler` must outlive the server.
   /// Errors: those of ListeningSocket::open(); descriptors in `options` are then partly taken over.
-  static config::Result<std::unique_ptr<VarlinkServer>> create(const ServerOptions& options,
-                                                               CallHandler& handler);
+  static base::Result<std::unique_ptr<VarlinkServer>> create(const ServerOptions& options,
+                                                             CallHandler& handler);
   /// Closes all connections and removes the socket files that it created.
   ~VarlinkServer() override;
 
@@ -108,12 +106,12 @@ class VarlinkServer final : public Replies {
   using Line = std::deque<ConnectionId>;  // connections that wait for their turn
 
   VarlinkServer(const ServerOptions& options, CallHandler& handler);
-  config::Result<void> open();
-  static bool watch(const config::Descriptor& epoll, int descriptor, std::uint64_t key, std::uint32_t events,
+  base::Result<void> open();
+  static bool watch(const base::Descriptor& epoll, int descriptor, std::uint64_t key, std::uint32_t events,
                     int operation);
 
   int patience_ms() const;
-  void takeEvents(const config::Descriptor& epoll, int patience_ms, const Periodic& periodic);
+  void takeEvents(const base::Descriptor& epoll, int patience_ms, const Periodic& periodic);
   void dispatch(std::uint64_t key, std::uint32_t events, const Periodic& periodic);
   void onTimer(const Periodic& periodic);
   void setTimer(std::chrono::milliseconds period);
@@ -123,10 +121,10 @@ class VarlinkServer final : public Replies {
   void holdReads(bool held);
 
   void accept(ListeningSocket& listener);
-  std::optional<Caller> callerAt(const config::Descriptor& socket, const ListeningSocket& listener) const;
-  void refuse(config::Descriptor socket, const Reply& reason);
-  void linger(config::Descriptor socket);
-  void admit(config::Descriptor socket, const Caller& caller);
+  std::optional<Caller> callerAt(const base::Descriptor& socket, const ListeningSocket& listener) const;
+  void refuse(base::Descriptor socket, const Reply& reason);
+  void linger(base::Descriptor socket);
+  void admit(base::Descriptor socket, const Caller& caller);
   void acceptFromReserve(ListeningSocket& listener);
   bool mayUseReserve(const Caller& caller) const;
   void pauseListening(bool paused);
@@ -145,18 +143,16 @@ class VarlinkServer final : public Replies {
   void settle(VarlinkConnection& connection);
   void standInLine(VarlinkConnection& connection);
   void updateInterest(VarlinkConnection& connection);
-  const config::Descriptor& epollOf(Access access) const {
-    return access == Access::control ? epoll_ : reads_;
-  }
+  const base::Descriptor& epollOf(Access access) const { return access == Access::control ? epoll_ : reads_; }
   VarlinkConnection* find(ConnectionId connection);
 
   ServerOptions options_;
   CallHandler& handler_;
   std::vector<ListeningSocket> listeners_;
-  config::Descriptor epoll_;   // of what is handled first, and of reads_
-  config::Descriptor reads_;   // epoll of the connections that only read, and of lingering_
-  config::Descriptor stop_;    // eventfd
-  config::Descriptor timer_;   // timerfd
+  base::Descriptor epoll_;     // of what is handled first, and of reads_
+  base::Descriptor reads_;     // epoll of the connections that only read, and of lingering_
+  base::Descriptor stop_;      // eventfd
+  base::Descriptor timer_;     // timerfd
   DescriptorReserve reserve_;  // to accept clients when descriptors run out
   std::unordered_map<ConnectionId, std::unique_ptr<VarlinkConnection>> connections_;
   LingeringSockets lingering_;

@@ -8,8 +8,8 @@
 #include <sstream>
 #include <string>
 
-#include "config/file_content.h"
-#include "config/value_text.h"
+#include "config/base/file_content.h"
+#include "config/base/value_text.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -21,7 +21,7 @@ bool isTime(double seconds) {
   return std::isfinite(seconds) && seconds >= 0 && seconds <= kLongest_s;
 }
 
-config::Result<ScriptedFault> faultOn(const std::string& line) {
+base::Result<ScriptedFault> faultOn(const std::string& line) {
   std::istringstream words(line);
   double begin_s = -1;
   double duration_s = -1;
@@ -29,16 +29,14 @@ config::Result<ScriptedFault> faultOn(const std::string& line) {
   std::string rest;
   words >> begin_s >> duration_s >> name;
   if (words.fail() || words >> rest || !isTime(begin_s) || !isTime(duration_s)) {
-    return std::unexpected(config::Error{
-        "",
-        fmt::format("{} is not BEGIN_S DURATION_S FAULT, both 0..{} s", config::inQuotes(line), kLongest_s),
+    return std::unexpected(base::Error{
+        "", fmt::format("{} is not BEGIN_S DURATION_S FAULT, both 0..{} s", base::inQuotes(line), kLongest_s),
         "write for example: 2.5 0.5 frozen_camera"});
   }
   const std::optional<Fault> fault = rt::withWord<Fault>(name);
   if (!fault) {
-    return std::unexpected(
-        config::Error{"", fmt::format("there is no fault {}", config::inQuotes(name)),
-                      fmt::format("choose one of: {}", fmt::join(rt::kWords<Fault>, ", "))});
+    return std::unexpected(base::Error{"", fmt::format("there is no fault {}", base::inQuotes(name)),
+                                       fmt::format("choose one of: {}", fmt::join(rt::kWords<Fault>, ", "))});
   }
   using Seconds = std::chrono::duration<double>;
   return ScriptedFault{*fault, Seconds(begin_s), Seconds(duration_s)};
@@ -46,11 +44,11 @@ config::Result<ScriptedFault> faultOn(const std::string& line) {
 
 }  // namespace
 
-config::Result<std::vector<ScriptedFault>> readFaultScript(const std::filesystem::path& file) {
-  const auto content = config::fileContent(file, {.longest = kLongestScript, .kind = config::FileKind::any});
+base::Result<std::vector<ScriptedFault>> readFaultScript(const std::filesystem::path& file) {
+  const auto content = base::fileContent(file, {.longest = kLongestScript, .kind = base::FileKind::any});
   if (!content) {
     return std::unexpected(
-        config::Error{file.string(), content.error().text(), "give a script that exists and may be read"});
+        base::Error{file.string(), content.error().text(), "give a script that exists and may be read"});
   }
   std::istringstream stream(*content);
   std::vector<ScriptedFault> script;

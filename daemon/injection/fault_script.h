@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
-#include "config/error.h"
+#include "config/base/error.h"
 #include "daemon/base/names.h"
-#include "rt/words.h"
+#include "rt/base/words.h"
 
 namespace hapticd::daemon {
 
@@ -39,6 +39,6 @@ struct ScriptedFault {
 
 /// Reads a script: lines of "BEGIN_S DURATION_S FAULT", `#` begins a comment.
 /// Errors: a file that cannot be read, a line of another form (with its number).
-config::Result<std::vector<ScriptedFault>> readFaultScript(const std::filesystem::path& file);
+base::Result<std::vector<ScriptedFault>> readFaultScript(const std::filesystem::path& file);
 
 }  // namespace hapticd::daemon

@@ -6,9 +6,9 @@
 #include <chrono>
 #include <utility>
 
-#include "rt/haptic_core.h"
-#include "rt/periodic_clock.h"
-#include "rt/realtime_thread.h"
+#include "rt/base/periodic_clock.h"
+#include "rt/base/realtime_thread.h"
+#include "rt/loop/haptic_core.h"
 
 namespace hapticd::daemon {
 namespace {

@@ -14,9 +14,9 @@
 #include "drivers/camera/camera.h"
 #include "drivers/camera/depth_use.h"
 #include "drivers/camera/scene_source.h"
-#include "drivers/trace/records.h"
-#include "rt/scene_builder.h"
-#include "rt/spsc_ring.h"
+#include "drivers/trace/format/records.h"
+#include "rt/channels/spsc_ring.h"
+#include "rt/modelling/scene_builder.h"
 
 namespace hapticd::daemon {
 

@@ -8,8 +8,8 @@
 #include <chrono>
 #include <system_error>
 
-#include "config/value_text.h"
-#include "config/yaml_text.h"
+#include "config/base/value_text.h"
+#include "config/settings/yaml_text.h"
 #include "daemon/state/state_file.h"
 
 namespace hapticd::daemon {
@@ -23,8 +23,8 @@ bool isLive(const config::Parameter& parameter) {
   return parameter.effect == config::Effect::live;
 }
 
-std::unexpected<config::Error> failure(std::string where, std::string what, std::string remedy) {
-  return std::unexpected(config::Error{std::move(where), std::move(what), std::move(remedy)});
+std::unexpected<base::Error> failure(std::string where, std::string what, std::string remedy) {
+  return std::unexpected(base::Error{std::move(where), std::move(what), std::move(remedy)});
 }
 
 std::int64_t changeTime_ns(const fs::path& file) {
@@ -54,15 +54,15 @@ bool ProfileFolder::has(const std::string& name) const {
   return fs::symlink_status(fileOf(name), ignored).type() == fs::file_type::regular;
 }
 
-config::Result<void> ProfileFolder::checkNamed(const std::string& name) const {
+base::Result<void> ProfileFolder::checkNamed(const std::string& name) const {
   if (!isProfileName(name)) {
-    return failure("profile " + config::inQuotes(name), "is no name of a profile",
+    return failure("profile " + base::inQuotes(name), "is no name of a profile",
                    fmt::format("take 1 to {} letters, digits, '_' and '-'", kLongestName));
   }
   return {};
 }
 
-config::Result<std::vector<ProfileEntry>> ProfileFolder::list() const {
+base::Result<std::vector<ProfileEntry>> ProfileFolder::list() const {
   const auto boot_name = boot();
   std::vector<ProfileEntry> entries;
   std::error_code error;
@@ -82,7 +82,7 @@ config::Result<std::vector<ProfileEntry>> ProfileFolder::list() const {
   return entries;
 }
 
-config::Result<void> ProfileFolder::save(const std::string& name, const config::Settings& settings) const {
+base::Result<void> ProfileFolder::save(const std::string& name, const config::Settings& settings) const {
   if (auto named = checkNamed(name); !named) return named;
   if (!has(name)) {
     const auto entries = list();
@@ -95,24 +95,24 @@ config::Result<void> ProfileFolder::save(const std::string& name, const config::
                                                      config::textOf(settings.additions)));
 }
 
-std::expected<config::SettingsPart, std::vector<config::Error>> ProfileFolder::load(
+std::expected<config::SettingsPart, std::vector<base::Error>> ProfileFolder::load(
     const std::string& name) const {
   if (auto named = checkNamed(name); !named) return std::unexpected(std::vector{named.error()});
   if (!has(name)) {
-    return std::unexpected(std::vector{config::Error{"profile " + name, "there is no such profile",
-                                                     "hapticctl profiles shows those that there are"}});
+    return std::unexpected(std::vector{base::Error{"profile " + name, "there is no such profile",
+                                                   "hapticctl profiles shows those that there are"}});
   }
   const auto content = readStateFile(fileOf(name));
   if (!content) return std::unexpected(std::vector{content.error()});
   auto part = config::partFromText(content->value_or(""), fileOf(name).string(), isLive);
   if (part && part->assignments.empty() && part->additions.empty()) {
     return std::unexpected(std::vector{
-        config::Error{fileOf(name).string(), "names no parameter", "save the profile again, or delete it"}});
+        base::Error{fileOf(name).string(), "names no parameter", "save the profile again, or delete it"}});
   }
   return part;
 }
 
-config::Result<void> ProfileFolder::remove(const std::string& name) const {
+base::Result<void> ProfileFolder::remove(const std::string& name) const {
   if (auto named = checkNamed(name); !named) return named;
   if (!has(name)) {
     return failure("profile " + name, "there is no such profile",
@@ -124,19 +124,19 @@ config::Result<void> ProfileFolder::remove(const std::string& name) const {
   return removeFile(fileOf(name));
 }
 
-config::Result<std::optional<std::string>> ProfileFolder::boot() const {
+base::Result<std::optional<std::string>> ProfileFolder::boot() const {
   auto content = readStateFile(bootFile());
   if (!content || !*content) return content;
   std::string name = **content;
   if (name.ends_with('\n')) name.pop_back();
   if (!isProfileName(name)) {
-    return failure(bootFile().string(), config::inQuotes(name) + " is no name of a profile",
+    return failure(bootFile().string(), base::inQuotes(name) + " is no name of a profile",
                    "choose the boot profile again");
   }
   return name;
 }
 
-config::Result<void> ProfileFolder::setBoot(const std::optional<std::string>& name) const {
+base::Result<void> ProfileFolder::setBoot(const std::optional<std::string>& name) const {
   if (!name) return removeFile(bootFile());
   if (const auto loaded = load(*name); !loaded) {
     return failure("", textOf(loaded.error()), "");
@@ -144,10 +144,10 @@ config::Result<void> ProfileFolder::setBoot(const std::optional<std::string>& na
   return replaceFile(bootFile(), *name + "\n");
 }
 
-std::string textOf(const std::vector<config::Error>& errors) {
+std::string textOf(const std::vector<base::Error>& errors) {
   constexpr std::size_t kMostShown = 10;
   std::vector<std::string> texts;
-  for (const config::Error& error : errors) {
+  for (const base::Error& error : errors) {
     if (texts.size() == kMostShown) {
       texts.push_back(fmt::format("{} more problems", errors.size() - kMostShown));
       break;

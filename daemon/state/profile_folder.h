@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "config/error.h"
-#include "config/settings.h"
+#include "config/base/error.h"
+#include "config/settings/settings.h"
 #include "config/yaml_loader.h"
 
 namespace hapticd::daemon {
@@ -35,31 +35,31 @@ class ProfileFolder {
   explicit ProfileFolder(const std::filesystem::path& state_folder);
 
   /// All profiles, sorted by name; none if there is no such folder.
-  config::Result<std::vector<ProfileEntry>> list() const;
+  base::Result<std::vector<ProfileEntry>> list() const;
   /// Saves the live parameters and the additions of `settings`, and replaces a profile of that name.
   /// Errors: also more than kMostProfiles.
-  config::Result<void> save(const std::string& name, const config::Settings& settings) const;
+  base::Result<void> save(const std::string& name, const config::Settings& settings) const;
   /// Loads a profile; one without fixtures or regions leaves them as they are. Errors: also no such profile,
   /// and every problem in it.
-  std::expected<config::SettingsPart, std::vector<config::Error>> load(const std::string& name) const;
+  std::expected<config::SettingsPart, std::vector<base::Error>> load(const std::string& name) const;
   /// Deletes a profile. Errors: also no such profile, and that it is the boot profile.
-  config::Result<void> remove(const std::string& name) const;
+  base::Result<void> remove(const std::string& name) const;
 
   /// The name of the boot profile; nothing: there is none. Errors: also a file without a valid name.
-  config::Result<std::optional<std::string>> boot() const;
+  base::Result<std::optional<std::string>> boot() const;
   /// Chooses the boot profile. Errors: also a profile that cannot be loaded; nothing changes then.
-  config::Result<void> setBoot(const std::optional<std::string>& name) const;
+  base::Result<void> setBoot(const std::optional<std::string>& name) const;
 
  private:
   std::filesystem::path fileOf(const std::string& name) const;
   std::filesystem::path bootFile() const { return folder_ / "boot"; }
   bool has(const std::string& name) const;
-  config::Result<void> checkNamed(const std::string& name) const;
+  base::Result<void> checkNamed(const std::string& name) const;
 
   std::filesystem::path folder_;
 };
 
 /// The first ten problems as one text for people, with the number of the others.
-std::string textOf(const std::vector<config::Error>& errors);
+std::string textOf(const std::vector<base::Error>& errors);
 
 }  // namespace hapticd::daemon

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <tuple>
 
-#include "config/value_text.h"
-#include "config/yaml_text.h"
+#include "config/base/value_text.h"
+#include "config/settings/yaml_text.h"
 #include "daemon/state/state_file.h"
 
 namespace hapticd::daemon {
@@ -65,11 +65,11 @@ bool isCameraPose(const config::Parameter& parameter) {
   return std::ranges::find(kPoseParameters, parameter.name) != kPoseParameters.end();
 }
 
-std::vector<config::Error> problemsOf(const rt::PoseParameters& T_world_camera,
-                                      const config::Settings& settings) {
+std::vector<base::Error> problemsOf(const rt::PoseParameters& T_world_camera,
+                                    const config::Settings& settings) {
   config::Settings posed = settings;
   posed.camera.pose = T_world_camera;
-  std::vector<config::Error> problems;
+  std::vector<base::Error> problems;
   for (const std::string_view name : kPoseParameters) {
     const config::Parameter& parameter = *config::findParameter(name);
     if (auto checked = parameter.check(parameter.get(posed)); !checked) problems.push_back(checked.error());
@@ -77,7 +77,7 @@ std::vector<config::Error> problemsOf(const rt::PoseParameters& T_world_camera,
   return problems.empty() ? config::checkTogether(posed) : problems;
 }
 
-std::expected<std::optional<Registration>, std::vector<config::Error>> readRegistration(
+std::expected<std::optional<Registration>, std::vector<base::Error>> readRegistration(
     const std::filesystem::path& state_folder) {
   const std::filesystem::path file = fileIn(state_folder);
   const auto content = readStateFile(file);
@@ -87,10 +87,10 @@ std::expected<std::optional<Registration>, std::vector<config::Error>> readRegis
   if (!assignments) return std::unexpected(assignments.error());
   if (assignments->size() != kPoseParameters.size()) {
     return std::unexpected(
-        std::vector{config::Error{file.string(),
-                                  fmt::format("names {} of the {} values of the camera's pose",
-                                              assignments->size(), kPoseParameters.size()),
-                                  "register the camera again, or remove the file"}});
+        std::vector{base::Error{file.string(),
+                                fmt::format("names {} of the {} values of the camera's pose",
+                                            assignments->size(), kPoseParameters.size()),
+                                "register the camera again, or remove the file"}});
   }
   config::Settings settings;
   for (const auto& [parameter, value] : *assignments) parameter->set(settings, value);
@@ -101,15 +101,15 @@ std::expected<std::optional<Registration>, std::vector<config::Error>> readRegis
   return registration;
 }
 
-config::Result<void> writeRegistration(const std::filesystem::path& state_folder,
-                                       const std::optional<Registration>& registration) {
+base::Result<void> writeRegistration(const std::filesystem::path& state_folder,
+                                     const std::optional<Registration>& registration) {
   if (!registration) return removeFile(fileIn(state_folder));
   config::Settings settings;
   settings.camera.pose = registration->T_world_camera;
   std::string text = "# The camera's pose as it was registered; it goes before that of the configuration.\n";
   if (!registration->time.empty()) text += fmt::format("{}{}\n", kTimeLine, registration->time);
   if (registration->residual_m) {
-    text += fmt::format("{}{}\n", kResidualLine, config::numberText(*registration->residual_m));
+    text += fmt::format("{}{}\n", kResidualLine, base::numberText(*registration->residual_m));
   }
   return replaceFile(fileIn(state_folder),
                      config::withMarks(text + config::yamlText(settings, isCameraPose)));

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
-#include "config/settings.h"
+#include "config/base/error.h"
+#include "config/settings/settings.h"
 #include "config/yaml_loader.h"
 
 namespace hapticd::daemon {
@@ -26,19 +26,19 @@ bool same(const rt::PoseParameters& a, const rt::PoseParameters& b);
 bool isCameraPose(const config::Parameter& parameter);
 /// Checks `settings` with that pose. Returns the first of the six parameters that is out of its range, or the
 /// rules between parameters that are broken; nothing if the settings are valid.
-std::vector<config::Error> problemsOf(const rt::PoseParameters& T_world_camera,
-                                      const config::Settings& settings);
+std::vector<base::Error> problemsOf(const rt::PoseParameters& T_world_camera,
+                                    const config::Settings& settings);
 
 /// Reads the registration in a state folder; nothing: there is none.
 /// Errors: every problem of the file, and a pose that is not complete.
 /// Thread: any.  Progress: blocking.
-std::expected<std::optional<Registration>, std::vector<config::Error>> readRegistration(
+std::expected<std::optional<Registration>, std::vector<base::Error>> readRegistration(
     const std::filesystem::path& state_folder);
 
 /// Replaces the registration in a state folder, or removes it. Errors: a failure of the disk, after which it
 /// is unchanged. Thread: any.  Progress: blocking.
-config::Result<void> writeRegistration(const std::filesystem::path& state_folder,
-                                       const std::optional<Registration>& registration);
+base::Result<void> writeRegistration(const std::filesystem::path& state_folder,
+                                     const std::optional<Registration>& registration);
 
 /// A pose for people: "(x, y, z) m, (roll, pitch, yaw) rad".
 std::string textOf(const rt::PoseParameters& pose);

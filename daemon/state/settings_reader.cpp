@@ -15,7 +15,7 @@ std::optional<SettingsReader::Outcome> SettingsReader::outcome(Clock::time_point
   if (reading_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) return reading_.get();
   if (now < deadline_) return std::nullopt;
   reading_ = {};
-  return std::unexpected(std::vector{config::Error{
+  return std::unexpected(std::vector{base::Error{
       name_, fmt::format("has not been read after {} s: the disk does not answer", kPatience.count()),
       "check the disk or the network file system, and reload again"}});
 }

@@ -19,7 +19,7 @@ namespace hapticd::daemon {
 class SettingsReader {
  public:
   using Clock = std::chrono::steady_clock;
-  using Outcome = std::expected<StartSettings, std::vector<config::Error>>;
+  using Outcome = std::expected<StartSettings, std::vector<base::Error>>;
 
   /// `read` may block, and may refer only to objects that live as long as the process. `name`: describes for
   /// people what it reads.

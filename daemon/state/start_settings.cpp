@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "config/warnings.h"
+#include "config/settings_summary.h"
 #include "config/yaml_loader.h"
 #include "daemon/state/profile_folder.h"
 
@@ -41,7 +41,7 @@ class Layers {
     return true;
   }
 
-  void leaveOut(const std::string& layer, const std::vector<config::Error>& errors) {
+  void leaveOut(const std::string& layer, const std::vector<base::Error>& errors) {
     start_.notices.push_back(fmt::format("{} is not used: {}", layer, textOf(errors)));
   }
 
@@ -82,9 +82,9 @@ void addBootProfile(StartSettings& start, Layers& layers, const ProfileFolder& p
 
 }  // namespace
 
-std::expected<StartSettings, std::vector<config::Error>> startSettings(const std::filesystem::path& file,
-                                                                       std::span<const std::string> overrides,
-                                                                       config::FileKind kind) {
+std::expected<StartSettings, std::vector<base::Error>> startSettings(const std::filesystem::path& file,
+                                                                     std::span<const std::string> overrides,
+                                                                     base::FileKind kind) {
   auto loaded = config::loadConfiguration(file, overrides, kind);
   if (!loaded) return std::unexpected(std::move(loaded.error()));
   const config::Settings& configured = loaded->settings;
@@ -93,7 +93,7 @@ std::expected<StartSettings, std::vector<config::Error>> startSettings(const std
   Layers layers(start, overrides);
   addRegistration(start, layers, configured.state.folder);
   addBootProfile(start, layers, ProfileFolder(configured.state.folder));
-  for (const config::Error& warning : config::warningsOf(start.settings))
+  for (const base::Error& warning : config::warningsOf(start.settings))
     start.notices.push_back(warning.text());
   return start;
 }

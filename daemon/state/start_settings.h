@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
-#include "config/settings.h"
+#include "config/base/error.h"
+#include "config/settings/settings.h"
 #include "config/settings_summary.h"
 #include "daemon/state/registration.h"
 
@@ -32,8 +32,8 @@ struct StartSettings {
 /// files. A registration or profile that is damaged or contradicts the other settings is left out completely.
 /// Errors: those of the file and the overrides, as from config::loadConfiguration(). Thread: any.  Progress:
 /// blocking.
-std::expected<StartSettings, std::vector<config::Error>> startSettings(
+std::expected<StartSettings, std::vector<base::Error>> startSettings(
     const std::filesystem::path& file, std::span<const std::string> overrides,
-    config::FileKind kind = config::FileKind::any);
+    base::FileKind kind = base::FileKind::any);
 
 }  // namespace hapticd::daemon

@@ -3,14 +3,20 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
+#include <charconv>
 #include <cstdio>
+#include <string>
+#include <string_view>
 #include <system_error>
+#include <utility>
 
-#include "config/descriptor.h"
-#include "config/file_content.h"
+#include "config/base/descriptor.h"
+#include "config/base/file_content.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -36,8 +42,8 @@ std::string remedyFor(int error) {
   }
 }
 
-std::unexpected<config::Error> failure(const fs::path& file, const char* what, int error) {
-  return std::unexpected(config::Error{
+std::unexpected<base::Error> failure(const fs::path& file, const char* what, int error) {
+  return std::unexpected(base::Error{
       file.string(), fmt::format("{}: {}", what, std::generic_category().message(error)), remedyFor(error)});
 }
 
@@ -51,18 +57,18 @@ bool writeAll(int descriptor, std::string_view content) {
 }
 
 bool synchronise(const fs::path& folder) {
-  const config::Descriptor descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  const base::Descriptor descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   return descriptor && ::fsync(descriptor.get()) == 0;
 }
 
 }  // namespace
 
-config::Result<void> replaceFile(const fs::path& file, std::string_view content) {
+base::Result<void> replaceFile(const fs::path& file, std::string_view content) {
   std::error_code ignored;  // writing fails then too, and reports the reason
   fs::create_directories(file.parent_path(), ignored);
   const fs::path temporary = file.string() + ".new";
   ::unlink(temporary.c_str());  // left behind by a process that crashed
-  config::Descriptor descriptor(
+  base::Descriptor descriptor(
       ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644));
   if (!descriptor) return failure(file, "cannot be written", errno);
   if (!writeAll(descriptor.get(), content) || ::fsync(descriptor.get()) != 0 ||
@@ -75,7 +81,7 @@ config::Result<void> replaceFile(const fs::path& file, std::string_view content)
   return {};
 }
 
-config::Result<void> removeFile(const fs::path& file) {
+base::Result<void> removeFile(const fs::path& file) {
   if (::unlink(file.c_str()) != 0) {
     if (errno == ENOENT) return {};
     return failure(file, "cannot be removed", errno);
@@ -84,16 +90,63 @@ config::Result<void> removeFile(const fs::path& file) {
   return {};
 }
 
-config::Result<std::optional<std::string>> readStateFile(const fs::path& file) {
-  auto content = config::fileContent(file, {.longest = kLongestFile, .follow_link = false});
+base::Result<std::optional<std::string>> readStateFile(const fs::path& file) {
+  auto content = base::fileContent(file, {.longest = kLongestFile, .follow_link = false});
   if (content) return std::move(*content);
-  using Reason = config::FileFault::Reason;
-  const config::FileFault& fault = content.error();
+  using Reason = base::FileFault::Reason;
+  const base::FileFault& fault = content.error();
   if (fault.reason == Reason::unreadable && (fault.error_number == ENOENT || fault.error_number == ENOTDIR)) {
     return std::nullopt;
   }
   if (fault.reason == Reason::unreadable) return failure(file, "cannot be read", fault.error_number);
-  return std::unexpected(config::Error{file.string(), fault.text(), "remove it, and save it again"});
+  return std::unexpected(base::Error{file.string(), fault.text(), "remove it, and save it again"});
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// " (process 123)"; empty if the file contains no process ID.
+std::string holderOf(int file) {
+  std::array<char, 32> text{};
+  const ssize_t length = ::pread(file, text.data(), text.size(), 0);
+  if (length <= 0) return "";
+  long process = 0;
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + length, process);
+  return failure == std::errc() && process > 0 ? fmt::format(" (process {})", process) : "";
+}
+
+/// Writes the process ID for people, and for the error message of another process; the lock does not depend
+/// on it.
+void writeHolder(int file) {
+  const std::string text = fmt::format("{}\n", ::getpid());
+  if (::ftruncate(file, 0) != 0) return;
+  [[maybe_unused]] const ssize_t ignored = ::pwrite(file, text.data(), text.size(), 0);
+}
+
+/// Only the daemon's user may open the file: anyone who may read it could lock it and prevent hapticd from
+/// starting.
+base::Descriptor openFile(const fs::path& file) {
+  constexpr int kFlags = O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK;
+  base::Descriptor writable(::open(file.c_str(), O_RDWR | O_CREAT | kFlags, 0600));
+  return writable ? std::move(writable) : base::Descriptor(::open(file.c_str(), O_RDONLY | kFlags));
+}
+
+}  // namespace
+
+base::Result<StateLock> StateLock::take(const fs::path& state_folder) {
+  std::error_code ignored;  // if this fails, opening the file fails too
+  fs::create_directories(state_folder, ignored);
+  base::Descriptor file = openFile(state_folder / "hapticd.lock");
+  if (!file) return StateLock(base::Descriptor());
+  if (::flock(file.get(), LOCK_EX | LOCK_NB) == 0) {
+    writeHolder(file.get());
+  } else if (errno == EWOULDBLOCK) {
+    return std::unexpected(base::Error{
+        state_folder.string(), fmt::format("another hapticd{} keeps its state there", holderOf(file.get())),
+        "stop that one first, or give each its own state.folder"});
+  }
+  return StateLock(std::move(file));
 }
 
 }  // namespace hapticd::daemon

@@ -23,7 +23,7 @@ bool StateWorker::endsInTime() {
   return ended;
 }
 
-config::Result<void> StateWorker::add(Job job) {
+base::Result<void> StateWorker::add(Job job) {
   if (!thread_.joinable()) {
     auto started = drivers::startThread("state", [queue = queue_] { work(*queue); });
     if (!started) return std::unexpected(started.error());

@@ -12,7 +12,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "config/error.h"
+#include "config/base/error.h"
 
 namespace hapticd::daemon {
 
@@ -29,7 +29,7 @@ class StateWorker {
   /// cannot keep the daemon from stopping. Jobs that have not started by then are dropped.
   ~StateWorker();
 
-  /// Adds a job, which returns a config::Result or an expected with a list of errors. It must not throw, and
+  /// Adds a job, which returns a base::Result or an expected with a list of errors. It must not throw, and
   /// must not refer to data that the caller changes or that ends with the worker. Errors: if the system
   /// provides no thread, the result of the job is that error; the caller never does the job itself.
   template <typename Job>
@@ -57,7 +57,7 @@ class StateWorker {
     bool ended = false;
   };
 
-  config::Result<void> add(Job job);
+  base::Result<void> add(Job job);
   bool endsInTime();
   static void work(Queue& queue);
 

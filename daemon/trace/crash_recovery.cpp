@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 
 #include "drivers/base/start_thread.h"
-#include "drivers/trace/trace_file.h"
+#include "drivers/trace/mcap/trace_file.h"
 #include "drivers/trace/trace_recovery.h"
 
 namespace hapticd::daemon {
 
-config::Result<void> CrashRecovery::begin() {
+base::Result<void> CrashRecovery::begin() {
   const std::vector<std::string> left_open = drivers::openTraces(folder_);
   if (left_open.empty()) return {};
   auto thread = drivers::startThread("trace-recovery", [this, left_open] { finish(left_open); });

@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "config/error.h"
+#include "config/base/error.h"
 #include "daemon/base/box.h"
 
 namespace hapticd::daemon {
@@ -33,7 +33,7 @@ class CrashRecovery {
   CrashRecovery& operator=(const CrashRecovery&) = delete;
 
   /// To be called before there is a trace of this process.  Errors: no thread can be started.
-  config::Result<void> begin();
+  base::Result<void> begin();
   /// Ends within a chunk; the next start of the daemon goes on.
   void stop();
 

@@ -16,8 +16,8 @@ std::size_t bytesOf(const RecordedFrame& recorded) {
 
 }  // namespace
 
-config::Result<std::unique_ptr<DepthRecorder>> DepthRecorder::start(const rt::DepthFrameHeader& common,
-                                                                    bool cloud) {
+base::Result<std::unique_ptr<DepthRecorder>> DepthRecorder::start(const rt::DepthFrameHeader& common,
+                                                                  bool cloud) {
   std::unique_ptr<DepthRecorder> recorder(new DepthRecorder(common, cloud));
   auto thread = drivers::startThread("hapticd-depth", [self = recorder.get()] { self->run(); });
   if (!thread) return std::unexpected(thread.error());

@@ -11,11 +11,11 @@
 #include <thread>
 #include <vector>
 
-#include "config/error.h"
+#include "config/base/error.h"
 #include "drivers/trace/depth_codec.h"
-#include "drivers/trace/depth_points.h"
-#include "drivers/trace/records.h"
-#include "rt/depth_frame.h"
+#include "drivers/trace/format/records.h"
+#include "drivers/trace/foxglove/depth_points.h"
+#include "rt/depth/depth_frame.h"
 
 namespace hapticd::daemon {
 
@@ -39,8 +39,8 @@ class DepthRecorder {
   /// `common`: the header fields that all frames of the camera share.
   /// `cloud`: record the points in the ball too.
   /// Errors: the system provides no more threads.
-  static config::Result<std::unique_ptr<DepthRecorder>> start(const rt::DepthFrameHeader& common,
-                                                              bool cloud = false);
+  static base::Result<std::unique_ptr<DepthRecorder>> start(const rt::DepthFrameHeader& common,
+                                                            bool cloud = false);
   /// Ends the thread as finish() does.
   ~DepthRecorder();
   DepthRecorder(const DepthRecorder&) = delete;

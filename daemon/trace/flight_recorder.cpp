@@ -1,12 +1,49 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/trace/flight_recorder.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
-#include "drivers/trace/fields.h"
+#include "drivers/trace/format/fields.h"
+#include "drivers/trace/trace_folder.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::daemon {
+namespace {
+
+using rt::kNsPerSecond;
+
+constexpr std::int64_t kAfterFault_ns = kNsPerSecond;
+
+}  // namespace
+
+DumpSchedule::DumpSchedule(double held_s)
+    : held_ns_(static_cast<std::int64_t>(held_s * static_cast<double>(kNsPerSecond))) {}
+
+void DumpSchedule::add(const rt::Tick& tick) {
+  const bool faulted = std::exchange(last_mode_, tick.mode) != tick.mode && tick.mode == rt::Mode::faulted;
+  const bool burst =
+      std::exchange(last_cause_, tick.cause) != tick.cause && tick.cause == rt::Cause::overrun_burst;
+  if (held_ns_ <= 0 || !(faulted || burst)) return;
+  std::int64_t due_ns = tick.planned_ns + kAfterFault_ns;
+  if (!faulted && last_dump_ns_) due_ns = std::max(due_ns, *last_dump_ns_ + held_ns_);
+  if (waiting_ && waiting_->due_ns <= due_ns) return;
+  waiting_ = Dump{due_ns, std::string(faulted ? drivers::kFaultLabel : drivers::kOverrunBurstLabel)};
+}
+
+std::optional<std::string> DumpSchedule::takeDue(std::int64_t now_ns) {
+  if (!waiting_ || now_ns < waiting_->due_ns) return std::nullopt;
+  last_dump_ns_ = now_ns;
+  return takeWaiting();
+}
+
+std::optional<std::string> DumpSchedule::takeWaiting() {
+  if (!waiting_) return std::nullopt;
+  return std::exchange(waiting_, std::nullopt)->label;
+}
+
 namespace {
 
 /// Capacity for the other records, which are rare; of a flood of changes only the newest are kept.
@@ -88,8 +125,8 @@ void FlightRecorder::forgetOldRecords() {
   while (!events_.empty() && events_.front().time_ns < oldest.planned_ns) events_.pop_front();
 }
 
-config::Result<void> FlightRecorder::writeTo(drivers::TraceWriter& writer) const {
-  config::Result<void> result;
+base::Result<void> FlightRecorder::writeTo(drivers::TraceWriter& writer) const {
+  base::Result<void> result;
   // in the order of time, so that the chunks of the trace do not overlap
   const auto writeBefore = [&](const auto& records, auto& next, std::int64_t time_ns) {
     for (; next != records.end() && drivers::timeOf(*next) <= time_ns && result; ++next) {

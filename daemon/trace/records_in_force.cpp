@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/trace/records_in_force.h"
 
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::daemon {
 namespace {
 
 template <typename Record>
-config::Result<void> write(TraceSession& session, std::optional<Record> record) {
+base::Result<void> write(TraceSession& session, std::optional<Record> record) {
   if (!record) return {};
   record->time_ns = rt::monotonicNow_ns();
   return session.write(*record);
@@ -15,7 +15,7 @@ config::Result<void> write(TraceSession& session, std::optional<Record> record) 
 
 }  // namespace
 
-config::Result<void> RecordsInForce::writeTo(TraceSession& session) const {
+base::Result<void> RecordsInForce::writeTo(TraceSession& session) const {
   auto written = write(session, directive);
   return written ? write(session, additions) : written;
 }

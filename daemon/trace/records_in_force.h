@@ -3,9 +3,9 @@
 
 #include <optional>
 
-#include "config/error.h"
+#include "config/base/error.h"
 #include "daemon/trace/trace_session.h"
-#include "drivers/trace/records.h"
+#include "drivers/trace/format/records.h"
 
 namespace hapticd::daemon {
 
@@ -16,7 +16,7 @@ struct RecordsInForce {
 
   /// Writes them with the present time: otherwise the trace would seem to start when they were issued.
   /// Errors: those of the session.
-  config::Result<void> writeTo(TraceSession& session) const;
+  base::Result<void> writeTo(TraceSession& session) const;
 };
 
 }  // namespace hapticd::daemon

@@ -4,12 +4,53 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <system_error>
 #include <utility>
 
-#include "daemon/trace/disk_space.h"
 #include "drivers/base/start_thread.h"
 
 namespace hapticd::daemon {
+namespace {
+
+constexpr double kBytesPerMb = 1e6;
+/// Space for the start of a trace: schemas and settings take about 50 kB, a second of uncompressed ticks 0.7
+/// MB.
+constexpr std::uint64_t kLeastToBegin_bytes = 1'000'000;
+
+}  // namespace
+
+std::uint64_t bytesOf(double megabytes) {
+  return static_cast<std::uint64_t>(megabytes * kBytesPerMb);
+}
+
+std::string megabytes(std::uint64_t bytes) {
+  return fmt::format("{:.1f} MB", static_cast<double>(bytes) / kBytesPerMb);
+}
+
+DiskSpace::DiskSpace(std::filesystem::path folder, double min_free_mb)
+    : folder_(std::move(folder)), least_bytes_(bytesOf(min_free_mb)) {}
+
+void DiskSpace::measure() {
+  std::error_code failure;
+  const std::filesystem::space_info space = std::filesystem::space(folder_, failure);
+  free_bytes_ = failure ? std::nullopt : std::optional<std::uint64_t>(space.available);
+}
+
+base::Result<void> DiskSpace::enoughToBegin() const {
+  return enough(std::max(least_bytes_, kLeastToBegin_bytes));
+}
+
+base::Result<void> DiskSpace::enough(std::uint64_t least_bytes) const {
+  if (!free_bytes_ || *free_bytes_ >= least_bytes) return {};
+  const char* const why =
+      least_bytes == least_bytes_ ? "trace.min_free_mb asks for" : "a trace takes at its begin";
+  return std::unexpected(
+      base::Error{folder_.string(),
+                  fmt::format("only {} are free, less than the {} that {}", megabytes(*free_bytes_),
+                              megabytes(least_bytes), why),
+                  "delete traces (hapticctl trace list, trace delete), or lower trace.min_free_mb"});
+}
+
 namespace {
 
 /// How often the folder is listed without a known change, because the open trace grows and others may delete.
@@ -25,7 +66,7 @@ std::uint64_t mostFileBytes(const config::TraceSettings& settings) {
   return bytesOf(most_mb);
 }
 
-config::Result<void> resultOf(const std::optional<config::Error>& refusal) {
+base::Result<void> resultOf(const std::optional<base::Error>& refusal) {
   if (refusal) return std::unexpected(*refusal);
   return {};
 }
@@ -45,7 +86,7 @@ Retention::~Retention() {
   stop();
 }
 
-config::Result<void> Retention::start() {
+base::Result<void> Retention::start() {
   auto thread = drivers::startThread("trace-retention", [this] { run(); });
   if (!thread) return std::unexpected(thread.error());
   thread_ = std::move(*thread);
@@ -89,12 +130,12 @@ void Retention::awaitFirstList(std::chrono::seconds patience) {
   wake_.wait_for(lock, patience, [this] { return looked_ || stop_; });
 }
 
-config::Result<void> Retention::mayBegin() const {
+base::Result<void> Retention::mayBegin() const {
   const std::lock_guard lock(mutex_);
   return resultOf(begin_refusal_);
 }
 
-config::Result<void> Retention::mayGoOn() const {
+base::Result<void> Retention::mayGoOn() const {
   const std::lock_guard lock(mutex_);
   return resultOf(go_on_refusal_);
 }
@@ -193,10 +234,10 @@ std::string Retention::warningOf(const drivers::RetentionPlan& plan) const {
                      plan.deletable.front().name, plan.deletable.front().name);
 }
 
-std::optional<config::Error> Retention::refusalAbove(std::uint64_t most_bytes,
-                                                     const drivers::RetentionPlan& plan) const {
+std::optional<base::Error> Retention::refusalAbove(std::uint64_t most_bytes,
+                                                   const drivers::RetentionPlan& plan) const {
   if (limit_bytes_ == 0 || plan.protected_bytes <= most_bytes) return std::nullopt;
-  return config::Error{
+  return base::Error{
       folder_.string(),
       fmt::format(
           "{} of the {} that trace.max_folder_mb allows are protected from deletion: {} traces marked "

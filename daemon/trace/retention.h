@@ -12,11 +12,43 @@
 #include <thread>
 #include <vector>
 
-#include "config/error.h"
-#include "config/settings.h"
-#include "drivers/trace/trace_retention.h"
+#include "config/base/error.h"
+#include "config/settings/settings.h"
+#include "drivers/trace/trace_folder.h"
 
 namespace hapticd::daemon {
+
+/// The bytes of a number of megabytes, as used by settings.
+std::uint64_t bytesOf(double megabytes);
+/// A size for people: "12.3 MB".
+std::string megabytes(std::uint64_t bytes);
+
+/// The free space on the disk of the traces. Thread: one.
+class DiskSpace {
+ public:
+  /// `folder`: exists before the folder of the traces is created in it.
+  DiskSpace(std::filesystem::path folder, double min_free_mb);
+
+  /// Reads the free space from the system.
+  void measure();
+  /// Free space at the last reading; nothing: not known.
+  std::optional<std::uint64_t> freeBytes() const { return free_bytes_; }
+
+  // Unknown space is no error here: the attempt to write reports the reason.
+
+  /// Whether a trace may go on. Errors: less than trace.min_free_mb is free.
+  base::Result<void> enoughToGoOn() const { return enough(least_bytes_); }
+  /// Whether a trace may start. Errors: as above, or less than its head and first chunks take, because each
+  /// failed attempt would leave an incomplete file.
+  base::Result<void> enoughToBegin() const;
+
+ private:
+  base::Result<void> enough(std::uint64_t least_bytes) const;
+
+  std::filesystem::path folder_;
+  std::uint64_t least_bytes_;
+  std::optional<std::uint64_t> free_bytes_;
+};
 
 /// Keeps the folder of traces below trace.max_folder_mb: deletes what planRetention() allows, oldest first,
 /// and refuses to record when only protected traces are left. Without a limit it deletes nothing.
@@ -42,7 +74,7 @@ class Retention {
   Retention& operator=(const Retention&) = delete;
 
   /// Starts the thread. Errors: the system provides no more threads.
-  config::Result<void> start();
+  base::Result<void> start();
   /// Finishes a deletion in progress and ends the thread; does nothing if it was not started.
   void stop();
 
@@ -59,9 +91,9 @@ class Retention {
   /// Waits for the first list of the folder, but not without a limit. It is no error if the list is late.
   void awaitFirstList(std::chrono::seconds patience);
   /// Whether a trace may start. Errors: protected traces leave less than a tenth of the limit.
-  config::Result<void> mayBegin() const;
+  base::Result<void> mayBegin() const;
   /// Whether a trace may go on. Errors: protected traces and the trace itself exceed the limit.
-  config::Result<void> mayGoOn() const;
+  base::Result<void> mayGoOn() const;
   Status status() const;
 
  private:
@@ -70,8 +102,7 @@ class Retention {
   void deleteDown(drivers::RetentionPlan& plan);
   void publish(const drivers::RetentionPlan& plan, std::vector<std::string> problems);
   std::string warningOf(const drivers::RetentionPlan& plan) const;
-  std::optional<config::Error> refusalAbove(std::uint64_t most_bytes,
-                                            const drivers::RetentionPlan& plan) const;
+  std::optional<base::Error> refusalAbove(std::uint64_t most_bytes, const drivers::RetentionPlan& plan) const;
   bool stopping() const;
 
   const std::filesystem::path folder_;
@@ -86,8 +117,8 @@ class Retention {
   bool looked_ = false;
   std::string just_finished_;
   Status status_;
-  std::optional<config::Error> begin_refusal_;
-  std::optional<config::Error> go_on_refusal_;
+  std::optional<base::Error> begin_refusal_;
+  std::optional<base::Error> go_on_refusal_;
 
   std::thread thread_;
 };

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "config/yaml_reader.h"
+#include "config/yaml/yaml_reader.h"
 #include "daemon/state/state_file.h"
 #include "drivers/trace/trace_folder.h"
 

@@ -7,11 +7,11 @@
 #include <iterator>
 #include <system_error>
 
-#include "config/yaml_text.h"
+#include "config/settings/yaml_text.h"
 #include "drivers/base/start_thread.h"
-#include "drivers/trace/trace_file.h"
+#include "drivers/trace/mcap/trace_file.h"
 #include "drivers/trace/trace_volume.h"
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -72,7 +72,7 @@ TraceRecorder::~TraceRecorder() {
   stop();
 }
 
-config::Result<void> TraceRecorder::start() {
+base::Result<void> TraceRecorder::start() {
   if (auto started = retention_.start(); !started) return started;
   auto thread = drivers::startThread("hapticd-trace", [this] { run(); });
   if (!thread) return std::unexpected(thread.error());
@@ -124,8 +124,8 @@ void TraceRecorder::add(drivers::EventRecord event) {
 }
 
 template <typename T>
-std::future<config::Result<T>> TraceRecorder::post(std::function<config::Result<T>()> work) {
-  auto task = std::make_shared<std::packaged_task<config::Result<T>()>>(std::move(work));
+std::future<base::Result<T>> TraceRecorder::post(std::function<base::Result<T>()> work) {
+  auto task = std::make_shared<std::packaged_task<base::Result<T>()>>(std::move(work));
   auto future = task->get_future();
   {
     const std::lock_guard lock(mutex_);
@@ -135,10 +135,10 @@ std::future<config::Result<T>> TraceRecorder::post(std::function<config::Result<
   return future;
 }
 
-std::future<config::Result<std::string>> TraceRecorder::startTrace(const TraceRequest& request) {
-  return post<std::string>([this, request]() -> config::Result<std::string> {
+std::future<base::Result<std::string>> TraceRecorder::startTrace(const TraceRequest& request) {
+  return post<std::string>([this, request]() -> base::Result<std::string> {
     if (requested_) {
-      return std::unexpected(config::Error{"trace", "one is being written already", "stop it first"});
+      return std::unexpected(base::Error{"trace", "one is being written already", "stop it first"});
     }
     countDrops(sources_.ticks.dropped());  // earlier ones belong to no trace
     request_ = request;
@@ -148,12 +148,12 @@ std::future<config::Result<std::string>> TraceRecorder::startTrace(const TraceRe
   });
 }
 
-std::future<config::Result<std::string>> TraceRecorder::stopTrace() {
-  return post<std::string>([this]() -> config::Result<std::string> {
+std::future<base::Result<std::string>> TraceRecorder::stopTrace() {
+  return post<std::string>([this]() -> base::Result<std::string> {
     takeAll();
     countDrops(sources_.ticks.dropped());
     if (!std::exchange(requested_, false)) {
-      return std::unexpected(config::Error{"trace", "none is being written", "start one first"});
+      return std::unexpected(base::Error{"trace", "none is being written", "start one first"});
     }
     own_status_.detail.clear();
     if (session_) return endSession();
@@ -161,18 +161,18 @@ std::future<config::Result<std::string>> TraceRecorder::stopTrace() {
   });
 }
 
-std::future<config::Result<std::string>> TraceRecorder::dumpTrace() {
+std::future<base::Result<std::string>> TraceRecorder::dumpTrace() {
   return post<std::string>([this] {
     takeAll();
     return dump(std::string(drivers::kDumpLabel));
   });
 }
 
-std::future<config::Result<std::vector<drivers::TraceEntry>>> TraceRecorder::listTraces() {
+std::future<base::Result<std::vector<drivers::TraceEntry>>> TraceRecorder::listTraces() {
   return lists_.run([this] { return drivers::listTraces(folder_); });
 }
 
-std::future<config::Result<void>> TraceRecorder::deleteTrace(const std::string& name) {
+std::future<base::Result<void>> TraceRecorder::deleteTrace(const std::string& name) {
   return deletions_.run([this, name] {
     auto deleted = drivers::deleteTrace(folder_, name);
     retention_.requestList();
@@ -180,7 +180,7 @@ std::future<config::Result<void>> TraceRecorder::deleteTrace(const std::string& 
   });
 }
 
-std::future<config::Result<void>> TraceRecorder::keepTrace(const std::string& name, bool keep) {
+std::future<base::Result<void>> TraceRecorder::keepTrace(const std::string& name, bool keep) {
   return lists_.run([this, name, keep] {
     auto kept = drivers::keepTrace(folder_, name, keep);
     retention_.requestList();
@@ -188,7 +188,7 @@ std::future<config::Result<void>> TraceRecorder::keepTrace(const std::string& na
   });
 }
 
-std::future<config::Result<void>> TraceRecorder::noteTrace(const std::string& name, const std::string& text) {
+std::future<base::Result<void>> TraceRecorder::noteTrace(const std::string& name, const std::string& text) {
   return lists_.run([this, name, text] { return drivers::noteTrace(folder_, name, text); });
 }
 
@@ -348,13 +348,13 @@ void TraceRecorder::checkDisk(std::int64_t now_ns) {
   rotateIfDue(now_ns);
 }
 
-config::Result<void> TraceRecorder::mayBegin() {
+base::Result<void> TraceRecorder::mayBegin() {
   space_.measure();
   if (auto space = space_.enoughToBegin(); !space) return space;
   return retention_.mayBegin();
 }
 
-config::Result<void> TraceRecorder::mayGoOn() const {
+base::Result<void> TraceRecorder::mayGoOn() const {
   if (auto space = space_.enoughToGoOn(); !space) return space;
   return retention_.mayGoOn();
 }
@@ -380,7 +380,7 @@ drivers::TraceOptions TraceRecorder::options() {
   return options;
 }
 
-config::Result<void> TraceRecorder::beginSession() {
+base::Result<void> TraceRecorder::beginSession() {
   if (auto may_begin = mayBegin(); !may_begin) return may_begin;
   TraceSession::Plan plan{folder_, request_.label, request_.depth, options()};
   plan.options.first_chunk_ns = kFirstChunk_ns;
@@ -395,7 +395,7 @@ config::Result<void> TraceRecorder::beginSession() {
 }
 
 /// Ends the session; what is not in its file by then is lost.
-config::Result<std::string> TraceRecorder::endSession() {
+base::Result<std::string> TraceRecorder::endSession() {
   std::unique_ptr<TraceSession> session = std::move(session_);
   const auto ended = session->end();
   own_status_.ticks_lost += session->ticksGiven() - session->writer().ticks();
@@ -426,15 +426,15 @@ void TraceRecorder::finishUnfinished() {
   });
 }
 
-void TraceRecorder::suspend(const config::Error& error) {
+void TraceRecorder::suspend(const base::Error& error) {
   endSession();
   own_status_.detail = error.text();
 }
 
-config::Result<std::string> TraceRecorder::dump(const std::string& label) {
+base::Result<std::string> TraceRecorder::dump(const std::string& label) {
   if (flight_recorder_.empty()) {
-    return std::unexpected(config::Error{"flight recorder", "it holds nothing",
-                                         "set trace.flight_recorder_s above 0 and restart hapticd"});
+    return std::unexpected(base::Error{"flight recorder", "it holds nothing",
+                                       "set trace.flight_recorder_s above 0 and restart hapticd"});
   }
   const TraceSession::Plan plan{folder_, label, false, options()};
   auto session = TraceSession::begin(plan, sources_.scene_thread, sources_.core_memory);
@@ -450,7 +450,7 @@ config::Result<std::string> TraceRecorder::dump(const std::string& label) {
 }
 
 template <typename T>
-void TraceRecorder::note(const std::string& what, const config::Result<T>& outcome) {
+void TraceRecorder::note(const std::string& what, const base::Result<T>& outcome) {
   if (outcome) {
     problems_.erase(what);
   } else {

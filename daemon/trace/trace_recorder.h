@@ -18,12 +18,10 @@
 #include <utility>
 #include <vector>
 
-#include "config/settings.h"
+#include "config/settings/settings.h"
 #include "daemon/base/box.h"
 #include "daemon/state/state_worker.h"
 #include "daemon/trace/crash_recovery.h"
-#include "daemon/trace/disk_space.h"
-#include "daemon/trace/dump_schedule.h"
 #include "daemon/trace/flight_recorder.h"
 #include "daemon/trace/records_in_force.h"
 #include "daemon/trace/retention.h"
@@ -64,7 +62,7 @@ class TraceRecorder {
 
   /// Starts the trace thread, which starts another one that finishes what a crash left in the folder.
   /// Errors: the system provides no more threads.
-  config::Result<void> start();
+  base::Result<void> start();
   /// Takes the last ticks and finishes the trace; does nothing if it was not started.
   void stop();
 
@@ -75,13 +73,13 @@ class TraceRecorder {
   void add(drivers::EventRecord event);
 
   // These do what the functions of Box (box.h) with the same names promise.
-  std::future<config::Result<std::string>> startTrace(const TraceRequest& request);
-  std::future<config::Result<std::string>> stopTrace();
-  std::future<config::Result<std::string>> dumpTrace();
-  std::future<config::Result<std::vector<drivers::TraceEntry>>> listTraces();
-  std::future<config::Result<void>> deleteTrace(const std::string& name);
-  std::future<config::Result<void>> keepTrace(const std::string& name, bool keep);
-  std::future<config::Result<void>> noteTrace(const std::string& name, const std::string& text);
+  std::future<base::Result<std::string>> startTrace(const TraceRequest& request);
+  std::future<base::Result<std::string>> stopTrace();
+  std::future<base::Result<std::string>> dumpTrace();
+  std::future<base::Result<std::vector<drivers::TraceEntry>>> listTraces();
+  std::future<base::Result<void>> deleteTrace(const std::string& name);
+  std::future<base::Result<void>> keepTrace(const std::string& name, bool keep);
+  std::future<base::Result<void>> noteTrace(const std::string& name, const std::string& text);
 
   /// The current state. Never waits for the disk; ticks that are lost while the disk stalls are counted at
   /// once.
@@ -89,7 +87,7 @@ class TraceRecorder {
 
  private:
   template <typename T>
-  std::future<config::Result<T>> post(std::function<config::Result<T>()> work);
+  std::future<base::Result<T>> post(std::function<base::Result<T>()> work);
 
   // All functions from here on: trace thread, unless stated otherwise.
   void run();
@@ -101,22 +99,22 @@ class TraceRecorder {
   void countDrops(std::uint64_t drops);
   /// Called once a second: checks the space, continues in another file, tries again after a failure.
   void checkDisk(std::int64_t now_ns);
-  config::Result<void> mayBegin();
-  config::Result<void> mayGoOn() const;
+  base::Result<void> mayBegin();
+  base::Result<void> mayGoOn() const;
   void rotateIfDue(std::int64_t now_ns);
-  config::Result<void> beginSession();
-  config::Result<std::string> endSession();
+  base::Result<void> beginSession();
+  base::Result<std::string> endSession();
   void finishUnfinished();
   /// Gives the session up; another one is started later.
-  void suspend(const config::Error& error);
+  void suspend(const base::Error& error);
   template <typename Record>
   void write(const Record& record);
   template <typename Record>
   void accept(Record record, std::deque<Record>& waiting);
-  config::Result<std::string> dump(const std::string& label);
+  base::Result<std::string> dump(const std::string& label);
   /// Keeps a failure apart from the recording itself in the status until the same action succeeds.
   template <typename T>
-  void note(const std::string& what, const config::Result<T>& outcome);
+  void note(const std::string& what, const base::Result<T>& outcome);
   /// Describes a trace that begins now, with the next number.
   drivers::TraceOptions options();
   void publishStatus();

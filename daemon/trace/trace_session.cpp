@@ -7,21 +7,21 @@
 #include <system_error>
 #include <utility>
 
-#include "drivers/trace/trace_file.h"
+#include "drivers/trace/mcap/trace_file.h"
 #include "drivers/trace/trace_folder.h"
-#include "rt/periodic_clock.h"
+#include "rt/base/periodic_clock.h"
 
 namespace hapticd::daemon {
 
 namespace fs = std::filesystem;
 
-config::Result<std::unique_ptr<TraceSession>> TraceSession::begin(const Plan& plan, SceneThread& scene_thread,
-                                                                  rt::CoreMemoryChannel& core_memory) {
+base::Result<std::unique_ptr<TraceSession>> TraceSession::begin(const Plan& plan, SceneThread& scene_thread,
+                                                                rt::CoreMemoryChannel& core_memory) {
   std::error_code failure;
   fs::create_directories(plan.folder, failure);
   if (failure) {
-    return std::unexpected(config::Error{plan.folder.string(), "cannot be made: " + failure.message(),
-                                         "set state.folder to one that hapticd may write"});
+    return std::unexpected(base::Error{plan.folder.string(), "cannot be made: " + failure.message(),
+                                       "set state.folder to one that hapticd may write"});
   }
   const std::int64_t realtime_ns = rt::monotonicNow_ns() + plan.options.realtime_offset_ns;
   const std::string name = drivers::newTraceName(plan.folder, realtime_ns, plan.label);
@@ -50,7 +50,7 @@ TraceSession::~TraceSession() {
   endDepth();
 }
 
-config::Result<void> TraceSession::recordDepth(const drivers::TraceOptions& options) {
+base::Result<void> TraceSession::recordDepth(const drivers::TraceOptions& options) {
   auto recorder = DepthRecorder::start(options.depth_header, options.cloud);
   if (!recorder) return std::unexpected(recorder.error());
   depth_ = std::move(*recorder);
@@ -60,7 +60,7 @@ config::Result<void> TraceSession::recordDepth(const drivers::TraceOptions& opti
   return {};
 }
 
-config::Result<void> TraceSession::write(const drivers::ModelRecord& model) {
+base::Result<void> TraceSession::write(const drivers::ModelRecord& model) {
   if (depth_) depth_->setBall({model.centre_m_in_world, model.radius_m});
   if (depth_ && !model.depth_recorded) first_model_ = 0;
   if (depth_ && model.depth_recorded && (first_model_ == 0 || model.forgot)) {
@@ -70,7 +70,7 @@ config::Result<void> TraceSession::write(const drivers::ModelRecord& model) {
   return writer_->write(model);
 }
 
-config::Result<void> TraceSession::write(const rt::Tick& tick) {
+base::Result<void> TraceSession::write(const rt::Tick& tick) {
   ++ticks_given_;
   const bool reproducible = first_model_ != 0 && tick.scene_model >= first_model_;
   if (reproducible && request_ == 0 && tick.planned_ns >= next_snapshot_ns_) {
@@ -81,12 +81,12 @@ config::Result<void> TraceSession::write(const rt::Tick& tick) {
   return writer_->write(tick);
 }
 
-config::Result<void> TraceSession::writeWhatIsReady() {
+base::Result<void> TraceSession::writeWhatIsReady() {
   auto written = writeDepth();
   return written ? writeSnapshot() : written;
 }
 
-config::Result<void> TraceSession::writeDepth() {
+base::Result<void> TraceSession::writeDepth() {
   RecordedFrame recorded;
   while (depth_ && depth_->take(recorded)) {
     auto written = writer_->write(recorded.depth);
@@ -97,7 +97,7 @@ config::Result<void> TraceSession::writeDepth() {
   return {};
 }
 
-config::Result<void> TraceSession::writeSnapshot() {
+base::Result<void> TraceSession::writeSnapshot() {
   if (request_ == 0) return {};
   core_memory_.snapshot.refresh();
   const rt::CoreSnapshot& snapshot = core_memory_.snapshot.front();
@@ -114,7 +114,7 @@ void TraceSession::endDepth() {
 }
 
 /// Ends the recording of frames; failures do not prevent the trace from being finished.
-config::Result<void> TraceSession::end() {
+base::Result<void> TraceSession::end() {
   endDepth();
   while (depth_ && !writeDepth()) {
   }

@@ -7,12 +7,12 @@
 #include <memory>
 #include <string>
 
-#include "config/error.h"
+#include "config/base/error.h"
 #include "daemon/scene/scene_thread.h"
 #include "daemon/trace/depth_recorder.h"
 #include "drivers/trace/trace_volume.h"
 #include "drivers/trace/trace_writer.h"
-#include "rt/force_loop.h"
+#include "rt/loop/force_loop.h"
 
 namespace hapticd::daemon {
 
@@ -35,25 +35,25 @@ class TraceSession {
 
   /// Starts a trace, and creates a missing folder. `scene_thread` and `core_memory` outlive the session.
   /// Errors: the folder cannot be created or written, no space.
-  static config::Result<std::unique_ptr<TraceSession>> begin(const Plan& plan, SceneThread& scene_thread,
-                                                             rt::CoreMemoryChannel& core_memory);
+  static base::Result<std::unique_ptr<TraceSession>> begin(const Plan& plan, SceneThread& scene_thread,
+                                                           rt::CoreMemoryChannel& core_memory);
   /// Leaves the trace unfinished, unless end() was called.
   ~TraceSession();
   TraceSession(const TraceSession&) = delete;
   TraceSession& operator=(const TraceSession&) = delete;
 
   // Errors of the next functions: a failure of the disk, after which nothing more is written.
-  config::Result<void> write(const rt::Tick& tick);
-  config::Result<void> write(const drivers::ModelRecord& model);
-  config::Result<void> write(const drivers::DirectiveRecord& directive) { return writer_->write(directive); }
-  config::Result<void> write(const drivers::AdditionsRecord& additions) { return writer_->write(additions); }
-  config::Result<void> write(const drivers::EventRecord& event) { return writer_->write(event); }
+  base::Result<void> write(const rt::Tick& tick);
+  base::Result<void> write(const drivers::ModelRecord& model);
+  base::Result<void> write(const drivers::DirectiveRecord& directive) { return writer_->write(directive); }
+  base::Result<void> write(const drivers::AdditionsRecord& additions) { return writer_->write(additions); }
+  base::Result<void> write(const drivers::EventRecord& event) { return writer_->write(event); }
   /// Writes what other threads have ready: depth frames, and a requested snapshot.
-  config::Result<void> writeWhatIsReady();
+  base::Result<void> writeWhatIsReady();
 
   /// Finishes the trace; may be called again if its end did not fit on the disk. Removes a trace that failed
   /// before any tick was on the disk, because it contains nothing.
-  config::Result<void> end();
+  base::Result<void> end();
 
   /// Whether there is no unfinished file any more: it was finished, or somebody has removed it.
   bool vanished() const;
@@ -74,9 +74,9 @@ class TraceSession {
                rt::CoreMemoryChannel& core_memory);
   /// Removes the files of the trace.
   void discard();
-  config::Result<void> recordDepth(const drivers::TraceOptions& options);
-  config::Result<void> writeDepth();
-  config::Result<void> writeSnapshot();
+  base::Result<void> recordDepth(const drivers::TraceOptions& options);
+  base::Result<void> writeDepth();
+  base::Result<void> writeSnapshot();
   void endDepth();
 
   std::unique_ptr<drivers::TraceWriter> writer_;

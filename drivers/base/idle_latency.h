@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "config/descriptor.h"
+#include "config/base/descriptor.h"
 
 namespace hapticd::drivers {
 
@@ -16,7 +16,7 @@ class IdleLatencyLimit {
   bool held() const noexcept { return held_; }
 
  private:
-  config::Descriptor device_;
+  base::Descriptor device_;
   bool held_ = false;
 };
 

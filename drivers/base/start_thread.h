@@ -9,7 +9,7 @@
 #include <thread>
 #include <utility>
 
-#include "config/error.h"
+#include "config/base/error.h"
 
 namespace hapticd::drivers {
 
@@ -32,16 +32,16 @@ class BlockedSignals {
 /// Starts a thread that runs `body`, with a name of at most 15 characters that tools show. It receives no
 /// signals: those are for the main thread. Errors: the system limit on threads is reached.
 template <typename Body>
-config::Result<std::thread> startThread(const char* name, Body body) {
+base::Result<std::thread> startThread(const char* name, Body body) {
   const BlockedSignals blocked;
   try {
     std::thread thread(std::move(body));
     ::pthread_setname_np(thread.native_handle(), name);
     return thread;
   } catch (const std::system_error& error) {
-    return std::unexpected(config::Error{std::string("thread ") + name,
-                                         std::string("cannot be started: ") + error.what(),
-                                         "raise the limit of tasks (TasksMax= of the unit, ulimit -u)"});
+    return std::unexpected(base::Error{std::string("thread ") + name,
+                                       std::string("cannot be started: ") + error.what(),
+                                       "raise the limit of tasks (TasksMax= of the unit, ulimit -u)"});
   }
 }
 

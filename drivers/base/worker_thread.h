@@ -10,7 +10,7 @@
 #include <thread>
 #include <utility>
 
-#include "config/error.h"
+#include "config/base/error.h"
 
 namespace hapticd::drivers {
 
@@ -27,10 +27,10 @@ class WorkerThread {
 
   /// Starts `worker`. `driver`: the name of the driver, for errors. `start_thread`: makes a thread of a body.
   template <typename StartThread>
-  config::Result<void> start(std::shared_ptr<Worker> worker, std::string_view driver,
-                             StartThread start_thread) {
+  base::Result<void> start(std::shared_ptr<Worker> worker, std::string_view driver,
+                           StartThread start_thread) {
     if (thread_.joinable())
-      return std::unexpected(config::Error{std::string(driver), "is already running", ""});
+      return std::unexpected(base::Error{std::string(driver), "is already running", ""});
     std::promise<void> ended;
     auto ends = ended.get_future();
     auto thread = start_thread([worker, ended = std::move(ended)]() mutable {

@@ -5,9 +5,9 @@
 #include <optional>
 #include <string>
 
-#include "config/error.h"
-#include "rt/depth_frame.h"
-#include "rt/words.h"
+#include "config/base/error.h"
+#include "rt/base/words.h"
+#include "rt/depth/depth_frame.h"
 
 namespace hapticd::drivers {
 
@@ -63,7 +63,7 @@ class Camera {
   virtual ~Camera() = default;
   /// Starts the driver's thread. `sink` must outlive stop().
   /// Errors: permanent ones only (a folder that is not a recording, a thread that cannot be started).
-  virtual config::Result<void> start(FrameSink& sink) = 0;
+  virtual base::Result<void> start(FrameSink& sink) = 0;
   /// Ends the thread; no frame is published after it returns. Does nothing if not started.
   virtual void stop() = 0;
   /// Returns the current state.  Thread: any.

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rt/pose.h"
+#include "rt/base/pose.h"
 
 namespace hapticd::drivers {
 namespace {

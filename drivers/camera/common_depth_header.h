@@ -3,8 +3,8 @@
 
 #include <string_view>
 
-#include "config/settings.h"
-#include "rt/depth_frame_header.h"
+#include "config/settings/settings.h"
+#include "rt/depth/depth_frame_header.h"
 
 namespace hapticd::drivers {
 

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <string>
 
-#include "rt/depth_frame.h"
-#include "rt/depth_model.h"
+#include "rt/depth/depth_frame.h"
+#include "rt/depth/depth_model.h"
 
 namespace hapticd::drivers {
 

@@ -5,10 +5,10 @@
 #include <unordered_map>
 #include <vector>
 
-#include "rt/depth_model.h"
-#include "rt/parameters.h"
-#include "rt/scene.h"
-#include "rt/scene_builder.h"
+#include "rt/base/parameters.h"
+#include "rt/depth/depth_model.h"
+#include "rt/modelling/scene_builder.h"
+#include "rt/scene/scene.h"
 
 namespace hapticd::drivers {
 

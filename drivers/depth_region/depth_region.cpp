@@ -33,7 +33,7 @@ constexpr std::size_t roundUp(std::size_t bytes, std::size_t unit) {
   return (bytes + unit - 1) / unit * unit;
 }
 
-config::Error systemError(const std::string& what) {
+base::Error systemError(const std::string& what) {
   return {kWhere, what + ": " + std::strerror(errno), "look for exhausted memory, and limits of the service"};
 }
 
@@ -76,7 +76,7 @@ std::size_t imageBytes(const rt::DepthFrameHeader& header) {
   return std::size_t{header.stride_bytes} * header.height_px;
 }
 
-config::Result<std::unique_ptr<DepthRegionMapping>> map(int descriptor, std::size_t bytes, int protection) {
+base::Result<std::unique_ptr<DepthRegionMapping>> map(int descriptor, std::size_t bytes, int protection) {
   void* const mapped = ::mmap(nullptr, bytes, protection, MAP_SHARED, descriptor, 0);
   if (mapped == MAP_FAILED) return std::unexpected(systemError("its memory cannot be mapped"));
   return std::make_unique<DepthRegionMapping>(static_cast<std::byte*>(mapped), bytes);
@@ -93,10 +93,10 @@ DepthRegionMapping::~DepthRegionMapping() {
   ::munmap(begin, bytes);
 }
 
-config::Result<std::unique_ptr<DepthRegionWriter>> DepthRegionWriter::create(std::size_t image_bytes) {
+base::Result<std::unique_ptr<DepthRegionWriter>> DepthRegionWriter::create(std::size_t image_bytes) {
   const std::size_t slot_bytes = roundUp(kImageOffset + image_bytes, kUnit);
   const std::size_t bytes = kUnit + kSlots * slot_bytes;
-  config::Descriptor memory(::memfd_create("hapticd-depth", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+  base::Descriptor memory(::memfd_create("hapticd-depth", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   if (!memory || ::ftruncate(memory.get(), static_cast<off_t>(bytes)) != 0)
     return std::unexpected(systemError("no memory file"));
   auto mapping = map(memory.get(), bytes, PROT_READ | PROT_WRITE);
@@ -139,10 +139,10 @@ void DepthRegionWriter::publish(const rt::DepthFrameHeader& header,
   wakeAll(head.changes);
 }
 
-config::Result<DepthRegionReader> DepthRegionReader::open(const config::Descriptor& memory) {
+base::Result<DepthRegionReader> DepthRegionReader::open(const base::Descriptor& memory) {
   const auto bad = [](std::string what) {
     return std::unexpected(
-        config::Error{kWhere, std::move(what), "use a reader and a hapticd of the same version"});
+        base::Error{kWhere, std::move(what), "use a reader and a hapticd of the same version"});
   };
   struct stat status {};
   if (::fstat(memory.get(), &status) != 0) return std::unexpected(systemError("it cannot be examined"));

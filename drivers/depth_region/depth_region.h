@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "config/descriptor.h"
-#include "config/error.h"
-#include "rt/depth_frame_header.h"
+#include "config/base/descriptor.h"
+#include "config/base/error.h"
+#include "rt/depth/depth_frame_header.h"
 
 namespace hapticd::drivers {
 
@@ -65,7 +65,7 @@ class DepthRegionWriter {
 
   /// Allocates the memory for frames of at most `image_bytes`.
   /// Errors: the system refuses a memory file, its seals or its mapping.
-  static config::Result<std::unique_ptr<DepthRegionWriter>> create(std::size_t image_bytes);
+  static base::Result<std::unique_ptr<DepthRegionWriter>> create(std::size_t image_bytes);
   /// Closes the region for its readers.
   ~DepthRegionWriter();
 
@@ -78,11 +78,11 @@ class DepthRegionWriter {
   void publish(const rt::DepthFrameHeader& header, std::span<const std::byte> image) noexcept;
 
  private:
-  DepthRegionWriter(config::Descriptor memory, std::unique_ptr<DepthRegionMapping> mapping)
+  DepthRegionWriter(base::Descriptor memory, std::unique_ptr<DepthRegionMapping> mapping)
       : memory_(std::move(memory)), mapping_(std::move(mapping)) {}
   DepthRegionHead& head() const noexcept;
 
-  config::Descriptor memory_;
+  base::Descriptor memory_;
   std::unique_ptr<DepthRegionMapping> mapping_;
 };
 
@@ -92,7 +92,7 @@ class DepthRegionReader {
  public:
   /// Maps `memory`, which it does not need any longer then.
   /// Errors: it is not a region of this version, its sizes contradict each other, or it could shrink.
-  static config::Result<DepthRegionReader> open(const config::Descriptor& memory);
+  static base::Result<DepthRegionReader> open(const base::Descriptor& memory);
 
   /// A number that changes with each frame, and when the region is closed.
   std::uint32_t changes() const noexcept;

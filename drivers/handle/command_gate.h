@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <optional>
 
-#include "rt/handle_channel.h"
-#include "rt/latency_histogram.h"
-#include "rt/vec3.h"
+#include "rt/base/latency_histogram.h"
+#include "rt/base/vec3.h"
+#include "rt/channels/handle_channel.h"
 
 namespace hapticd::drivers {
 

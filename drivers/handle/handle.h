@@ -5,10 +5,10 @@
 #include <optional>
 #include <string>
 
-#include "config/error.h"
-#include "rt/handle_channel.h"
-#include "rt/latency_histogram.h"
-#include "rt/words.h"
+#include "config/base/error.h"
+#include "rt/base/latency_histogram.h"
+#include "rt/base/words.h"
+#include "rt/channels/handle_channel.h"
 
 namespace hapticd::drivers {
 
@@ -73,7 +73,7 @@ class Handle {
   virtual ~Handle() = default;
   /// Starts the driver's thread. `channels` must outlive stop().
   /// Errors: permanent ones only (settings that describe no device, a thread that cannot be started).
-  virtual config::Result<void> start(HandleChannels& channels) = 0;
+  virtual base::Result<void> start(HandleChannels& channels) = 0;
   /// Exerts zero force, then ends the thread. Does nothing if not started.
   virtual void stop() = 0;
   /// Returns the current state.  Thread: any.

@@ -31,8 +31,8 @@ HandleThreadPolicy handleThreadPolicy(const config::HandleSettings& settings, co
   return {carriesForces(settings) ? std::max(0, loop.priority - 1) : 0, isolated_cpu};
 }
 
-config::Result<HandleThread> startHandleThread(const HandleThreadPolicy& policy,
-                                               std::move_only_function<void()> body) {
+base::Result<HandleThread> startHandleThread(const HandleThreadPolicy& policy,
+                                             std::move_only_function<void()> body) {
   auto thread = startThread("handle", std::move(body));
   if (!thread) return std::unexpected(thread.error());
   const pthread_t handle = thread->native_handle();

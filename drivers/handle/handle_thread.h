@@ -4,10 +4,10 @@
 #include <functional>
 #include <thread>
 
-#include "config/error.h"
-#include "config/settings.h"
+#include "config/base/error.h"
+#include "config/settings/settings.h"
 #include "drivers/handle/handle.h"
-#include "rt/parameters.h"
+#include "rt/base/parameters.h"
 
 namespace hapticd::drivers {
 
@@ -31,7 +31,7 @@ struct HandleThread {
 
 /// Runs `body` in a thread that is scheduled as far as permitted.
 /// Errors: the system limit on threads is reached.
-config::Result<HandleThread> startHandleThread(const HandleThreadPolicy& policy,
-                                               std::move_only_function<void()> body);
+base::Result<HandleThread> startHandleThread(const HandleThreadPolicy& policy,
+                                             std::move_only_function<void()> body);
 
 }  // namespace hapticd::drivers

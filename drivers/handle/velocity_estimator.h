@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "rt/vec3.h"
+#include "rt/base/vec3.h"
 
 namespace hapticd::drivers {
 
@@ -19,9 +19,9 @@ namespace hapticd::drivers {
 /// 2 and has the standard deviation s / T * sqrt(12 / (n (n^2 - 1))): n = 2: 0.5 T and 1.41 s/T; n = 3: T and
 /// 0.71 s/T. At constant velocity it has no bias.
 ///
-/// Contact damping (rt/stiffness_limit.h) acts on this velocity, so its lag adds to that of the loop: in
-/// closed loop (hapticbench stability) a free device of 45 g with an encoder of 55 um and 5 ms of delay comes
-/// to rest within two encoder steps with lines of up to 2 ms; with lines of 15 ms, which fit slow
+/// Contact damping (rt/safety/stiffness_limit.h) acts on this velocity, so its lag adds to that of the loop:
+/// in closed loop (hapticbench stability) a free device of 45 g with an encoder of 55 um and 5 ms of delay
+/// comes to rest within two encoder steps with lines of up to 2 ms; with lines of 15 ms, which fit slow
 /// oscillations, it oscillates by millimetres.
 ///
 /// Thread: one.  Progress: wait-free.  RT: safe.

@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <string>
 
-#include "config/error.h"
-#include "rt/words.h"
+#include "config/base/error.h"
+#include "rt/base/words.h"
 
 namespace hapticd::drivers {
 
@@ -47,7 +47,7 @@ class LedPanel {
   virtual ~LedPanel() = default;
   /// Starts with all LEDs off.
   /// Errors: permanent ones only (an invalid line address, a thread that cannot be started).
-  virtual config::Result<void> start() = 0;
+  virtual base::Result<void> start() = 0;
   /// Switches all LEDs off and releases their lines. Does nothing if not started.
   virtual void stop() = 0;
   /// Switches these LEDs on and the others off. Returns at once; the newest call wins.
@@ -55,6 +55,15 @@ class LedPanel {
   virtual void show(LedSet lit) = 0;
   /// Returns the current state.  Thread: any.
   virtual LedStatus status() const = 0;
+};
+
+/// LED driver of a box without LEDs.
+class NoLeds final : public LedPanel {
+ public:
+  base::Result<void> start() override { return {}; }
+  void stop() override {}
+  void show(LedSet) override {}
+  LedStatus status() const override { return {LedState::none, "", "none", {}}; }
 };
 
 }  // namespace hapticd::drivers

@@ -15,7 +15,7 @@ constexpr const char* kOtherNames = "their names and numbers do not agree";
 constexpr const char* kOtherLabels = "the labels do not fit the size of their image";
 constexpr const char* kNoNumber = "a number of theirs is missing";
 
-config::Error unreadable(const std::string& name, const std::string& what) {
+base::Error unreadable(const std::string& name, const std::string& what) {
   return {name, "has fixtures or tissue regions that this version cannot read: " + what,
           "take haptic-replay of the version that wrote it; hapticctl trace info shows which"};
 }
@@ -79,8 +79,8 @@ AdditionsRecord recordOf(const config::SceneAdditions& additions, const rt::Fixt
   return record;
 }
 
-config::Result<void> restore(const AdditionsRecord& record, const rt::PoseParameters& T_world_camera,
-                             const std::string& name, rt::FixtureSet& fixtures) {
+base::Result<void> restore(const AdditionsRecord& record, const rt::PoseParameters& T_world_camera,
+                           const std::string& name, rt::FixtureSet& fixtures) {
   const auto additions = config::additionsFromText(record.text, name);
   if (!additions) return std::unexpected(unreadable(name, additions.error().front().error.text()));
   if (!sameNames(additions->fixtures, record.fixtures)) return std::unexpected(unreadable(name, kOtherNames));
@@ -97,8 +97,8 @@ config::Result<void> restore(const AdditionsRecord& record, const rt::PoseParame
   return {};
 }
 
-config::Result<void> restore(const AdditionsRecord& record, const rt::PoseParameters& T_world_camera,
-                             const std::string& name, rt::TissueMap& tissue) {
+base::Result<void> restore(const AdditionsRecord& record, const rt::PoseParameters& T_world_camera,
+                           const std::string& name, rt::TissueMap& tissue) {
   const auto additions = config::additionsFromText(record.text, name);
   if (!additions) return std::unexpected(unreadable(name, additions.error().front().error.text()));
   if (!sameNames(additions->regions, record.regions)) return std::unexpected(unreadable(name, kOtherNames));

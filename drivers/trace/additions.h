@@ -4,11 +4,11 @@
 #include <cstdint>
 #include <string>
 
-#include "config/error.h"
-#include "config/fixture_settings.h"
-#include "drivers/trace/records.h"
-#include "rt/fixture.h"
-#include "rt/tissue.h"
+#include "config/base/error.h"
+#include "config/settings/fixture_settings.h"
+#include "drivers/trace/format/records.h"
+#include "rt/fixtures/fixture.h"
+#include "rt/tissue/tissue.h"
 
 namespace hapticd::drivers {
 
@@ -20,9 +20,9 @@ AdditionsRecord recordOf(const config::SceneAdditions& additions, const rt::Fixt
 // Make `fixtures` or `tissue` what it was when it was recorded, with its generation and all numbers that the
 // force loop knows its parts by. `T_world_camera`: the camera's pose in that session.
 // Errors: a record that this version cannot read; `where` is `name`.
-config::Result<void> restore(const AdditionsRecord& record, const rt::PoseParameters& T_world_camera,
-                             const std::string& name, rt::FixtureSet& fixtures);
-config::Result<void> restore(const AdditionsRecord& record, const rt::PoseParameters& T_world_camera,
-                             const std::string& name, rt::TissueMap& tissue);
+base::Result<void> restore(const AdditionsRecord& record, const rt::PoseParameters& T_world_camera,
+                           const std::string& name, rt::FixtureSet& fixtures);
+base::Result<void> restore(const AdditionsRecord& record, const rt::PoseParameters& T_world_camera,
+                           const std::string& name, rt::TissueMap& tissue);
 
 }  // namespace hapticd::drivers

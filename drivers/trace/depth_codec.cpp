@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/trace/mcap_format.h"
+#include "drivers/trace/mcap/mcap_format.h"
 
 namespace hapticd::drivers {
 namespace {

@@ -4,9 +4,9 @@
 #include <span>
 #include <string>
 
-#include "drivers/trace/compression.h"
-#include "drivers/trace/records.h"
-#include "rt/depth_frame.h"
+#include "drivers/trace/format/records.h"
+#include "drivers/trace/mcap/compression.h"
+#include "rt/depth/depth_frame.h"
 
 namespace hapticd::drivers {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "rt/loop_state.h"
+#include "rt/loop/loop_state.h"
 
 namespace hapticd::drivers {
 

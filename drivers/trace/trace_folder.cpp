@@ -16,11 +16,11 @@
 #include <limits>
 #include <optional>
 
-#include "config/file_content.h"
-#include "config/value_text.h"
-#include "drivers/trace/trace_file.h"
-#include "drivers/trace/trace_head.h"
-#include "rt/clock.h"
+#include "config/base/file_content.h"
+#include "config/base/value_text.h"
+#include "drivers/trace/mcap/trace_file.h"
+#include "drivers/trace/trace_format.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -36,8 +36,8 @@ constexpr std::string_view kNoteEnding = ".note";
 constexpr std::size_t kTimeLength = 20;
 constexpr std::size_t kLongestName = 100;
 
-std::unexpected<config::Error> refuse(const fs::path& where, std::string what, std::string remedy) {
-  return std::unexpected(config::Error{where.string(), std::move(what), std::move(remedy)});
+std::unexpected<base::Error> refuse(const fs::path& where, std::string what, std::string remedy) {
+  return std::unexpected(base::Error{where.string(), std::move(what), std::move(remedy)});
 }
 
 fs::path fileOf(const fs::path& folder, std::string_view name, std::string_view ending) {
@@ -125,13 +125,13 @@ bool describe(const fs::path& file, TraceEntry& entry) {
   return true;
 }
 
-config::Result<void> checkName(std::string_view name) {
+base::Result<void> checkName(std::string_view name) {
   if (isTraceName(name)) return {};
   return refuse({}, fmt::format("\"{}\" is not the name of a trace", name.substr(0, kLongestName)),
                 "1 to 100 letters, digits, '-', '_' and '.', not beginning with '.'");
 }
 
-std::unexpected<config::Error> noSuchTrace(const fs::path& file) {
+std::unexpected<base::Error> noSuchTrace(const fs::path& file) {
   return refuse(file, "no such trace", "list them: hapticctl trace list");
 }
 
@@ -172,7 +172,7 @@ std::string newTraceName(const fs::path& folder, std::int64_t realtime_ns, std::
   return candidate;
 }
 
-config::Result<std::vector<TraceEntry>> listTraces(const fs::path& folder) {
+base::Result<std::vector<TraceEntry>> listTraces(const fs::path& folder) {
   std::vector<TraceEntry> traces;
   std::error_code failure;
   if (!fs::exists(folder, failure) && !failure) return traces;
@@ -200,7 +200,7 @@ std::vector<std::string> openTraces(const fs::path& folder) {
   return names;
 }
 
-config::Result<void> deleteTrace(const fs::path& folder, std::string_view name) {
+base::Result<void> deleteTrace(const fs::path& folder, std::string_view name) {
   if (auto named = checkName(name); !named) return named;
   const fs::path file = finishedFile(folder, name);
   if (has(folder, name, kPartEnding)) return refuse(file, "is being written", "stop the trace first");
@@ -226,11 +226,11 @@ std::string noteOf(const fs::path& trace_file) {
     break;
   }
   const auto text =
-      config::fileContent(fileOf(trace_file.parent_path(), name, kNoteEnding), {.longest = kLongestNote + 1});
-  return text ? config::printable(text->substr(0, text->find('\n'))) : "";
+      base::fileContent(fileOf(trace_file.parent_path(), name, kNoteEnding), {.longest = kLongestNote + 1});
+  return text ? base::printable(text->substr(0, text->find('\n'))) : "";
 }
 
-config::Result<void> keepTrace(const fs::path& folder, std::string_view name, bool keep) {
+base::Result<void> keepTrace(const fs::path& folder, std::string_view name, bool keep) {
   if (auto named = checkName(name); !named) return named;
   const fs::path mark = fileOf(folder, name, kKeepEnding);
   const auto failed = [&] {
@@ -250,13 +250,13 @@ config::Result<void> keepTrace(const fs::path& folder, std::string_view name, bo
   return synchroniseFolder(folder);
 }
 
-config::Result<void> noteTrace(const fs::path& folder, std::string_view name, const std::string& text) {
+base::Result<void> noteTrace(const fs::path& folder, std::string_view name, const std::string& text) {
   if (auto named = checkName(name); !named) return named;
   const fs::path note = fileOf(folder, name, kNoteEnding);
   if (!isFinished(folder, name) && !has(folder, name, kPartEnding)) {
     return noSuchTrace(finishedFile(folder, name));
   }
-  if (text.size() > kLongestNote || config::printable(text) != text) {
+  if (text.size() > kLongestNote || base::printable(text) != text) {
     return refuse(note, "cannot hold that note",
                   fmt::format("give one line of at most {} bytes", kLongestNote));
   }
@@ -277,6 +277,34 @@ config::Result<void> noteTrace(const fs::path& folder, std::string_view name, co
                   "check the space on the disk and the permissions of the folder");
   }
   return synchroniseFolder(folder);
+}
+
+namespace {
+
+/// Returns whether the trace is ordinary; the newest ordinary one is never deleted.
+bool isOrdinary(const TraceEntry& trace) {
+  return !trace.open && !trace.kept && !isDumpName(trace.name);
+}
+
+}  // namespace
+
+RetentionPlan planRetention(std::span<const TraceEntry> traces, std::string_view just_finished) {
+  RetentionPlan plan;
+  const TraceEntry* newest = nullptr;
+  for (const TraceEntry& trace : traces) {
+    if (isOrdinary(trace) && !trace.damaged) newest = &trace;
+  }
+  for (const TraceEntry& trace : traces) {
+    plan.bytes += trace.bytes;
+    if (trace.kept) ++plan.kept;
+    if (!trace.kept && isDumpName(trace.name)) ++plan.dumps;
+    if (!isOrdinary(trace) || &trace == newest || trace.name == just_finished) {
+      plan.protected_bytes += trace.bytes;
+    } else {
+      plan.deletable.push_back(trace);
+    }
+  }
+  return plan;
 }
 
 }  // namespace hapticd::drivers

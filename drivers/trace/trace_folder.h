@@ -5,11 +5,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "config/error.h"
+#include "config/base/error.h"
 
 namespace hapticd::drivers {
 
@@ -51,7 +52,7 @@ std::string newTraceName(const std::filesystem::path& folder, std::int64_t realt
 /// Returns the traces of the folder, oldest first, by their numbers: the clock may have been wrong. Those
 /// without a number come first, by their times. None if there is no such folder. Errors: the folder cannot be
 /// read.
-config::Result<std::vector<TraceEntry>> listTraces(const std::filesystem::path& folder);
+base::Result<std::vector<TraceEntry>> listTraces(const std::filesystem::path& folder);
 
 /// Returns the names of unfinished traces; none if the folder cannot be read. Does not access other files, so
 /// it is fast in large folders as well.
@@ -65,16 +66,31 @@ std::string noteOf(const std::filesystem::path& trace_file);
 
 /// Deletes a finished trace and its note.
 /// Errors: no such trace, it is being written, it is marked to be kept, no permission.
-config::Result<void> deleteTrace(const std::filesystem::path& folder, std::string_view name);
+base::Result<void> deleteTrace(const std::filesystem::path& folder, std::string_view name);
 
 /// Marks a trace, finished or not, to be kept, or removes the mark. The mark survives a crash.
 /// Errors: no such trace, no permission, no space.
-config::Result<void> keepTrace(const std::filesystem::path& folder, std::string_view name, bool keep);
+base::Result<void> keepTrace(const std::filesystem::path& folder, std::string_view name, bool keep);
 
 /// Notes a line of text about a trace, finished or not, in NAME.note; it replaces an earlier note, and an
 /// empty text removes it. The note survives a crash. Errors: no such trace, a text that is too long or no
 /// printable UTF-8, no permission, no space.
-config::Result<void> noteTrace(const std::filesystem::path& folder, std::string_view name,
-                               const std::string& text);
+base::Result<void> noteTrace(const std::filesystem::path& folder, std::string_view name,
+                             const std::string& text);
+
+/// Which traces a limit on a folder's size may delete.
+struct RetentionPlan {
+  std::uint64_t bytes = 0;            ///< of all traces
+  std::uint64_t protected_bytes = 0;  ///< of those that are never deleted
+  std::size_t kept = 0;               ///< number of traces marked to be kept
+  std::size_t dumps = 0;              ///< number of unmarked traces written by the flight recorder
+  std::vector<TraceEntry> deletable;  ///< all others, oldest first
+};
+
+/// Plans which traces may be deleted. Protected are unfinished traces, those marked to be kept, those written
+/// by the flight recorder, the newest finished one of the others, and `just_finished`, which is not the
+/// newest one if the clock was set back. The damaged original of a recovered trace is like an ordinary trace
+/// of the same age. `traces`: oldest first, as returned by listTraces().
+RetentionPlan planRetention(std::span<const TraceEntry> traces, std::string_view just_finished);
 
 }  // namespace hapticd::drivers

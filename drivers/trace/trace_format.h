@@ -1,7 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
+
+#include "rt/base/words.h"
 
 namespace hapticd::drivers {
 
@@ -27,5 +35,29 @@ inline constexpr std::string_view kOwnerMetadata = "hapticd";
 inline constexpr std::string_view kWriterVersionKey = "hapticd_version";
 /// Identifies a run of hapticd; the numbers of ticks, scenes and parameter sets restart in the next run.
 inline constexpr std::string_view kRunKey = "run";
+
+/// What the daemon does with the ticks of its force loop.
+enum class TraceState {
+  off,      ///< no trace was requested
+  writing,  ///< ticks go into a file
+  waiting,  ///< a trace was requested, but cannot be written now; it goes on by itself, in another file
+};
+constexpr auto wordsOf(TraceState) {
+  return rt::words<TraceState>("off", "writing", "waiting");
+}
+
+/// What a trace, finished or not, says of itself in front of its first chunk.
+struct TraceHead {
+  bool depth = false;                     ///< contains raw depth, i.e. was begun with a channel for it
+  std::uint64_t number = 0;               ///< see TraceOptions::number
+  std::optional<bool> clock_is_set = {};  ///< see TraceOptions::clock_is_set; nothing: not known
+
+  /// Takes number and clock from the metadata of the trace.
+  void take(const std::vector<std::pair<std::string, std::string>>& metadata);
+};
+
+/// Reads the beginning of a file. Returns an empty head for a file that is not a trace, and for one of
+/// another program that begins with its messages. Thread: any.  RT: not safe.
+TraceHead readTraceHead(const std::filesystem::path& trace);
 
 }  // namespace hapticd::drivers

@@ -10,14 +10,13 @@
 #include <new>
 #include <tuple>
 
-#include "config/value_text.h"
+#include "config/base/value_text.h"
 #include "drivers/trace/depth_codec.h"
-#include "drivers/trace/fields.h"
-#include "drivers/trace/mcap_reader.h"
-#include "drivers/trace/messages.h"
+#include "drivers/trace/format/fields.h"
+#include "drivers/trace/format/messages.h"
+#include "drivers/trace/mcap/mcap_reader.h"
 #include "drivers/trace/trace_format.h"
-#include "drivers/trace/trace_head.h"
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -60,7 +59,7 @@ class Reading final : public mcap::Visitor {
 
   void messages() override {
     if (other_format_) {
-      refuse(fmt::format("a trace of the format {}, of which this is {}", config::inQuotes(*other_format_),
+      refuse(fmt::format("a trace of the format {}, of which this is {}", base::inQuotes(*other_format_),
                          kTraceVersion));
     }
   }
@@ -139,7 +138,7 @@ class Reading final : public mcap::Visitor {
   /// Rejects a trace; `what` describes why this version cannot read it.
   void refuse(const std::string& what) {
     const std::string* const version = find(info.metadata, kWriterVersionKey);
-    const std::string writer = version != nullptr ? config::inQuotes(*version) : "of an unknown version";
+    const std::string writer = version != nullptr ? base::inQuotes(*version) : "of an unknown version";
     refusal_ = mcap::Refusal{fmt::format("is {}; written by hapticd {}", what, writer), kOtherReaders};
   }
 
@@ -257,19 +256,19 @@ bool TraceInfo::lacks(std::string_view topic, std::string_view field) const {
   return fields != missing.end() && std::ranges::find(fields->second, field) != fields->second.end();
 }
 
-config::Result<void> TraceInfo::require(const std::filesystem::path& file, std::string_view topic) const {
+base::Result<void> TraceInfo::require(const std::filesystem::path& file, std::string_view topic) const {
   if (topics.contains(topic)) return {};
-  return std::unexpected(config::Error{file.string(), fmt::format("has no channel {}", topic),
-                                       "use the trace that it was filtered from"});
+  return std::unexpected(base::Error{file.string(), fmt::format("has no channel {}", topic),
+                                     "use the trace that it was filtered from"});
 }
 
-config::Result<TraceInfo> readTrace(const std::filesystem::path& file, const TraceVisitor& visitor) try {
+base::Result<TraceInfo> readTrace(const std::filesystem::path& file, const TraceVisitor& visitor) try {
   std::error_code no_file;
   const std::uintmax_t bytes = std::filesystem::file_size(file, no_file);
   Reading reading(visitor, no_file ? 0 : bytes);
   if (const auto read = mcap::read(file, reading); !read) return std::unexpected(read.error().error);
   if (!reading.isTrace()) {
-    return std::unexpected(config::Error{file.string(), kNotATrace.what, kNotATrace.remedy});
+    return std::unexpected(base::Error{file.string(), kNotATrace.what, kNotATrace.remedy});
   }
   reading.info.bytes = no_file ? 0 : bytes;
   reading.info.complete = !reading.enough();

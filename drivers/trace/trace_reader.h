@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "config/error.h"
-#include "drivers/trace/records.h"
+#include "config/base/error.h"
+#include "drivers/trace/format/records.h"
 #include "drivers/trace/trace_writer.h"
 
 namespace hapticd::drivers {
@@ -49,7 +49,7 @@ struct TraceInfo {
 
   bool lacks(std::string_view topic, std::string_view field) const;
   /// Errors: the trace `file` has no such channel.
-  config::Result<void> require(const std::filesystem::path& file, std::string_view topic) const;
+  base::Result<void> require(const std::filesystem::path& file, std::string_view topic) const;
 };
 
 /// Receives the records of a trace in the order of the messages' times (log_time), whatever their order in
@@ -76,6 +76,6 @@ struct TraceVisitor {
 /// a field of another type), a merge of several runs of hapticd, a checksum mismatch (with its offset), a
 /// truncated file (a ".part" or a damaged end; the intact part has been visited by then).
 /// Thread: any.
-config::Result<TraceInfo> readTrace(const std::filesystem::path& file, const TraceVisitor& visitor = {});
+base::Result<TraceInfo> readTrace(const std::filesystem::path& file, const TraceVisitor& visitor = {});
 
 }  // namespace hapticd::drivers

@@ -6,9 +6,9 @@
 #include <string>
 #include <utility>
 
-#include "drivers/trace/mcap_reader.h"
-#include "drivers/trace/messages.h"
-#include "drivers/trace/trace_file.h"
+#include "drivers/trace/format/messages.h"
+#include "drivers/trace/mcap/mcap_reader.h"
+#include "drivers/trace/mcap/trace_file.h"
 #include "drivers/trace/trace_format.h"
 #include "drivers/trace/trace_reader.h"
 #include "drivers/trace/trace_rewriter.h"
@@ -19,8 +19,8 @@ namespace {
 namespace fs = std::filesystem;
 using Outcome = RecoveredTrace::Outcome;
 
-std::unexpected<config::Error> refuse(const fs::path& where, std::string what, std::string remedy) {
-  return std::unexpected(config::Error{where.string(), std::move(what), std::move(remedy)});
+std::unexpected<base::Error> refuse(const fs::path& where, std::string what, std::string remedy) {
+  return std::unexpected(base::Error{where.string(), std::move(what), std::move(remedy)});
 }
 
 bool isPart(const fs::path& file) {
@@ -101,8 +101,8 @@ RecoveredTrace reported(Outcome outcome, const fs::path& file, const mcap::Salva
 }
 
 /// `why`: the fault reported by the reader.
-config::Result<mcap::Salvage> salvageOf(const TraceFile& file, const mcap::Fault& why,
-                                        const RecoveryProgress& progress) {
+base::Result<mcap::Salvage> salvageOf(const TraceFile& file, const mcap::Fault& why,
+                                      const RecoveryProgress& progress) {
   const auto size = file.size();
   if (!size) return std::unexpected(size.error());
   auto whole = mcap::salvage(file, *size, progress);
@@ -126,7 +126,7 @@ fs::path damagedName(const fs::path& finished) {
   return name;
 }
 
-config::Result<RecoveredTrace> hopeless(const fs::path& part, const mcap::Salvage& whole) {
+base::Result<RecoveredTrace> hopeless(const fs::path& part, const mcap::Salvage& whole) {
   RecoveredTrace recovered{
       .outcome = Outcome::hopeless, .file = {}, .original = damagedName(finishedName(part))};
   recovered.bytes_lost = bytesLost(whole);
@@ -135,8 +135,8 @@ config::Result<RecoveredTrace> hopeless(const fs::path& part, const mcap::Salvag
   return recovered;
 }
 
-config::Result<RecoveredTrace> endInPlace(TraceFile& file, const mcap::Salvage& whole,
-                                          std::uint64_t intact_to, const RecoveryProgress& progress) {
+base::Result<RecoveredTrace> endInPlace(TraceFile& file, const mcap::Salvage& whole, std::uint64_t intact_to,
+                                        const RecoveryProgress& progress) {
   const fs::path name = finishedName(file.path());
   auto done = endTrace(file, whole, intact_to, progress);
   if (done) done = renameDurably(file.path(), name);
@@ -145,8 +145,8 @@ config::Result<RecoveredTrace> endInPlace(TraceFile& file, const mcap::Salvage& 
 }
 
 /// If it is interrupted, both files exist, which the next attempt reports.
-config::Result<RecoveredTrace> replaceDamaged(const TraceFile& file, const mcap::Salvage& whole,
-                                              const RecoveryProgress& progress) {
+base::Result<RecoveredTrace> replaceDamaged(const TraceFile& file, const mcap::Salvage& whole,
+                                            const RecoveryProgress& progress) {
   const fs::path name = finishedName(file.path()), kept = damagedName(name);
   if (auto written = rewriteTrace(file, whole, name, progress); !written)
     return std::unexpected(written.error());
@@ -163,8 +163,8 @@ fs::path recoveredName(const fs::path& file) {
   return file.parent_path() / (name.substr(0, name.rfind(".mcap")) + "-recovered.mcap");
 }
 
-config::Result<RecoveredTrace> recoverTrace(const fs::path& path, const fs::path& out,
-                                            const RecoveryProgress& progress) try {
+base::Result<RecoveredTrace> recoverTrace(const fs::path& path, const fs::path& out,
+                                          const RecoveryProgress& progress) try {
   const auto file = TraceFile::openToRead(path);
   if (!file) return std::unexpected(file.error());
   if (isBeingWritten(path)) {
@@ -184,7 +184,7 @@ config::Result<RecoveredTrace> recoverTrace(const fs::path& path, const fs::path
   return std::unexpected(mcap::outOfMemory(path));
 }
 
-config::Result<RecoveredTrace> finishTrace(const fs::path& part, const RecoveryProgress& progress) try {
+base::Result<RecoveredTrace> finishTrace(const fs::path& part, const RecoveryProgress& progress) try {
   auto file = TraceFile::openToMend(part);
   if (!file) return std::unexpected(file.error());
   const fs::path name = finishedName(part);

@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "config/error.h"
-#include "drivers/trace/mcap_salvage.h"
+#include "config/base/error.h"
+#include "drivers/trace/mcap/mcap_salvage.h"
 
 namespace hapticd::drivers {
 
@@ -44,16 +44,15 @@ std::filesystem::path recoveredName(const std::filesystem::path& file);
 /// intact trace is not written again.
 /// Errors: not a trace of hapticd, being written, nothing intact in it, `out` exists, no permission, no
 /// space. There is then no new file.
-config::Result<RecoveredTrace> recoverTrace(const std::filesystem::path& file,
-                                            const std::filesystem::path& out,
-                                            const RecoveryProgress& progress = {});
+base::Result<RecoveredTrace> recoverTrace(const std::filesystem::path& file, const std::filesystem::path& out,
+                                          const RecoveryProgress& progress = {});
 
 /// Finishes a ".part" left by a crash and gives it its final name: in place if only what was being written is
 /// truncated. If something else is damaged, all intact parts go to a new file of that name, and the damaged
 /// one is kept as NAME.mcap.damaged, as is one without any intact part.
 /// Errors: see recoverTrace(), except for nothing intact; the ".part" is then unchanged and can be tried
 /// again.
-config::Result<RecoveredTrace> finishTrace(const std::filesystem::path& part,
-                                           const RecoveryProgress& progress = {});
+base::Result<RecoveredTrace> finishTrace(const std::filesystem::path& part,
+                                         const RecoveryProgress& progress = {});
 
 }  // namespace hapticd::drivers

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
-#include "drivers/trace/mcap_definitions.h"
-#include "drivers/trace/mcap_summary.h"
+#include "drivers/trace/mcap/mcap_definitions.h"
+#include "drivers/trace/mcap/mcap_summary.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -24,7 +24,7 @@ struct Unpacked {
   mcap::ChunkContent content;
 
   /// Reads a chunk that was intact when the file was scanned.
-  config::Result<void> read(const TraceFile& file, const IntactChunk& whole, mcap::Allowance& allowance) {
+  base::Result<void> read(const TraceFile& file, const IntactChunk& whole, mcap::Allowance& allowance) {
     if (auto there =
             file.readAt(whole.offset + mcap::kRecordHeadBytes, whole.bytes - mcap::kRecordHeadBytes, record);
         !there) {
@@ -33,8 +33,7 @@ struct Unpacked {
     const bool good = mcap::ChunkRecord::of(record, chunk) && chunk.unpack(records, allowance).empty() &&
                       mcap::ChunkContent::of(records, content);
     if (good) return {};
-    return std::unexpected(
-        config::Error{file.path().string(), "was modified while it was read", "try again"});
+    return std::unexpected(base::Error{file.path().string(), "was modified while it was read", "try again"});
   }
 };
 
@@ -43,7 +42,7 @@ class Growing {
  public:
   Growing(TraceFile& file, std::uint64_t end, std::uint32_t crc) : file_(file), end_(end), crc_(crc) {}
 
-  config::Result<void> append(std::string_view bytes) {
+  base::Result<void> append(std::string_view bytes) {
     auto written = file_.writeAt(end_, bytes);
     crc_ = mcap::crcOf(bytes, crc_);
     end_ += bytes.size();
@@ -121,7 +120,7 @@ class Rewriting {
  public:
   Rewriting(TraceFile& out, const mcap::Salvage& whole) : whole_(whole), file_(out, 0, 0) {}
 
-  config::Result<void> run(const TraceFile& from, const mcap::GoesOn& goes_on) {
+  base::Result<void> run(const TraceFile& from, const mcap::GoesOn& goes_on) {
     auto written = file_.append(Head(whole_, summary_).bytes());
     mcap::Allowance allowance(whole_.file_bytes);
     std::vector<IntactChunk> chunks = whole_.chunks;
@@ -138,7 +137,7 @@ class Rewriting {
   }
 
  private:
-  config::Result<void> add(mcap::ChunkRecord chunk, const mcap::ChunkContent& content) {
+  base::Result<void> add(mcap::ChunkRecord chunk, const mcap::ChunkContent& content) {
     chunk.start_ns = content.start_ns;
     chunk.end_ns = content.end_ns;
     std::string bytes;
@@ -158,8 +157,8 @@ struct Ending {
   std::string indexes;  ///< of the last chunk, if they are incomplete
 };
 
-config::Result<Ending> endingOf(const TraceFile& file, const mcap::Salvage& whole,
-                                const mcap::GoesOn& goes_on) {
+base::Result<Ending> endingOf(const TraceFile& file, const mcap::Salvage& whole,
+                              const mcap::GoesOn& goes_on) {
   Ending ending;
   mcap::Summary& summary = ending.summary;
   for (const auto& [id, schema] : whole.schemas) summary.addSchema(schema.content);
@@ -186,12 +185,11 @@ config::Result<Ending> endingOf(const TraceFile& file, const mcap::Salvage& whol
 
 }  // namespace
 
-config::Result<void> rewriteTrace(const TraceFile& from, const mcap::Salvage& whole,
-                                  const std::filesystem::path& out, const mcap::GoesOn& goes_on) {
+base::Result<void> rewriteTrace(const TraceFile& from, const mcap::Salvage& whole,
+                                const std::filesystem::path& out, const mcap::GoesOn& goes_on) {
   std::error_code ignored;
   if (std::filesystem::exists(out, ignored)) {
-    return std::unexpected(
-        config::Error{out.string(), "already exists", "give another name, or move it away"});
+    return std::unexpected(base::Error{out.string(), "already exists", "give another name, or move it away"});
   }
   const std::filesystem::path part = out.string() + ".rewriting";
   if (!isBeingWritten(part)) std::filesystem::remove(part, ignored);  // left by an interrupted attempt
@@ -204,8 +202,8 @@ config::Result<void> rewriteTrace(const TraceFile& from, const mcap::Salvage& wh
   return done;
 }
 
-config::Result<void> endTrace(TraceFile& file, const mcap::Salvage& whole, std::uint64_t intact_to,
-                              const mcap::GoesOn& goes_on) {
+base::Result<void> endTrace(TraceFile& file, const mcap::Salvage& whole, std::uint64_t intact_to,
+                            const mcap::GoesOn& goes_on) {
   const auto ending = endingOf(file, whole, goes_on);
   if (!ending) return std::unexpected(ending.error());
   const auto crc = mcap::crcOf(file, 0, intact_to);

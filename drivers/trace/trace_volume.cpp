@@ -5,11 +5,11 @@
 #include <cmath>
 #include <string>
 
-#include "drivers/trace/foxglove_messages.h"
-#include "drivers/trace/foxglove_scene.h"
-#include "drivers/trace/foxglove_schemas.h"
-#include "drivers/trace/mcap_format.h"
-#include "drivers/trace/messages.h"
+#include "drivers/trace/format/messages.h"
+#include "drivers/trace/foxglove/foxglove_messages.h"
+#include "drivers/trace/foxglove/foxglove_scene.h"
+#include "drivers/trace/foxglove/foxglove_schemas.h"
+#include "drivers/trace/mcap/mcap_format.h"
 #include "drivers/trace/trace_writer.h"
 
 namespace hapticd::drivers {

@@ -5,15 +5,15 @@
 
 #include <algorithm>
 
-#include "drivers/trace/fields.h"
-#include "drivers/trace/foxglove_messages.h"
-#include "drivers/trace/foxglove_scene.h"
-#include "drivers/trace/foxglove_schemas.h"
-#include "drivers/trace/mcap_writer.h"
-#include "drivers/trace/messages.h"
+#include "drivers/trace/format/fields.h"
+#include "drivers/trace/format/messages.h"
+#include "drivers/trace/foxglove/foxglove_messages.h"
+#include "drivers/trace/foxglove/foxglove_scene.h"
+#include "drivers/trace/foxglove/foxglove_schemas.h"
+#include "drivers/trace/mcap/mcap_writer.h"
 #include "drivers/trace/tick_window.h"
 #include "drivers/trace/trace_format.h"
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -23,11 +23,11 @@ struct OpenChannel {
   std::uint32_t messages = 0;
 };
 
-config::Result<void> checkAttachments(const TraceOptions& options) {
+base::Result<void> checkAttachments(const TraceOptions& options) {
   constexpr std::size_t kMaxBytes = mcap::kMaxAttachmentBytes;
   for (const TraceAttachment& attachment : options.attachments) {
     if (attachment.data.size() <= kMaxBytes) continue;
-    return std::unexpected(config::Error{
+    return std::unexpected(base::Error{
         attachment.name,
         fmt::format("has {} bytes; a trace accepts at most {}", attachment.data.size(), kMaxBytes), ""});
   }
@@ -45,7 +45,7 @@ class TraceWriter::Implementation {
         offset_ns_(static_cast<std::uint64_t>(options.realtime_offset_ns)),
         camera_(options.depth_header) {}
 
-  config::Result<void> begin(const TraceOptions& options) {
+  base::Result<void> begin(const TraceOptions& options) {
     std::vector<std::pair<std::string, std::string>> trace{
         {std::string(kVersionKey), std::string(kTraceVersion)},
         {std::string(kOffsetKey), std::to_string(options.realtime_offset_ns)}};
@@ -72,33 +72,32 @@ class TraceWriter::Implementation {
     return file_.begin();
   }
 
-  config::Result<void> write(const rt::Tick& tick) {
+  base::Result<void> write(const rt::Tick& tick) {
     auto written = add(ticks_channel_, tick);
     if (written) ++ticks_pending_;
     return written && scene_channel_.id != 0 ? writeScene(tick) : written;
   }
-  config::Result<void> write(const ModelRecord& model) {
+  base::Result<void> write(const ModelRecord& model) {
     ball_ = {model.centre_m_in_world, model.radius_m};
     return add(models_channel_, model);
   }
-  config::Result<void> write(const DirectiveRecord& directive) {
+  base::Result<void> write(const DirectiveRecord& directive) {
     for (const auto& [name, value] : directive.parameters) radii_.set(name, value);
     return add(directives_channel_, directive);
   }
-  config::Result<void> write(const AdditionsRecord& additions) { return add(additions_channel_, additions); }
-  config::Result<void> write(const EventRecord& event) { return add(events_channel_, event); }
-  config::Result<void> write(const SnapshotRecord& snapshot) { return add(snapshots_channel_, snapshot); }
-  config::Result<void> write(const DepthRecord& depth) {
+  base::Result<void> write(const AdditionsRecord& additions) { return add(additions_channel_, additions); }
+  base::Result<void> write(const EventRecord& event) { return add(events_channel_, event); }
+  base::Result<void> write(const SnapshotRecord& snapshot) { return add(snapshots_channel_, snapshot); }
+  base::Result<void> write(const DepthRecord& depth) {
     if (depth_channel_.id == 0) {
-      return std::unexpected(
-          config::Error{file_.file().string(), "was begun without a channel for depth", ""});
+      return std::unexpected(base::Error{file_.file().string(), "was begun without a channel for depth", ""});
     }
     return add(depth_channel_, depth);
   }
-  config::Result<void> write(const CloudRecord& cloud) {
+  base::Result<void> write(const CloudRecord& cloud) {
     if (cloud_channel_.id == 0) {
       return std::unexpected(
-          config::Error{file_.file().string(), "was begun without a channel for clouds", ""});
+          base::Error{file_.file().string(), "was begun without a channel for clouds", ""});
     }
     const std::uint64_t time_ns = realtimeOf(cloud.time_ns);
     message_.clear();
@@ -106,8 +105,8 @@ class TraceWriter::Implementation {
     return put(cloud_channel_, foxglove::kReachCloudChannel, time_ns);
   }
 
-  config::Result<void> flush() { return counted(file_.flush()); }
-  config::Result<void> close() {
+  base::Result<void> flush() { return counted(file_.flush()); }
+  base::Result<void> close() {
     const bool failed_before = file_.failure().has_value();
     auto closed = file_.finish();
     return file_.failure() && !failed_before ? counted(std::unexpected(*file_.failure())) : counted(closed);
@@ -133,7 +132,7 @@ class TraceWriter::Implementation {
   }
 
   template <typename Record>
-  config::Result<void> add(OpenChannel& channel, const Record& record) {
+  base::Result<void> add(OpenChannel& channel, const Record& record) {
     const std::uint64_t time_ns = realtimeOf(timeOf(record));
     message_.clear();
     encode(record, time_ns, message_);
@@ -141,12 +140,12 @@ class TraceWriter::Implementation {
   }
 
   /// Adds the encoded message.
-  config::Result<void> put(OpenChannel& channel, const ChannelName& name, std::uint64_t time_ns) {
+  base::Result<void> put(OpenChannel& channel, const ChannelName& name, std::uint64_t time_ns) {
     if (message_.size() > mcap::kMaxMessageBytes) {
-      return std::unexpected(config::Error{std::string(name.topic),
-                                           fmt::format("a message of {} bytes; a trace accepts at most {}",
-                                                       message_.size(), mcap::kMaxMessageBytes),
-                                           ""});
+      return std::unexpected(base::Error{std::string(name.topic),
+                                         fmt::format("a message of {} bytes; a trace accepts at most {}",
+                                                     message_.size(), mcap::kMaxMessageBytes),
+                                         ""});
     }
     if (auto written = makeRoom(time_ns); !written) return written;
     file_.addMessage(channel.id, channel.messages++, time_ns, message_);
@@ -155,7 +154,7 @@ class TraceWriter::Implementation {
 
   /// Writes what the picture needs. Its messages have the time of the tick that caused them, although the
   /// scene is an earlier tick's, which may be in a chunk already.
-  config::Result<void> writeScene(const rt::Tick& tick) {
+  base::Result<void> writeScene(const rt::Tick& tick) {
     const std::uint64_t time_ns = realtimeOf(tick.planned_ns);
     if (tick.planned_ns >= next_transforms_ns_) {
       next_transforms_ns_ = tick.planned_ns + rt::kNsPerSecond;
@@ -174,7 +173,7 @@ class TraceWriter::Implementation {
 
   /// Writes a chunk if a message of this time makes the pending ones long enough. Records of one channel lag
   /// behind those of another, so the newest ones are held back.
-  config::Result<void> makeRoom(std::uint64_t time_ns) {
+  base::Result<void> makeRoom(std::uint64_t time_ns) {
     constexpr std::uint64_t kHeldShare = 10;  // of a chunk
     if (file_.failure()) return std::unexpected(*file_.failure());
     if (file_.pendingBytes() == 0) return {};
@@ -189,7 +188,7 @@ class TraceWriter::Implementation {
     return counted(std::move(written));
   }
 
-  config::Result<void> counted(config::Result<void> written) {
+  base::Result<void> counted(base::Result<void> written) {
     const std::uint64_t left = file_.pendingMessages(ticks_channel_.id);
     if (written) ticks_ += ticks_pending_ - left;
     ticks_pending_ = left;
@@ -212,11 +211,11 @@ class TraceWriter::Implementation {
   std::string message_;
 };
 
-config::Result<std::unique_ptr<TraceWriter>> TraceWriter::create(const std::filesystem::path& file,
-                                                                 const TraceOptions& options) {
+base::Result<std::unique_ptr<TraceWriter>> TraceWriter::create(const std::filesystem::path& file,
+                                                               const TraceOptions& options) {
   std::error_code ignored;
   if (std::filesystem::exists(file, ignored)) {
-    return std::unexpected(config::Error{file.string(), "already exists", "choose another name"});
+    return std::unexpected(base::Error{file.string(), "already exists", "choose another name"});
   }
   if (auto checked = checkAttachments(options); !checked) return std::unexpected(checked.error());
   auto part = TraceFile::create(partOf(file));
@@ -233,34 +232,34 @@ TraceWriter::TraceWriter(std::unique_ptr<Implementation> implementation)
     : implementation_(std::move(implementation)) {}
 TraceWriter::~TraceWriter() = default;
 
-config::Result<void> TraceWriter::write(const rt::Tick& tick) {
+base::Result<void> TraceWriter::write(const rt::Tick& tick) {
   return implementation_->write(tick);
 }
-config::Result<void> TraceWriter::write(const ModelRecord& model) {
+base::Result<void> TraceWriter::write(const ModelRecord& model) {
   return implementation_->write(model);
 }
-config::Result<void> TraceWriter::write(const DirectiveRecord& directive) {
+base::Result<void> TraceWriter::write(const DirectiveRecord& directive) {
   return implementation_->write(directive);
 }
-config::Result<void> TraceWriter::write(const AdditionsRecord& additions) {
+base::Result<void> TraceWriter::write(const AdditionsRecord& additions) {
   return implementation_->write(additions);
 }
-config::Result<void> TraceWriter::write(const EventRecord& event) {
+base::Result<void> TraceWriter::write(const EventRecord& event) {
   return implementation_->write(event);
 }
-config::Result<void> TraceWriter::write(const SnapshotRecord& snapshot) {
+base::Result<void> TraceWriter::write(const SnapshotRecord& snapshot) {
   return implementation_->write(snapshot);
 }
-config::Result<void> TraceWriter::write(const DepthRecord& depth) {
+base::Result<void> TraceWriter::write(const DepthRecord& depth) {
   return implementation_->write(depth);
 }
-config::Result<void> TraceWriter::write(const CloudRecord& cloud) {
+base::Result<void> TraceWriter::write(const CloudRecord& cloud) {
   return implementation_->write(cloud);
 }
-config::Result<void> TraceWriter::flush() {
+base::Result<void> TraceWriter::flush() {
   return implementation_->flush();
 }
-config::Result<void> TraceWriter::close() {
+base::Result<void> TraceWriter::close() {
   return implementation_->close();
 }
 

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "config/error.h"
-#include "drivers/trace/records.h"
+#include "config/base/error.h"
+#include "drivers/trace/format/records.h"
 
 namespace hapticd::drivers {
 
@@ -58,8 +58,8 @@ class TraceWriter {
   /// Creates a trace. `file`: its name after close(), ending in ".mcap"; neither it nor its ".part" may
   /// exist.
   /// Errors: the folder is missing or not writable, no space.
-  static config::Result<std::unique_ptr<TraceWriter>> create(const std::filesystem::path& file,
-                                                             const TraceOptions& options);
+  static base::Result<std::unique_ptr<TraceWriter>> create(const std::filesystem::path& file,
+                                                           const TraceOptions& options);
   /// Leaves a ".part" behind if close() was not called.
   ~TraceWriter();
 
@@ -68,21 +68,21 @@ class TraceWriter {
   // message takes its place (log_time) behind what is on the disk, so that chunks never overlap in time.
   // Errors: disk errors. The trace then ends with its last complete chunk: nothing more is written, but
   // close() still makes it a readable file once there is space for the summary.
-  config::Result<void> write(const rt::Tick& tick);
-  config::Result<void> write(const ModelRecord& model);
-  config::Result<void> write(const DirectiveRecord& directive);
-  config::Result<void> write(const AdditionsRecord& additions);
-  config::Result<void> write(const EventRecord& event);
-  config::Result<void> write(const SnapshotRecord& snapshot);
+  base::Result<void> write(const rt::Tick& tick);
+  base::Result<void> write(const ModelRecord& model);
+  base::Result<void> write(const DirectiveRecord& directive);
+  base::Result<void> write(const AdditionsRecord& additions);
+  base::Result<void> write(const EventRecord& event);
+  base::Result<void> write(const SnapshotRecord& snapshot);
   /// Only if TraceOptions::depth is set.
-  config::Result<void> write(const DepthRecord& depth);
+  base::Result<void> write(const DepthRecord& depth);
   /// Only if TraceOptions::cloud is set.
-  config::Result<void> write(const CloudRecord& cloud);
+  base::Result<void> write(const CloudRecord& cloud);
 
   /// Writes all pending records as a chunk, whatever its duration.
-  config::Result<void> flush();
+  base::Result<void> flush();
   /// Writes chunk, summary and footer, and renames the file. Nothing may be written afterwards.
-  config::Result<void> close();
+  base::Result<void> close();
 
   const std::filesystem::path& file() const noexcept;  ///< its name after close()
   std::uint64_t bytes() const noexcept;                ///< written so far

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <system_error>
 
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::drivers {
 namespace {

@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "drivers/trace/depth_codec.h"
-#include "drivers/trace/mcap_format.h"
-#include "drivers/trace/mcap_summary.h"
-#include "drivers/trace/messages.h"
+#include "drivers/trace/format/messages.h"
+#include "drivers/trace/mcap/mcap_format.h"
+#include "drivers/trace/mcap/mcap_summary.h"
 #include "drivers/trace/trace_reader.h"
 #include "drivers/trace/trace_recovery.h"
 #include "drivers/trace/trace_writer.h"

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "tests/fuzz/seeds.h"
-#include "tools/hapticd-view/live/client_message.h"
+#include "tools/hapticd-view/live/live_session.h"
 #include "tools/hapticd-view/server/access.h"
 
 namespace {

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "config/law_choice.h"
+#include "config/settings/law_choice.h"
 #include "drivers/camera/kinect_image.h"
-#include "tools/lib/truth/fine_depth_model.h"
+#include "tools/lib/truth/any_camera.h"
 
 namespace hapticd::test {
 

@@ -8,10 +8,10 @@
 #include <memory>
 #include <string>
 
-#include "rt/depth_frame.h"
-#include "rt/haptic_core.h"
-#include "rt/law_table.h"
-#include "rt/parameters.h"
+#include "rt/base/parameters.h"
+#include "rt/depth/depth_frame.h"
+#include "rt/laws/law_table.h"
+#include "rt/loop/haptic_core.h"
 #include "tools/lib/offline/offline_box.h"
 #include "tools/lib/truth/true_scene.h"
 

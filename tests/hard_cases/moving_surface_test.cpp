@@ -4,7 +4,7 @@
 #include "tests/hard_cases/hard_rig.h"
 
 #include "drivers/camera/kinect_image.h"
-#include "rt/force_blend.h"
+#include "rt/laws/force_blend.h"
 
 // Surfaces that move between frames.
 namespace hapticd::test {

@@ -4,7 +4,7 @@
 #include <limits>
 #include <random>
 
-#include "rt/occlusion_memory.h"
+#include "rt/modelling/occlusion_memory.h"
 #include "tests/hard_cases/hard_rig.h"
 #include "tests/support/sanitizer.h"
 

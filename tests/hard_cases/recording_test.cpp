@@ -3,7 +3,7 @@
 
 #include "drivers/camera/kinect_image.h"
 #include "drivers/camera/recorded/recording_reader.h"
-#include "rt/force_blend.h"
+#include "rt/laws/force_blend.h"
 #include "tests/hard_cases/hard_rig.h"
 #include "tests/support/recording.h"
 

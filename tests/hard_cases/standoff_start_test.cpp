@@ -6,7 +6,7 @@
 #include <memory>
 #include <numbers>
 
-#include "rt/fixture_forces.h"
+#include "rt/fixtures/fixture_forces.h"
 #include "tests/hard_cases/hard_rig.h"
 
 namespace hapticd::test {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
-#include "rt/force_blend.h"
+#include "rt/laws/force_blend.h"
 #include "tests/hard_cases/hard_rig.h"
 
 // Shapes that are difficult for force laws: hollows, edges, thin plates, corners, steps.

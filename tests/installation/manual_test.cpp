@@ -6,7 +6,7 @@
 #include <sstream>
 #include <string>
 
-#include "config/parameter_table.h"
+#include "config/settings/parameter_table.h"
 #include "tests/installation/staged_installation.h"
 
 namespace hapticd::test {

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "config/settings.h"
+#include "config/settings/settings.h"
 #include "tests/installation/staged_installation.h"
 #include "tests/support/temporary_folder.h"
 

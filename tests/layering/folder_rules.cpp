@@ -68,8 +68,22 @@ const std::vector<FolderRule>& folderRules() {
       "tools/lib/parts",     "tools/lib/registration", "tools/lib/trace",       "tools/lib/truth",
       "tools/lib/whole_file"};
   static const std::vector<FolderRule> all{
-      {"rt", {}},
-      {"config", {}},
+      // the core, from what a channel holds to the loop that uses everything
+      {"rt/base", {}},
+      {"rt/channels", {"rt/base"}},
+      {"rt/depth", {"rt/base", "rt/channels"}},
+      {"rt/scene", {"rt/base", "rt/channels", "rt/depth"}},
+      {"rt/laws", {"rt/base", "rt/scene"}},
+      {"rt/modelling", {"rt/base", "rt/depth", "rt/laws", "rt/scene"}},
+      {"rt/safety", {"rt/base", "rt/channels"}},
+      {"rt/fixtures", {"rt/base", "rt/channels", "rt/laws", "rt/safety", "rt/scene"}},
+      {"rt/tissue", {"rt/base", "rt/channels", "rt/depth", "rt/fixtures", "rt/laws", "rt/safety"}},
+      {"rt/loop", {"rt/"}},
+      {"config/base", {}},
+      {"config/yaml", {"config/base"}},
+      {"config/settings", {"config/base"}},
+      {"config/additions", {"config/base", "config/settings", "config/yaml"}},
+      {"config", {"config/"}},
 
       // selects among the drivers of all devices
       {"drivers", {"drivers/"}},
@@ -87,8 +101,10 @@ const std::vector<FolderRule>& folderRules() {
       {"drivers/handle/udp", {"drivers/base", "drivers/handle"}},
       {"drivers/led", {"drivers/base"}},
       {"drivers/led/gpiod", {"drivers/base", "drivers/led"}},
-      {"drivers/led/none", {"drivers/base", "drivers/led"}},
-      {"drivers/trace", {"drivers/base"}},
+      {"drivers/trace", {"drivers/base", "drivers/trace/"}},
+      {"drivers/trace/foxglove", {"drivers/trace/format"}},
+      {"drivers/trace/format", {}},
+      {"drivers/trace/mcap", {"drivers/base"}},
 
       // the daemon, which combines its parts
       {"daemon", {"daemon/"}},
@@ -109,6 +125,7 @@ const std::vector<FolderRule>& folderRules() {
         "tools/lib/registration", "tools/lib/trace", "tools/lib/whole_file", "tools/hapticctl/"}},
       {"tools/hapticctl/doctor", {"tools/lib/child", "tools/lib/client"}},
       {"tools/hapticctl/snapshot", {"tools/lib/client"}},
+      {"tools/hapticctl/text", {"tools/lib/client"}},
       {"tools/hapticd-view",
        {"tools/lib/client", "tools/lib/options", "tools/hapticd-view/box_link", "tools/hapticd-view/live",
         "tools/hapticd-view/server"}},

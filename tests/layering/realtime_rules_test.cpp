@@ -63,7 +63,7 @@ TEST(RealtimeRules, NameTheFileAndTheLine) {
 
 TEST(RealtimeRules, FindNothingWhereNothingIsWrong) {
   EXPECT_EQ(wrongIn("#include <array>\n"
-                    "#include \"rt/vec3.h\"\n"
+                    "#include \"rt/base/vec3.h\"\n"
                     "// throw new std::string, std::vector\n"
                     "/* try { delete p; }\n   catch */\n"
                     "const char* text = \"new std::mutex \\\" throw\";\n"

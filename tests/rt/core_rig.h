@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-#include "rt/haptic_core.h"
-#include "rt/loop_state.h"
+#include "rt/loop/haptic_core.h"
+#include "rt/loop/loop_state.h"
 #include "tests/rt/small_scene.h"
 
 namespace hapticd::test {

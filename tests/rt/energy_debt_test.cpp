@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/energy_debt.h"
+#include "rt/safety/energy_debt.h"
 
 #include <gtest/gtest.h>
 

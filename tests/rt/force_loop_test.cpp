@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/force_loop.h"
+#include "rt/loop/force_loop.h"
 
 #include <gtest/gtest.h>
 #include <sched.h>

@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "rt/haptic_core.h"
+#include "rt/loop/haptic_core.h"
 #include "tests/rt/core_rig.h"
 
 namespace hapticd::test {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/latency_probe.h"
+#include "rt/safety/latency_probe.h"
 
 #include <gtest/gtest.h>
 

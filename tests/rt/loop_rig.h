@@ -5,10 +5,10 @@
 #include <memory>
 #include <vector>
 
-#include "rt/force_loop.h"
-#include "rt/handle_channel.h"
-#include "rt/loop_state.h"
-#include "rt/parameters.h"
+#include "rt/base/parameters.h"
+#include "rt/channels/handle_channel.h"
+#include "rt/loop/force_loop.h"
+#include "rt/loop/loop_state.h"
 #include "tests/rt/small_scene.h"
 
 namespace hapticd::test {

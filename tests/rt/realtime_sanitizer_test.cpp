@@ -8,7 +8,7 @@
 #include <string>
 #include <thread>
 
-#include "rt/realtime_safe.h"
+#include "rt/base/realtime_safe.h"
 #include "tests/support/rerun.h"
 
 // Deliberate violations of the force thread's rules: RealtimeSanitizer must end the process at each of them.

@@ -6,13 +6,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "rt/command_history.h"
-#include "rt/contact_damping.h"
-#include "rt/force_limit.h"
-#include "rt/passivity.h"
-#include "rt/safety_chain.h"
-#include "rt/stiffness_limit.h"
-#include "rt/thermal_limit.h"
+#include "rt/safety/command_history.h"
+#include "rt/safety/contact_damping.h"
+#include "rt/safety/force_limit.h"
+#include "rt/safety/passivity.h"
+#include "rt/safety/safety_chain.h"
+#include "rt/safety/stiffness_limit.h"
 
 // Each stage of the safety chain alone; safety_chain_test.cpp tests the whole chain.
 namespace hapticd::test {

@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "drivers/camera/kinect_image.h"
-#include "rt/depth_frame.h"
-#include "rt/parameters.h"
+#include "rt/base/parameters.h"
+#include "rt/depth/depth_frame.h"
 
 namespace hapticd::test {
 namespace {

@@ -4,10 +4,10 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "rt/depth_model.h"
-#include "rt/scene.h"
-#include "rt/scene_builder.h"
-#include "rt/vec3.h"
+#include "rt/base/vec3.h"
+#include "rt/depth/depth_model.h"
+#include "rt/modelling/scene_builder.h"
+#include "rt/scene/scene.h"
 
 namespace hapticd::test {
 

@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "rt/force_loop.h"
+#include "rt/loop/force_loop.h"
 #include "tests/rt/loop_rig.h"
 #include "tests/support/program.h"
 

@@ -11,8 +11,8 @@
 #include <string>
 #include <thread>
 
-#include "rt/force_loop.h"
-#include "rt/periodic_clock.h"
+#include "rt/base/periodic_clock.h"
+#include "rt/loop/force_loop.h"
 #include "tests/rt/loop_rig.h"
 #include "tests/rt/only_clock_calls.h"
 #include "tests/rt/watch.h"

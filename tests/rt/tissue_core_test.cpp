@@ -8,7 +8,7 @@
 #include <memory>
 #include <numbers>
 
-#include "rt/haptic_core.h"
+#include "rt/loop/haptic_core.h"
 #include "tests/rt/core_rig.h"
 
 namespace hapticd::test {

@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-#include "rt/supervisor.h"
+#include "rt/loop/supervisor.h"
 
 namespace hapticd::test {
 namespace {

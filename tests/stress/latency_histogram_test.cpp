@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/latency_histogram.h"
+#include "rt/base/latency_histogram.h"
 
 #include <gtest/gtest.h>
 

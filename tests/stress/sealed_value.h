@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "rt/cache_line.h"
+#include "rt/base/cache_line.h"
 
 namespace hapticd::test {
 

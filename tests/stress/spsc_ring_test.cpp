@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/spsc_ring.h"
+#include "rt/channels/spsc_ring.h"
 
 #include <gtest/gtest.h>
 

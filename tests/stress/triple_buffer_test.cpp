@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/triple_buffer.h"
+#include "rt/channels/triple_buffer.h"
 
 #include <gtest/gtest.h>
 

@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "rt/spsc_ring.h"
-#include "rt/triple_buffer.h"
+#include "rt/channels/spsc_ring.h"
+#include "rt/channels/triple_buffer.h"
 
 /// Deliberately wrong channels. The stress tests must detect every one of them.
 namespace hapticd::test {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "rt/depth_frame.h"
+#include "rt/depth/depth_frame.h"
 
 namespace hapticd::test {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "drivers/camera/recorded/camera_recording_writer.h"
+#include "drivers/camera/recorded/recording_writer.h"
 #include "tools/lib/truth/any_camera.h"
 
 namespace hapticd::test {

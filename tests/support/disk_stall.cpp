@@ -85,7 +85,7 @@ bool sendDescriptor(int socket, int descriptor) {
 }
 
 /// The descriptor that the child sent; none if it could not.
-config::Descriptor receiveDescriptor(int socket) {
+base::Descriptor receiveDescriptor(int socket) {
   char byte = 0;
   iovec bytes{&byte, 1};
   alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control{};
@@ -99,7 +99,7 @@ config::Descriptor receiveDescriptor(int socket) {
     if (const cmsghdr* const rights = CMSG_FIRSTHDR(&message))
       std::memcpy(&descriptor, CMSG_DATA(rights), sizeof descriptor);
   }
-  return config::Descriptor(descriptor);
+  return base::Descriptor(descriptor);
 }
 
 std::string pathAt(pid_t thread, std::uint64_t address) {
@@ -126,8 +126,8 @@ DiskStall::DiskStall(std::filesystem::path folder)
   std::array<int, 2> ends{};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
     throw std::runtime_error("no socket pair");
-  parent_end_ = config::Descriptor(ends[0]);
-  child_end_ = config::Descriptor(ends[1]);
+  parent_end_ = base::Descriptor(ends[0]);
+  child_end_ = base::Descriptor(ends[1]);
 }
 
 DiskStall::~DiskStall() {

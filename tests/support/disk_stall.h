@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "config/descriptor.h"
+#include "config/base/descriptor.h"
 
 struct seccomp_data;
 
@@ -46,10 +46,10 @@ class DiskStall {
   void letGoOn(std::uint64_t call) const;
 
   const std::string folder_;
-  config::Descriptor child_end_;  // on which the child sends the descriptor of its calls
-  config::Descriptor parent_end_;
-  config::Descriptor calls_;
-  config::Descriptor wake_;
+  base::Descriptor child_end_;  // on which the child sends the descriptor of its calls
+  base::Descriptor parent_end_;
+  base::Descriptor calls_;
+  base::Descriptor wake_;
   std::vector<std::uint64_t> held_;  // of the thread
   std::atomic<bool> stalled_{false};
   std::atomic<bool> stop_{false};

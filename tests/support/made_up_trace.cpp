@@ -13,12 +13,12 @@
 #include <string>
 #include <string_view>
 
-#include "drivers/trace/cdr.h"
 #include "drivers/trace/depth_codec.h"
-#include "drivers/trace/mcap_writer.h"
-#include "drivers/trace/message_layout.h"
-#include "drivers/trace/messages.h"
-#include "drivers/trace/trace_file.h"
+#include "drivers/trace/format/cdr.h"
+#include "drivers/trace/format/message_layout.h"
+#include "drivers/trace/format/messages.h"
+#include "drivers/trace/mcap/mcap_writer.h"
+#include "drivers/trace/mcap/trace_file.h"
 #include "drivers/trace/trace_format.h"
 
 namespace hapticd::test {

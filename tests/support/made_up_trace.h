@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/trace/fields.h"
-#include "drivers/trace/records.h"
+#include "drivers/trace/format/fields.h"
+#include "drivers/trace/format/records.h"
 #include "drivers/trace/trace_writer.h"
 
 namespace hapticd::test {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "rt/vec3.h"
+#include "rt/base/vec3.h"
 
 namespace hapticd::test {
 

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "rt/realtime_thread.h"
+#include "rt/base/realtime_thread.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 

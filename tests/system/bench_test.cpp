@@ -10,7 +10,7 @@
 #include <set>
 #include <utility>
 
-#include "drivers/camera/recorded/camera_recording_writer.h"
+#include "drivers/camera/recorded/recording_writer.h"
 #include "tests/support/depth_recording.h"
 #include "tests/support/program.h"
 #include "tests/support/recording.h"

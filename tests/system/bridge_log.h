@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "rt/vec3.h"
+#include "rt/base/vec3.h"
 
 /// The log of haptic-bridge at the device's end of the connection.
 namespace hapticd::test {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// hapticd starts, whatever it finds at the paths of its sockets.
-
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -9,13 +7,109 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <iostream>
 
-#include "config/descriptor.h"
+#include "config/base/descriptor.h"
 #include "tests/system/daemon_under_test.h"
 #include "tests/system/test_sockets.h"
 
+// Missing LEDs cause a warning, and nothing else changes.
+// hapticd starts, whatever it finds at the paths of its sockets.
 namespace hapticd {
 namespace {
+
+using test::contains;
+using test::Daemon;
+using test::DaemonHome;
+using test::exitedWith;
+
+const std::string kAbsentLeds =
+    std::string(test::kWallYaml) +
+    "leds: {driver: gpiod, chip: gpiochip-none, power_line: 0, fault_line: STATUS active-low}\n";
+
+TEST(AbsentLeds, LeaveTheDaemonEngagedWithAWarningAndARemedy) {
+  const DaemonHome home;
+  Daemon daemon(home, kAbsentLeds, {"control.engage_at_start=true"});
+  ASSERT_TRUE(daemon.answers());
+  nlohmann::json leds;
+  std::string warnings;
+  EXPECT_TRUE(daemon.reaches([&](const nlohmann::json& status) {
+    leds = status.at("leds");
+    warnings = status.at("warnings").dump();
+    return status.at("mode") == "engaged" && leds.at("fault") == "slow_blink";
+  }));
+  EXPECT_EQ(leds.at("state"), "absent");
+  EXPECT_EQ(leds.at("identity"), "gpiod gpiochip-none");
+  EXPECT_EQ(leds.at("power"), "on");
+  EXPECT_TRUE(leds.at("camera").is_null());
+  EXPECT_TRUE(contains(warnings, "no such chip"));
+  EXPECT_TRUE(
+      contains(home.control({"status"}).output, "leds          absent, gpiod gpiochip-none: power on"));
+  EXPECT_TRUE(daemon.ticks());
+  EXPECT_EQ(daemon.terminate(), exitedWith(0));
+}
+
+TEST(AbsentLeds, AreNotMentionedWhereNoneAreConfigured) {
+  const DaemonHome home;
+  Daemon daemon(home);
+  ASSERT_TRUE(daemon.answers());
+  EXPECT_EQ(daemon.status().at("leds").at("state"), "none");
+  EXPECT_EQ(home.control({"status"}).output.find("\nleds"), std::string::npos);
+  EXPECT_EQ(daemon.terminate(), exitedWith(0));
+}
+
+using test::Daemon;
+using test::DaemonHome;
+
+/// The user to run as, who may neither use real-time scheduling nor lock memory: `nobody` for root, else
+/// the user who runs the tests.
+test::ProgramOptions ordinaryUser(const DaemonHome& home) {
+  if (::geteuid() != 0) return {};
+  constexpr uid_t kNobody = 65534;
+  home.giveTo(kNobody);
+  return {.user = kNobody};
+}
+
+TEST(UnprivilegedDaemon, RunsAndSaysHonestlyWhatItCouldNotGet) {
+  const DaemonHome home;
+  Daemon daemon(home, test::kWallYaml, {}, ordinaryUser(home));
+  ASSERT_TRUE(daemon.answers());
+  EXPECT_TRUE(daemon.ticks());
+  const nlohmann::json status = daemon.status();
+  const std::string warnings = status.at("warnings").dump();
+  const bool scheduled = status.at("loop").at("realtimeScheduling");
+  const bool locked = status.at("loop").at("memoryLocked");
+  if (::geteuid() == 0) {  // then the daemon runs as a user who has neither
+    EXPECT_FALSE(scheduled);
+    EXPECT_FALSE(locked);
+  } else {
+    std::cerr << "not root: what this user may do decides what is warned of\n";
+  }
+  // In the status and at the start, each with its remedy; none where there is nothing to warn of.
+  for (const std::string& text : {warnings, daemon.errors()}) {
+    EXPECT_EQ(text.find("force thread without real-time scheduling") != std::string::npos, !scheduled)
+        << text;
+    EXPECT_EQ(text.find("handle thread without real-time scheduling") != std::string::npos, !scheduled)
+        << text;
+    EXPECT_EQ(text.find("memory not locked") != std::string::npos, !locked) << text;
+    EXPECT_EQ(text.find("LimitRTPRIO=") != std::string::npos, !scheduled) << text;
+    EXPECT_EQ(text.find("LimitMEMLOCK=infinity") != std::string::npos, !locked) << text;
+  }
+  const nlohmann::json& handle = status.at("handle");
+  EXPECT_EQ(handle.at("wantedThreadPriority"), 79);
+  EXPECT_EQ(handle.at("threadPriority"), scheduled ? 79 : 0);
+  EXPECT_EQ(daemon.terminate(), test::exitedWith(0));
+}
+
+TEST(UnprivilegedDaemon, FeelsTheSceneLikeAPrivilegedOne) {
+  const DaemonHome home;
+  Daemon daemon(home, test::kWallYaml, {"control.engage_at_start=true"}, ordinaryUser(home));
+  ASSERT_TRUE(daemon.answers());
+  EXPECT_TRUE(daemon.reaches([](const nlohmann::json& status) {
+    return status.at("mode") == "engaged" && test::lengthOf(status.at("tick").at("commandForceNInWorld")) > 1;
+  }));
+  EXPECT_EQ(daemon.terminate(), test::exitedWith(0));
+}
 
 using test::boundSocket;
 using test::contains;
@@ -53,7 +147,7 @@ TEST(DaemonStart, WaitsForACameraThatIsNotThere) {
 
 TEST(DaemonStart, NotifiesTheServiceManagerWhenItIsReadyAndWhenItStops) {
   const DaemonHome home;
-  const config::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
+  const base::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
   Daemon daemon(home, test::kWallYaml, {},
                 {.environment = {"NOTIFY_SOCKET=" + (home.path() / "notify").string()}});
   EXPECT_TRUE(isTold(manager, "READY=1"));
@@ -66,7 +160,7 @@ TEST(DaemonStart, NotifiesTheServiceManagerWhenItIsReadyAndWhenItStops) {
 
 TEST(DaemonStart, NotifiesTheServiceManagerThatItReloadsAndThatItIsReadyAgain) {
   const DaemonHome home;
-  const config::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
+  const base::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
   Daemon daemon(home, test::kWallYaml, {},
                 {.environment = {"NOTIFY_SOCKET=" + (home.path() / "notify").string()}});
   ASSERT_TRUE(isTold(manager, "READY=1"));
@@ -78,7 +172,7 @@ TEST(DaemonStart, NotifiesTheServiceManagerThatItReloadsAndThatItIsReadyAgain) {
 // With the pipe open for writing, even a reader that does not wait for a writer would wait for data.
 TEST(DaemonStart, FeedsTheWatchdogWhileAndAfterAReloadFromAPipe) {
   const DaemonHome home;
-  const config::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
+  const base::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
   Daemon daemon(
       home, test::kWallYaml, {},
       {.environment = {"NOTIFY_SOCKET=" + (home.path() / "notify").string(), "WATCHDOG_USEC=200000"}});
@@ -86,7 +180,7 @@ TEST(DaemonStart, FeedsTheWatchdogWhileAndAfterAReloadFromAPipe) {
   const std::filesystem::path file = home.path() / "hapticd.yaml";
   std::filesystem::remove(file);
   ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
-  const config::Descriptor held_open(::open(file.c_str(), O_RDWR | O_CLOEXEC));
+  const base::Descriptor held_open(::open(file.c_str(), O_RDWR | O_CLOEXEC));
   daemon.signal(SIGHUP);
   EXPECT_TRUE(isTold(manager, "RELOADING=1"));
   EXPECT_TRUE(isTold(manager, "READY=1"));
@@ -96,7 +190,7 @@ TEST(DaemonStart, FeedsTheWatchdogWhileAndAfterAReloadFromAPipe) {
 
 TEST(DaemonStart, FeedsTheWatchdogAgainAndAgain) {
   const DaemonHome home;
-  const config::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
+  const base::Descriptor manager = boundSocket(SOCK_DGRAM, home.path() / "notify");
   Daemon daemon(
       home, test::kWallYaml, {},
       {.environment = {"NOTIFY_SOCKET=" + (home.path() / "notify").string(), "WATCHDOG_USEC=200000"}});

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "rt/vec3.h"
+#include "rt/base/vec3.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 

@@ -336,10 +336,10 @@ class HapticctlAndAnotherProgram : public testing::TestWithParam<StrangeAnswer> 
 
 TEST_P(HapticctlAndAnotherProgram, SaysWhatIsWrong) {
   const DaemonHome home;
-  const config::Descriptor listener = boundSocket(SOCK_STREAM, home.controlSocket());
+  const base::Descriptor listener = boundSocket(SOCK_STREAM, home.controlSocket());
   ASSERT_EQ(::listen(listener.get(), 1), 0);
   std::thread other([&] {
-    const config::Descriptor client(::accept4(listener.get(), nullptr, nullptr, SOCK_CLOEXEC));
+    const base::Descriptor client(::accept4(listener.get(), nullptr, nullptr, SOCK_CLOEXEC));
     std::array<char, 256> call{};
     ::recv(client.get(), call.data(), call.size(), 0);
     ::send(client.get(), GetParam().bytes.data(), GetParam().bytes.size(), MSG_NOSIGNAL);

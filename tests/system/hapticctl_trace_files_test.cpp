@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "drivers/trace/trace_file.h"
+#include "drivers/trace/mcap/trace_file.h"
 #include "tests/support/file_content.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/system/hapticctl_home.h"

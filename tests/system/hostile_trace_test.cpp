@@ -11,9 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "drivers/trace/mcap_format.h"
-#include "drivers/trace/mcap_limits.h"
-#include "drivers/trace/messages.h"
+#include "drivers/trace/format/messages.h"
+#include "drivers/trace/mcap/mcap_format.h"
 #include "drivers/trace/trace_folder.h"
 #include "tests/support/raw_mcap.h"
 #include "tests/support/sanitizer.h"

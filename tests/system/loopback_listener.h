@@ -7,7 +7,7 @@
 
 #include <string>
 
-#include "config/descriptor.h"
+#include "config/base/descriptor.h"
 
 namespace hapticd::test {
 
@@ -26,11 +26,11 @@ class LoopbackListener {
   }
   const std::string& port() const { return port_; }
   /// Waits for a client.
-  void accept() { config::Descriptor(::accept4(socket_.get(), nullptr, nullptr, SOCK_CLOEXEC)); }
+  void accept() { base::Descriptor(::accept4(socket_.get(), nullptr, nullptr, SOCK_CLOEXEC)); }
   void close() { socket_.close(); }
 
  private:
-  config::Descriptor socket_;
+  base::Descriptor socket_;
   std::string port_;
 };
 

@@ -5,7 +5,7 @@
 
 #include <stdexcept>
 
-#include "config/ipv4_endpoint.h"
+#include "config/settings/ipv4_endpoint.h"
 #include "tests/system/bridge_log.h"
 
 namespace hapticd::test {

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "drivers/handle/udp/udp_socket.h"
-#include "rt/vec3.h"
+#include "rt/base/vec3.h"
 #include "tests/system/daemon_under_test.h"
 #include "tools/haptic-bridge/bridge.h"
 #include "tools/haptic-bridge/device.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <fstream>
 
-#include "config/settings.h"
+#include "config/settings/settings.h"
 #include "drivers/camera/recorded/recording_reader.h"
 #include "tests/system/daemon_under_test.h"
 

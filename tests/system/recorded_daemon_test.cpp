@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "drivers/camera/recorded/camera_recording_writer.h"
+#include "drivers/camera/recorded/recording_writer.h"
 #include "tests/support/made_up_scene.h"
 #include "tests/support/scratch_recording.h"
 #include "tests/system/daemon_under_test.h"

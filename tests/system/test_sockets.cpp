@@ -22,7 +22,7 @@ sockaddr_un addressOf(const std::string& path) {
 }
 
 /// Waits for something to read; false at the deadline.
-bool isReadable(const config::Descriptor& socket, std::chrono::steady_clock::time_point deadline) {
+bool isReadable(const base::Descriptor& socket, std::chrono::steady_clock::time_point deadline) {
   const auto left =
       std::chrono::duration_cast<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
   pollfd descriptor{socket.get(), POLLIN, 0};
@@ -31,22 +31,22 @@ bool isReadable(const config::Descriptor& socket, std::chrono::steady_clock::tim
 
 }  // namespace
 
-config::Descriptor boundSocket(int type, const std::string& path) {
-  config::Descriptor socket(::socket(AF_UNIX, type | SOCK_CLOEXEC, 0));
+base::Descriptor boundSocket(int type, const std::string& path) {
+  base::Descriptor socket(::socket(AF_UNIX, type | SOCK_CLOEXEC, 0));
   const sockaddr_un address = addressOf(path);
   EXPECT_EQ(::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
   return socket;
 }
 
 void fillQueue(const std::string& path) {
-  const config::Descriptor socket(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  const base::Descriptor socket(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   const sockaddr_un address = addressOf(path);
   while (::sendto(socket.get(), "x", 1, MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&address),
                   sizeof address) == 1) {
   }
 }
 
-bool isTold(const config::Descriptor& socket, std::string_view beginning) {
+bool isTold(const base::Descriptor& socket, std::string_view beginning) {
   const auto deadline = std::chrono::steady_clock::now() + maxPatience();
   while (isReadable(socket, deadline)) {
     std::array<char, 4096> text;

@@ -4,18 +4,18 @@
 #include <string>
 #include <string_view>
 
-#include "config/descriptor.h"
+#include "config/base/descriptor.h"
 
 namespace hapticd::test {
 
 /// A socket of the test's own, bound to `path`; the file stays when it is closed.
-config::Descriptor boundSocket(int type, const std::string& path);
+base::Descriptor boundSocket(int type, const std::string& path);
 
 /// Sends messages to a socket of type SOCK_DGRAM, until its queue is full.
 void fillQueue(const std::string& path);
 
 /// Waits for a message that begins with `beginning`; false when none comes in time.
-bool isTold(const config::Descriptor& socket, std::string_view beginning);
+bool isTold(const base::Descriptor& socket, std::string_view beginning);
 
 /// A client of the daemon that sends and receives bytes, without knowledge of the protocol.
 class Client {
@@ -31,7 +31,7 @@ class Client {
   std::string reply();
 
  private:
-  config::Descriptor socket_;
+  base::Descriptor socket_;
 };
 
 }  // namespace hapticd::test

@@ -14,7 +14,7 @@
 
 #include "drivers/trace/trace_folder.h"
 #include "drivers/trace/trace_reader.h"
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 #include "tests/support/strict_mcap.h"
 #include "tests/system/daemon_under_test.h"
 

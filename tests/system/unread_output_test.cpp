@@ -13,7 +13,7 @@
 #include <list>
 #include <stdexcept>
 
-#include "config/descriptor.h"
+#include "config/base/descriptor.h"
 #include "tests/support/disk_stall.h"
 #include "tests/system/daemon_under_test.h"
 #include "tests/system/terminal_program.h"
@@ -38,14 +38,14 @@ class UnreadPipe {
   UnreadPipe() {
     std::array<int, 2> ends{};
     if (::pipe2(ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
-    reader_ = config::Descriptor(ends[0]);
-    writer_ = config::Descriptor(ends[1]);
+    reader_ = base::Descriptor(ends[0]);
+    writer_ = base::Descriptor(ends[1]);
   }
   int writer() const { return writer_.get(); }
 
   /// Fills it to the last byte, through a descriptor of its own: O_NONBLOCK is shared by all copies of one.
   void fill() const {
-    const config::Descriptor own(::open(path(writer_).c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC));
+    const base::Descriptor own(::open(path(writer_).c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC));
     for (const std::size_t size : {4096U, 1U}) {
       const std::string block(size, 'x');
       while (::write(own.get(), block.data(), block.size()) > 0) continue;
@@ -54,7 +54,7 @@ class UnreadPipe {
 
   /// Reads all that is there.
   std::string content() const {
-    const config::Descriptor own(::open(path(reader_).c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+    const base::Descriptor own(::open(path(reader_).c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
     std::string text;
     std::array<char, 65536> chunk;
     for (ssize_t count = 0; (count = ::read(own.get(), chunk.data(), chunk.size())) > 0;)
@@ -63,12 +63,12 @@ class UnreadPipe {
   }
 
  private:
-  static std::string path(const config::Descriptor& descriptor) {
+  static std::string path(const base::Descriptor& descriptor) {
     return "/proc/self/fd/" + std::to_string(descriptor.get());
   }
 
-  config::Descriptor reader_;
-  config::Descriptor writer_;
+  base::Descriptor reader_;
+  base::Descriptor writer_;
 };
 
 /// "device:inode" of an open file, as in JOURNAL_STREAM.
@@ -136,7 +136,7 @@ class UnreadOutput : public testing::Test {
   }
 
   const DaemonHome home_;
-  const config::Descriptor manager_ = boundSocket(SOCK_DGRAM, home_.path() / "notify");
+  const base::Descriptor manager_ = boundSocket(SOCK_DGRAM, home_.path() / "notify");
 };
 
 TEST_F(UnreadOutput, AFullPipeBehindStandardErrorHoldsNothingUp) {
@@ -199,7 +199,7 @@ TEST_F(UnreadOutput, AJournalThatHangsHoldsNothingUp) {
   if (::geteuid() != 0) GTEST_SKIP() << "needs root for a journal socket in a mount namespace of its own";
   const fs::path run = home_.path() / "run";
   fs::create_directories(run / "systemd" / "journal");
-  const config::Descriptor journal = boundSocket(SOCK_DGRAM, run / "systemd" / "journal" / "socket");
+  const base::Descriptor journal = boundSocket(SOCK_DGRAM, run / "systemd" / "journal" / "socket");
   const UnreadPipe pipe;
   std::vector<std::string> in_namespace{
       "/usr/bin/unshare", "--mount", "/bin/sh", "-c", "mount --bind \"$0\" /run && exec \"$@\"",

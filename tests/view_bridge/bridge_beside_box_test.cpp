@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "rt/depth_frame_header.h"
+#include "rt/depth/depth_frame_header.h"
 #include "tests/support/sanitizer.h"
 #include "tests/view_bridge/bridge_under_test.h"
 

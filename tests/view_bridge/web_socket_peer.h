@@ -9,7 +9,7 @@
 #include <string>
 #include <string_view>
 
-#include "config/descriptor.h"
+#include "config/base/descriptor.h"
 
 namespace hapticd::test {
 
@@ -29,7 +29,7 @@ class RawClient {
   bool isClosed();
 
  private:
-  config::Descriptor socket_;
+  base::Descriptor socket_;
 };
 
 /// One message of a WebSocket.

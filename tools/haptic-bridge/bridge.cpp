@@ -6,13 +6,35 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
-#include "rt/periodic_clock.h"
-#include "tools/haptic-bridge/bounded_force.h"
-#include "tools/haptic-bridge/damped_force.h"
-#include "tools/haptic-bridge/dead_man.h"
+#include "rt/base/periodic_clock.h"
+#include "tools/haptic-bridge/device_force.h"
 
 namespace hapticd::tools {
+namespace {
+
+constexpr std::int64_t kHeldUpNs = 3'000'000;  // two or three packets pass at 1 kHz
+
+}  // namespace
+
+void ImpairedLink::push(std::span<const std::byte> bytes, std::int64_t now_ns) {
+  if (happens(impairments_.loss)) return;
+  Packet packet(bytes.begin(), bytes.end());
+  if (!packet.empty() && happens(impairments_.corrupt)) {
+    const std::size_t bit = random_() % (packet.size() * 8);
+    packet[bit / 8] ^= std::byte{1} << (bit % 8);
+  }
+  std::int64_t arrives_ns = now_ns + std::llround(impairments_.delay_ms * 1e6);
+  if (happens(impairments_.reorder)) arrives_ns += kHeldUpNs;
+  if (happens(impairments_.duplicate)) under_way_.emplace(arrives_ns, packet);
+  under_way_.emplace(arrives_ns, std::move(packet));
+}
+
+std::optional<ImpairedLink::Packet> ImpairedLink::pop(std::int64_t now_ns) {
+  if (under_way_.empty() || under_way_.begin()->first > now_ns) return std::nullopt;
+  return std::move(under_way_.extract(under_way_.begin()).mapped());
+}
 
 namespace udp = drivers::udp;
 
@@ -151,6 +173,28 @@ BridgeSummary Bridge::summary() const {
   summary.link = conversation_.link();
   if (log_ != nullptr) summary.dropped_rows = log_->dropped();
   return summary;
+}
+
+std::string bridgeTable(const BridgeSummary& summary) {
+  const drivers::LinkStatus& link = summary.link;
+  const auto us = [](std::uint64_t ns) { return static_cast<double>(ns) * 1e-3; };
+  std::string text = fmt::format(
+      "ticks of the device      {:>10}   skipped {}\n"
+      "states sent              {:>10}\n"
+      "packets received         {:>10}   lost {}, duplicated {}, reordered {}, rejected {}\n"
+      "round trip, us           {:>10.0f}   p99 {:.0f}, p99.9 {:.0f}, max {:.0f} (the first number: p50)\n"
+      "ticks with a force       {:>10}   of these {} less than commanded: the command was old\n"
+      "strongest force, N       {:>10.3f}\n"
+      "energy to the hand, mJ   {:>10.3f}\n",
+      summary.ticks, summary.skipped_ticks, link.sent, link.received, link.lost, link.duplicated,
+      link.reordered, link.rejected, us(link.round_trip.p50_ns), us(link.round_trip.p99_ns),
+      us(link.round_trip.p999_ns), us(link.round_trip.max_ns), summary.active_ticks, summary.dead_man_ticks,
+      summary.most_force_n, summary.energy_j * 1e3);
+  if (summary.dropped_rows > 0)
+    text += fmt::format("rows missing in the log  {:>10}   (the disk was too slow)\n", summary.dropped_rows);
+  if (!summary.last_refusal.empty())
+    text += fmt::format("last packet rejected     {}\n", summary.last_refusal);
+  return text;
 }
 
 }  // namespace hapticd::tools

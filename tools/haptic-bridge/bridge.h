@@ -4,19 +4,56 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
+#include <random>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "config/ipv4_endpoint.h"
+#include "config/settings/ipv4_endpoint.h"
 #include "drivers/handle/udp/conversation.h"
 #include "drivers/handle/udp/packet.h"
 #include "drivers/handle/udp/udp_socket.h"
 #include "tools/haptic-bridge/device.h"
 #include "tools/haptic-bridge/device_log.h"
-#include "tools/haptic-bridge/impaired_link.h"
 
 namespace hapticd::tools {
+
+/// The impairments of a network, which apply to each direction separately.
+struct Impairments {
+  double delay_ms = 0;   ///< for every packet
+  double loss = 0;       ///< probabilities, 0..1
+  double duplicate = 0;  ///< arrives twice
+  double reorder = 0;    ///< is delayed until others have overtaken it
+  double corrupt = 0;    ///< one bit is wrong
+  std::uint64_t seed = 1;
+};
+
+/// One direction of a network that loses, duplicates, reorders and damages packets. The same seed and the
+/// same packets give the same impairments. Thread: one.
+class ImpairedLink {
+ public:
+  using Packet = std::vector<std::byte>;
+
+  /// `direction`: 0 or 1, so that the two directions are impaired differently.
+  ImpairedLink(const Impairments& impairments, std::uint64_t direction)
+      : impairments_(impairments), random_(impairments.seed * 2 + direction) {}
+
+  void push(std::span<const std::byte> bytes, std::int64_t now_ns);
+  /// The next packet that has arrived by now; nothing: there is none.
+  std::optional<Packet> pop(std::int64_t now_ns);
+
+ private:
+  bool happens(double probability) {
+    return probability > 0 && std::uniform_real_distribution<double>()(random_) < probability;
+  }
+
+  Impairments impairments_;
+  std::mt19937_64 random_;
+  std::multimap<std::int64_t, Packet>
+      under_way_;  // by time of arrival; in order of sending where it is the same
+};
 
 struct BridgeOptions {
   config::Ipv4Endpoint peer;   ///< hapticd
@@ -84,5 +121,8 @@ class Bridge {
   std::int64_t ticked_ns_ = 0;
   BridgeSummary summary_;
 };
+
+/// The summary as a table for people.
+std::string bridgeTable(const BridgeSummary& summary);
 
 }  // namespace hapticd::tools

@@ -32,14 +32,14 @@ void appendRow(fmt::memory_buffer& text, const DeviceTick& tick) {
 
 }  // namespace
 
-config::Result<std::unique_ptr<DeviceLog>> DeviceLog::at(const std::string& path) {
+base::Result<std::unique_ptr<DeviceLog>> DeviceLog::at(const std::string& path) {
   if (auto good = mayWrite(path, IfExists::replace); !good) return std::unexpected(good.error());
   std::FILE* const file = std::fopen(path.c_str(), "we");
-  if (file == nullptr) return std::unexpected(config::Error{path, std::strerror(errno), "check --log"});
+  if (file == nullptr) return std::unexpected(base::Error{path, std::strerror(errno), "check --log"});
   return into(file, path);
 }
 
-config::Result<std::unique_ptr<DeviceLog>> DeviceLog::into(std::FILE* stream, const std::string& path) {
+base::Result<std::unique_ptr<DeviceLog>> DeviceLog::into(std::FILE* stream, const std::string& path) {
   std::unique_ptr<DeviceLog> log(new DeviceLog(stream, path));
   auto thread = drivers::startThread("device-log", [log = log.get()] { log->writeRows(); });
   if (!thread) return std::unexpected(thread.error());
@@ -82,14 +82,14 @@ void DeviceLog::endThread() {
   thread_.join();
 }
 
-config::Result<void> DeviceLog::finish() {
+base::Result<void> DeviceLog::finish() {
   endThread();
   if (std::fclose(file_.release()) != 0 && error_ == 0) error_ = errno;
   if (error_ == 0) return {};
   std::error_code ignored;
   std::filesystem::remove(path_, ignored);
-  return std::unexpected(config::Error{path_, fmt::format("cannot be written: {}", std::strerror(error_)),
-                                       "free space or give another --log"});
+  return std::unexpected(base::Error{path_, fmt::format("cannot be written: {}", std::strerror(error_)),
+                                     "free space or give another --log"});
 }
 
 }  // namespace hapticd::tools

@@ -8,10 +8,10 @@
 #include <string>
 #include <thread>
 
-#include "config/error.h"
+#include "config/base/error.h"
 #include "drivers/base/stop_signal.h"
-#include "rt/spsc_ring.h"
-#include "rt/vec3.h"
+#include "rt/base/vec3.h"
+#include "rt/channels/spsc_ring.h"
 
 namespace hapticd::tools {
 
@@ -39,9 +39,9 @@ class DeviceLog {
   static constexpr std::size_t kWaitingRows = 16384;  ///< those of 16 s
 
   /// Errors: the file cannot be made, no thread can be started.
-  static config::Result<std::unique_ptr<DeviceLog>> at(const std::string& path);
+  static base::Result<std::unique_ptr<DeviceLog>> at(const std::string& path);
   /// Writes to a stream that is open already; `path` names it in errors.  Errors: no thread can be started.
-  static config::Result<std::unique_ptr<DeviceLog>> into(std::FILE* stream, const std::string& path);
+  static base::Result<std::unique_ptr<DeviceLog>> into(std::FILE* stream, const std::string& path);
   ~DeviceLog();
   DeviceLog(const DeviceLog&) = delete;
   DeviceLog& operator=(const DeviceLog&) = delete;
@@ -52,7 +52,7 @@ class DeviceLog {
   std::uint64_t dropped() const noexcept { return waiting_.dropped(); }
   /// Writes what is still waiting and closes the file; nothing may be added after it. It takes as long as the
   /// disk does.  Errors: not all could be written; then nothing of it is left.
-  config::Result<void> finish();
+  base::Result<void> finish();
 
  private:
   struct Close {

@@ -10,16 +10,14 @@
 #include <string>
 #include <vector>
 
-#include "config/program.h"
-#include "config/value_text.h"
+#include "config/base/program.h"
+#include "config/base/value_text.h"
 #include "drivers/handle/udp/key_file.h"
-#include "rt/realtime_thread.h"
+#include "rt/base/realtime_thread.h"
 #include "tools/haptic-bridge/bridge.h"
-#include "tools/haptic-bridge/bridge_report.h"
-#include "tools/haptic-bridge/simulated_device.h"
+#include "tools/haptic-bridge/device.h"
 #include "tools/lib/child/interrupt.h"
-#include "tools/lib/options/output_file.h"
-#include "tools/lib/options/within.h"
+#include "tools/lib/options/option_checks.h"
 
 namespace hapticd::tools {
 namespace {
@@ -36,19 +34,18 @@ struct Options {
   std::vector<double> direction;
 };
 
-int fail(const config::Error& error, int status) {
+int fail(const base::Error& error, int status) {
   fmt::print(stderr, "haptic-bridge: {}\n", error.text());
   return status;
 }
 
-config::Result<void> readEndpoint(const std::string& text, const char* option, config::Ipv4Endpoint& into) {
+base::Result<void> readEndpoint(const std::string& text, const char* option, config::Ipv4Endpoint& into) {
   auto endpoint = config::ipv4EndpointFrom(text);
   if (endpoint && endpoint->port == 0) {
-    return std::unexpected(
-        config::Error{option, fmt::format("{} names no port", config::inQuotes(text)), ""});
+    return std::unexpected(base::Error{option, fmt::format("{} names no port", base::inQuotes(text)), ""});
   }
   if (!endpoint) {
-    return std::unexpected(config::Error{option, endpoint.error().what, endpoint.error().remedy});
+    return std::unexpected(base::Error{option, endpoint.error().what, endpoint.error().remedy});
   }
   into = *endpoint;
   return {};
@@ -59,7 +56,7 @@ rt::Vec3 vectorOf(const std::vector<double>& xyz) {
 }
 
 /// The options as CLI11 could not check them by itself.
-config::Result<void> complete(Options& options) {
+base::Result<void> complete(Options& options) {
   if (auto ok = readEndpoint(options.peer, "--peer", options.bridge.peer); !ok) return ok;
   if (!options.local.empty()) {
     if (auto ok = readEndpoint(options.local, "--local", options.bridge.local); !ok) return ok;
@@ -67,7 +64,7 @@ config::Result<void> complete(Options& options) {
   if (!options.start.empty()) options.hand.start_m_in_world = vectorOf(options.start);
   if (!options.direction.empty()) options.hand.direction_in_world = vectorOf(options.direction);
   if (norm(options.hand.direction_in_world) > 0) return {};
-  return std::unexpected(config::Error{"--direction", "(0, 0, 0) is no direction", ""});
+  return std::unexpected(base::Error{"--direction", "(0, 0, 0) is no direction", ""});
 }
 
 int bridge(Options& options) {
@@ -180,7 +177,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return config::endWithoutWork(app, error, EX_USAGE);
+    return base::endWithoutWork(app, error, EX_USAGE);
   }
   return bridge(options);
 }
@@ -189,5 +186,5 @@ int run(int argc, char** argv) {
 }  // namespace hapticd::tools
 
 int main(int argc, char** argv) {
-  return hapticd::config::runProgram("haptic-bridge", [&] { return hapticd::tools::run(argc, argv); });
+  return hapticd::base::runProgram("haptic-bridge", [&] { return hapticd::tools::run(argc, argv); });
 }

@@ -6,17 +6,17 @@
 #include <cstdio>
 #include <string>
 
-#include "config/error.h"
-#include "config/program.h"
+#include "config/base/error.h"
+#include "config/base/program.h"
 #include "drivers/trace/trace_reader.h"
-#include "tools/lib/options/within.h"
+#include "tools/lib/options/option_checks.h"
 #include "tools/lib/palpation/palpation_map.h"
 #include "tools/lib/palpation/palpation_report.h"
 
 namespace hapticd::tools {
 namespace {
 
-int fail(const config::Error& error, int status) {
+int fail(const base::Error& error, int status) {
   std::fputs(fmt::format("haptic-palpate: {}\n", error.text()).c_str(), stderr);
   return status;
 }
@@ -40,7 +40,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return config::endWithoutWork(app, error, EX_USAGE);
+    return base::endWithoutWork(app, error, EX_USAGE);
   }
   Palpation palpation;
   const auto info = drivers::readTrace(trace, {.tick = [&palpation](const rt::Tick& tick) {
@@ -62,5 +62,5 @@ int run(int argc, char** argv) {
 }  // namespace hapticd::tools
 
 int main(int argc, char** argv) {
-  return hapticd::config::runProgram("haptic-palpate", [&] { return hapticd::tools::run(argc, argv); });
+  return hapticd::base::runProgram("haptic-palpate", [&] { return hapticd::tools::run(argc, argv); });
 }

@@ -14,12 +14,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::unexpected<config::Error> unreadable(const fs::path& folder, const std::error_code& error) {
+std::unexpected<base::Error> unreadable(const fs::path& folder, const std::error_code& error) {
   return std::unexpected(
-      config::Error{folder.string(), "cannot be read: " + error.message(), "name a folder of traces"});
+      base::Error{folder.string(), "cannot be read: " + error.message(), "name a folder of traces"});
 }
 
-config::Result<TraceComparison> replayInto(ForceTable* table, const fs::path& trace) {
+base::Result<TraceComparison> replayInto(ForceTable* table, const fs::path& trace) {
   auto replay = TraceReplay::open(trace);
   if (!replay) return std::unexpected(replay.error());
   TraceReplay::OnTick on_tick;
@@ -31,7 +31,7 @@ config::Result<TraceComparison> replayInto(ForceTable* table, const fs::path& tr
 
 }  // namespace
 
-config::Result<std::vector<TraceFile>> tracesIn(const fs::path& folder) {
+base::Result<std::vector<TraceFile>> tracesIn(const fs::path& folder) {
   std::error_code error;
   std::vector<TraceFile> traces;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
@@ -42,8 +42,8 @@ config::Result<std::vector<TraceFile>> tracesIn(const fs::path& folder) {
   }
   if (error) return unreadable(folder, error);
   if (traces.empty()) {
-    return std::unexpected(config::Error{folder.string(), "holds no finished trace (*.mcap)",
-                                         "hapticctl trace stop finishes one"});
+    return std::unexpected(base::Error{folder.string(), "holds no finished trace (*.mcap)",
+                                       "hapticctl trace stop finishes one"});
   }
   std::ranges::sort(traces, {}, &TraceFile::name);
   return traces;

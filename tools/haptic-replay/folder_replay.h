@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
+#include "config/base/error.h"
 #include "tools/haptic-replay/trace_replay.h"
 #include "tools/lib/parts/parts.h"
 
@@ -31,7 +31,7 @@ auto fieldsOf(Is<TraceOutcome> auto& outcome) {
 
 /// The finished traces (*.mcap) of the folder in the order of their names.
 /// Errors: the folder cannot be read, or holds none.
-config::Result<std::vector<TraceFile>> tracesIn(const std::filesystem::path& folder);
+base::Result<std::vector<TraceFile>> tracesIn(const std::filesystem::path& folder);
 
 /// Replays a trace and, unless `out` is empty, writes the forces to `out`/NAME.csv.
 TraceOutcome replayOne(const std::filesystem::path& trace, const std::filesystem::path& out);

@@ -10,18 +10,17 @@
 #include <string>
 #include <vector>
 
-#include "config/file_content.h"
-#include "config/fixture_settings.h"
-#include "config/label_image.h"
-#include "config/parameter_table.h"
-#include "config/program.h"
+#include "config/base/file_content.h"
+#include "config/base/program.h"
+#include "config/settings/fixture_settings.h"
+#include "config/settings/label_image.h"
+#include "config/settings/parameter_table.h"
 #include "config/yaml_loader.h"
 #include "tools/haptic-replay/folder_replay.h"
 #include "tools/haptic-replay/replay.h"
 #include "tools/haptic-replay/trace_replay.h"
 #include "tools/haptic-replay/trace_report.h"
-#include "tools/lib/options/output_file.h"
-#include "tools/lib/options/within.h"
+#include "tools/lib/options/option_checks.h"
 #include "tools/lib/parts/fields.h"
 #include "tools/lib/parts/parts.h"
 #include "tools/lib/whole_file/whole_file.h"
@@ -46,25 +45,25 @@ struct Options {
   Division division;
 };
 
-int fail(const std::vector<config::Error>& errors, int status) {
-  for (const config::Error& error : errors) {
+int fail(const std::vector<base::Error>& errors, int status) {
+  for (const base::Error& error : errors) {
     std::fputs(fmt::format("haptic-replay: {}\n", error.text()).c_str(), stderr);
   }
   return status;
 }
 
-std::optional<config::Error> timeGoesBack(const std::vector<HipSample>& samples) {
+std::optional<base::Error> timeGoesBack(const std::vector<HipSample>& samples) {
   for (std::size_t i = 1; i < samples.size(); ++i) {
     if (samples[i].time_s >= samples[i - 1].time_s) continue;
-    return config::Error{fmt::format("sample {}", i + 1),
-                         fmt::format("t_s {} is before that of the sample before, {}", samples[i].time_s,
-                                     samples[i - 1].time_s),
-                         "sort the file by time, or use --stage law"};
+    return base::Error{fmt::format("sample {}", i + 1),
+                       fmt::format("t_s {} is before that of the sample before, {}", samples[i].time_s,
+                                   samples[i - 1].time_s),
+                       "sort the file by time, or use --stage law"};
   }
   return std::nullopt;
 }
 
-config::Result<std::string> forcesOf(Replay& replay, const std::vector<HipSample>& samples) {
+base::Result<std::string> forcesOf(Replay& replay, const std::vector<HipSample>& samples) {
   fmt::memory_buffer text;
   fmt::format_to(std::back_inserter(text), "t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,points,frame\n");
   for (const HipSample& sample : samples) {
@@ -80,9 +79,9 @@ config::Result<std::string> forcesOf(Replay& replay, const std::vector<HipSample
 
 /// Adds the fixtures and regions of a file to those of the settings.
 /// Errors: the file, also together with the settings.
-std::vector<config::Error> addFrom(const std::string& file, config::SceneAdditions& additions) {
+std::vector<base::Error> addFrom(const std::string& file, config::SceneAdditions& additions) {
   constexpr std::size_t kMostBytes = 1024 * 1024;
-  const auto content = config::fileContent(file, {kMostBytes, config::FileKind::any});
+  const auto content = base::fileContent(file, {kMostBytes, base::FileKind::any});
   if (!content) return {{file, content.error().text(), "name a file with fixtures: or regions:"}};
   const auto read = config::additionsFromText(*content, file);
   std::vector<config::AdditionError> problems;
@@ -95,7 +94,7 @@ std::vector<config::Error> addFrom(const std::string& file, config::SceneAdditio
   } else {
     problems = read.error();
   }
-  std::vector<config::Error> errors;
+  std::vector<base::Error> errors;
   for (const config::AdditionError& problem : problems) errors.push_back(problem.error);
   return errors;
 }
@@ -271,7 +270,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return config::endWithoutWork(app, error, EX_USAGE);
+    return base::endWithoutWork(app, error, EX_USAGE);
   }
   if (!options.division.files.empty()) return joinFolder(options);
   if (!options.traces.empty()) return replayFolder(options);
@@ -295,5 +294,5 @@ int run(int argc, char** argv) {
 }  // namespace hapticd::tools
 
 int main(int argc, char** argv) {
-  return hapticd::config::runProgram("haptic-replay", [&] { return hapticd::tools::run(argc, argv); });
+  return hapticd::base::runProgram("haptic-replay", [&] { return hapticd::tools::run(argc, argv); });
 }

@@ -3,15 +3,75 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <tuple>
 #include <utility>
 
-#include "config/law_choice.h"
-#include "config/value_text.h"
-#include "rt/scene.h"
+#include "config/base/value_text.h"
+#include "config/settings/law_choice.h"
+#include "drivers/camera/recorded/depth_image.h"
+#include "rt/loop/haptic_core.h"
+#include "rt/scene/scene.h"
+#include "tools/lib/registration/point_table.h"
 
 namespace hapticd::tools {
+namespace {
+
+constexpr const char* kHeader = "t_s,x_m,y_m,z_m";
+constexpr double kLongest_s = 1e9;  // nanoseconds of it fit into 64 bits
+
+}  // namespace
+
+std::expected<std::vector<HipSample>, std::vector<base::Error>> readHipCsv(
+    const std::filesystem::path& file) {
+  PointTable table(file, kHeader, "check --hip");
+  std::vector<HipSample> samples;
+  table.readInto([&](const PointTable::Fields& fields) {
+    const auto metres = [&](std::size_t column) {
+      return table.number(column, fields, -rt::kWorkspaceHalfEdge_m, rt::kWorkspaceHalfEdge_m, "m");
+    };
+    const double time_s = table.number(0, fields, 0, kLongest_s, "s");
+    samples.push_back({time_s, {metres(1), metres(2), metres(3)}});
+  });
+  if (!table.errors().empty()) return std::unexpected(std::move(table.errors()));
+  return samples;
+}
+
+base::Result<DepthSource> DepthSource::open(const std::filesystem::path& path,
+                                            const drivers::DepthLimits& limits) {
+  DepthSource source;
+  std::error_code no_file;
+  if (!std::filesystem::exists(path, no_file)) {
+    return std::unexpected(base::Error{path.string(), "no such file or folder",
+                                       "--depth takes the folder of a recording or one .pgm file"});
+  }
+  if (!std::filesystem::is_directory(path, no_file)) {
+    source.image_ = path;
+    return source;
+  }
+  auto recording = drivers::RecordingReader::open(path, limits);
+  if (!recording) return std::unexpected(recording.error());
+  source.recording_ = std::move(*recording);
+  return source;
+}
+
+std::size_t DepthSource::frameAt(std::int64_t time_ns) const {
+  if (!recording_) return 0;
+  const auto& frames = recording_->frames();
+  const auto after = std::upper_bound(
+      frames.begin(), frames.end(), time_ns,
+      [](std::int64_t time, const drivers::RecordedFrame& frame) { return time < frame.host_ns; });
+  return static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - frames.begin() - 1, 0));
+}
+
+base::Result<void> DepthSource::read(std::size_t index, rt::DepthFrame& frame) const {
+  if (recording_) return recording_->read(index, frame);
+  frame.sequence = 1;
+  frame.arrival_ns = 0;
+  frame.device_ticks = 0;
+  return drivers::readKinectImage(image_, frame);
+}
 
 namespace {
 
@@ -28,7 +88,7 @@ config::Settings settingsFor(const config::Settings& settings, const DepthSource
 
 }  // namespace
 
-std::optional<config::Error> wholeFrameProblem(const config::Settings& settings, const DepthSource& source) {
+std::optional<base::Error> wholeFrameProblem(const config::Settings& settings, const DepthSource& source) {
   constexpr std::size_t kMostWords = std::size_t{1} << 21;  // of 64 voxels each: 25 MB with their ranks
   constexpr double kMostUnits = rt::PackedPixel::kRawRange - 1;
   const config::CameraSettings camera = settingsFor(settings, source).camera;
@@ -36,19 +96,19 @@ std::optional<config::Error> wholeFrameProblem(const config::Settings& settings,
   const auto& [near_m, far_m, unit_m] =
       std::tie(model.parameters().near_m, model.parameters().far_m, model.parameters().unit_m);
   if (model.isLinear() && far_m - near_m >= kMostUnits * unit_m) {
-    return config::Error{
+    return base::Error{
         "--full-model",
         fmt::format("a scene of the whole frame holds {:.4g} m of depth in units of {:.4g} um, "
                     "but from camera.near_m to camera.far_m it is {} m",
-                    kMostUnits * unit_m, unit_m * 1e6, config::numberText(far_m - near_m)),
+                    kMostUnits * unit_m, unit_m * 1e6, base::numberText(far_m - near_m)),
         "move camera.near_m and camera.far_m together, or leave out --full-model"};
   }
   if (rt::GridShape::of(settings.grid, model).words() <= kMostWords) return std::nullopt;
-  return config::Error{
+  return base::Error{
       "--full-model",
       fmt::format("the camera's whole view up to camera.far_m, {} m, takes more memory than is "
                   "reserved for its voxels of {} m",
-                  config::numberText(far_m), config::numberText(settings.grid.frame_voxel_edge_m)),
+                  base::numberText(far_m), base::numberText(settings.grid.frame_voxel_edge_m)),
       "lower camera.far_m, or leave out --full-model"};
 }
 
@@ -86,20 +146,20 @@ bool Replay::readOne(std::size_t index) {
 }
 
 /// Reads a frame, or the nearest readable one; returns its index.
-config::Result<std::size_t> Replay::readFrame(std::size_t index) {
+base::Result<std::size_t> Replay::readFrame(std::size_t index) {
   for (std::size_t before = index + 1; before-- > 0;) {
     if ((frame_taken_ && before == frame_index_) || readOne(before)) return before;
   }
   for (std::size_t behind = index + 1; behind < source_.frames(); ++behind) {
     if (readOne(behind)) return behind;
   }
-  const config::Error& first = damaged_.begin()->second;
+  const base::Error& first = damaged_.begin()->second;
   if (source_.frames() == 1) return std::unexpected(first);
-  return std::unexpected(config::Error{
-      "depth", fmt::format("none of the {} frames can be read", source_.frames()), first.text()});
+  return std::unexpected(
+      base::Error{"depth", fmt::format("none of the {} frames can be read", source_.frames()), first.text()});
 }
 
-config::Result<void> Replay::takeFrame(std::int64_t time_ns) {
+base::Result<void> Replay::takeFrame(std::int64_t time_ns) {
   const std::size_t wanted = source_.frameAt(time_ns);
   if (!frame_taken_ || wanted != wanted_index_) {
     const auto read = readFrame(wanted);
@@ -144,7 +204,7 @@ void Replay::decideLaw(const rt::Vec3& hip_m_in_world) {
   box_.parameters() = config::liveWith(settings_, config::chooseLaw(settings_, seen));
 }
 
-config::Result<ReplayedForce> Replay::feel(const HipSample& sample) {
+base::Result<ReplayedForce> Replay::feel(const HipSample& sample) {
   decideLaw(sample.hip_m_in_world);
   const std::int64_t time_ns = std::llround(sample.time_s * 1e9);
   if (auto taken = takeFrame(time_ns); !taken) return std::unexpected(taken.error());

@@ -3,19 +3,104 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
+#include <string>
+#include <utility>
 #include <vector>
 
-#include "config/settings.h"
+#include "config/base/error.h"
+#include "config/settings/settings.h"
 #include "drivers/camera/scene_source.h"
-#include "drivers/trace/records.h"
-#include "rt/depth_model.h"
-#include "tools/haptic-replay/trace_frames.h"
+#include "drivers/trace/depth_codec.h"
+#include "drivers/trace/format/records.h"
+#include "rt/depth/depth_frame.h"
+#include "rt/depth/depth_model.h"
+#include "rt/fixtures/fixture.h"
+#include "rt/tissue/tissue.h"
 
 namespace hapticd::tools {
+
+/// The raw depth frames of a trace, from which its scenes were built. They are kept, still compressed, from
+/// when they are read to when the ticks have come to them. A frame is known by its arrival, CLOCK_MONOTONIC.
+/// Thread: one.
+class TraceFrames {
+ public:
+  enum class State {
+    missing,  ///< it was not recorded
+    ahead,    ///< it is later in the file than the reading position
+    here,
+  };
+
+  /// `arrivals_ns`: of all frames that are in the file.
+  TraceFrames(std::filesystem::path trace, std::set<std::int64_t> arrivals_ns)
+      : trace_(std::move(trace)), arrivals_ns_(std::move(arrivals_ns)) {}
+
+  /// Keeps the frame, and none that arrived before `needed_ns`.
+  void add(const drivers::DepthRecord& record, std::int64_t needed_ns);
+  /// Whether as many are kept as memory permits: half a minute, tens of megabytes where frames compress
+  /// well.
+  bool full() const { return kept_.size() > kMostKept; }
+
+  State stateOf(std::int64_t arrival_ns) const;
+  /// Only where stateOf() is `here`. Frames that arrived before it are not requested any more.
+  base::Result<void> read(std::int64_t arrival_ns, rt::DepthFrame& frame);
+
+ private:
+  static constexpr std::size_t kMostKept = 1024;
+
+  std::filesystem::path trace_;
+  std::set<std::int64_t> arrivals_ns_;
+  std::map<std::int64_t, drivers::DepthRecord> kept_;  ///< by arrival
+  std::int64_t newest_read_ns_ = 0;
+  drivers::DepthDecoder decoder_;
+};
+
+/// The fixtures and tissue regions that a trace holds, by generation.
+class RecordedAdditions {
+ public:
+  struct Entry {
+    drivers::AdditionsRecord record;  ///< without its labels
+    std::shared_ptr<const drivers::ByteString> labels;
+    drivers::AdditionsRecord whole() const;
+  };
+
+  void add(const drivers::AdditionsRecord& record);
+  /// Null where the trace does not hold that generation.
+  const Entry* ofFixtures(std::uint64_t generation) const;
+  const Entry* ofTissue(std::uint64_t generation) const;
+
+ private:
+  using Entries = std::map<std::uint64_t, std::shared_ptr<const Entry>>;
+  Entries fixtures_;
+  Entries tissue_;
+  std::shared_ptr<const drivers::ByteString> labels_;  ///< of the newest record: most records share them
+};
+
+/// Selects the fixtures and tissue regions of each tick of a trace.  Thread: one.
+class AdditionsReplay {
+ public:
+  /// `T_world_camera`: the camera's pose in that session. `name`: of the trace, for messages.
+  AdditionsReplay(RecordedAdditions recorded, const rt::PoseParameters& T_world_camera, std::string name);
+
+  /// Advances to these generations; 0: none. Returns false where the trace does not hold one of them.
+  /// Errors: a record that this version cannot read.
+  base::Result<bool> goTo(std::uint64_t fixture_generation, std::uint64_t tissue_generation);
+
+  const rt::FixtureSet& fixtures() const { return *fixtures_; }
+  const rt::TissueMap& tissue() const { return *tissue_; }
+
+ private:
+  RecordedAdditions recorded_;
+  rt::PoseParameters T_world_camera_;
+  std::string name_;
+  std::unique_ptr<rt::FixtureSet> fixtures_;
+  std::unique_ptr<rt::TissueMap> tissue_;
+};
 
 /// Why a tick cannot be computed again.
 enum class LeftOut {
@@ -37,7 +122,7 @@ inline constexpr std::size_t kLeftOutReasons = 7;
 class SceneReplay {
  public:
   /// The parameters of a generation; nothing where the trace does not have them.
-  using ParametersOf = std::function<config::Result<std::optional<rt::LiveParameters>>(std::uint64_t)>;
+  using ParametersOf = std::function<base::Result<std::optional<rt::LiveParameters>>(std::uint64_t)>;
 
   /// `models`: of the trace, in any order. `frames` outlives the replay.
   SceneReplay(const config::Settings& settings, std::vector<drivers::ModelRecord> models,
@@ -48,10 +133,10 @@ class SceneReplay {
   /// Advances to that scene, which then is scene(). Scenes must be requested in ascending order.
   /// Returns why it is not known; nothing: it is.
   /// Errors: a frame that cannot be read, parameters that are none.
-  config::Result<std::optional<LeftOut>> goTo(std::uint64_t model, const ParametersOf& parameters_of);
+  base::Result<std::optional<LeftOut>> goTo(std::uint64_t model, const ParametersOf& parameters_of);
 
   /// Advances to the next scene, as if a tick had requested it. Does nothing if there is none.
-  config::Result<void> goOn(const ParametersOf& parameters_of);
+  base::Result<void> goOn(const ParametersOf& parameters_of);
   /// Frames that arrived earlier than this time are not needed any more.
   std::int64_t neededFrom_ns() const;
 
@@ -62,8 +147,8 @@ class SceneReplay {
   const std::set<std::uint64_t>& missingFrames() const { return missing_frames_; }
 
  private:
-  config::Result<std::optional<LeftOut>> build(const drivers::ModelRecord& record,
-                                               const ParametersOf& parameters_of);
+  base::Result<std::optional<LeftOut>> build(const drivers::ModelRecord& record,
+                                             const ParametersOf& parameters_of);
 
   TraceFrames& frames_;
   std::vector<drivers::ModelRecord> models_;  // by number, from the first one of a recorded frame on

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <utility>
 
-#include "config/parameter_table.h"
+#include "config/settings/parameter_table.h"
 
 namespace hapticd::tools {
 namespace {
@@ -20,13 +20,13 @@ constexpr const char* kOtherVersion = "is of another version of hapticd, whose c
 constexpr const char* kSameVersion =
     "take haptic-replay of the version that wrote it; hapticctl trace info shows which";
 
-std::unexpected<config::Error> refuse(const std::filesystem::path& where, std::string what,
-                                      std::string remedy) {
-  return std::unexpected(config::Error{where.string(), std::move(what), std::move(remedy)});
+std::unexpected<base::Error> refuse(const std::filesystem::path& where, std::string what,
+                                    std::string remedy) {
+  return std::unexpected(base::Error{where.string(), std::move(what), std::move(remedy)});
 }
 
-config::Result<config::RecordedSettings> settingsOf(const std::filesystem::path& trace,
-                                                    const drivers::TraceInfo& info) {
+base::Result<config::RecordedSettings> settingsOf(const std::filesystem::path& trace,
+                                                  const drivers::TraceInfo& info) {
   const auto found =
       std::ranges::find(info.attachments, kSettingsAttachment, &drivers::TraceAttachment::name);
   if (found == info.attachments.end()) {
@@ -45,7 +45,7 @@ bool sameBits(const rt::Vec3& a, const rt::Vec3& b) {
 
 }  // namespace
 
-config::Result<TraceReplay> TraceReplay::open(const std::filesystem::path& trace) {
+base::Result<TraceReplay> TraceReplay::open(const std::filesystem::path& trace) {
   auto index = indexOf(trace);
   if (!index) return std::unexpected(index.error());
   auto settings = settingsOf(trace, index->info);
@@ -53,7 +53,7 @@ config::Result<TraceReplay> TraceReplay::open(const std::filesystem::path& trace
   return TraceReplay(trace, std::move(*settings), std::move(*index));
 }
 
-config::Result<TraceReplay::Index> TraceReplay::indexOf(const std::filesystem::path& trace) {
+base::Result<TraceReplay::Index> TraceReplay::indexOf(const std::filesystem::path& trace) {
   Index index;
   drivers::TraceVisitor visitor;
   visitor.model = [&index](const drivers::ModelRecord& model) { return index.models.push_back(model), true; };
@@ -107,7 +107,7 @@ bool TraceReplay::takesUp(const rt::Tick& tick) {
   return true;
 }
 
-config::Result<std::optional<rt::Directive>> TraceReplay::directiveOf(std::uint64_t generation) {
+base::Result<std::optional<rt::Directive>> TraceReplay::directiveOf(std::uint64_t generation) {
   if (directive_ && directive_->generation == generation) return directive_;
   const auto found = index_.directives.find(generation);
   if (found == index_.directives.end()) return std::nullopt;
@@ -131,7 +131,7 @@ config::Result<std::optional<rt::Directive>> TraceReplay::directiveOf(std::uint6
 }
 
 SceneReplay::ParametersOf TraceReplay::parametersOf() {
-  return [this](std::uint64_t generation) -> config::Result<std::optional<rt::LiveParameters>> {
+  return [this](std::uint64_t generation) -> base::Result<std::optional<rt::LiveParameters>> {
     const auto directive = directiveOf(generation);
     if (!directive) return std::unexpected(directive.error());
     return *directive ? std::optional((*directive)->parameters) : std::nullopt;
@@ -140,14 +140,14 @@ SceneReplay::ParametersOf TraceReplay::parametersOf() {
 
 /// Keeps a frame for the scenes. During a long time without ticks, scenes are built without computing forces,
 /// so that their frames need not be kept.
-config::Result<void> TraceReplay::keepFrame(const drivers::DepthRecord& record) {
+base::Result<void> TraceReplay::keepFrame(const drivers::DepthRecord& record) {
   frames_->add(record, scenes_->neededFrom_ns());
   if (!frames_->full()) return {};
   return scenes_->goOn(parametersOf());
 }
 
 /// Frames may be a little later in the file than the ticks that used them.
-config::Result<void> TraceReplay::replayWaiting(const OnTick& on_tick, bool all) {
+base::Result<void> TraceReplay::replayWaiting(const OnTick& on_tick, bool all) {
   while (!waiting_.empty() && (all || scenes_->ready(waiting_.front().scene_model))) {
     if (auto replayed = replay(waiting_.front(), on_tick); !replayed) return replayed;
     waiting_.pop_front();
@@ -158,18 +158,18 @@ config::Result<void> TraceReplay::replayWaiting(const OnTick& on_tick, bool all)
       "replay the trace as hapticd wrote it, or sort it by time (mcap sort)");
 }
 
-config::Result<void> TraceReplay::replay(const rt::Tick& tick, const OnTick& on_tick) {
+base::Result<void> TraceReplay::replay(const rt::Tick& tick, const OnTick& on_tick) {
   // also where the tick is left out: later scenes may remember this one
   const auto why_not = scenes_->goTo(tick.scene_model, parametersOf());
   if (!why_not) return std::unexpected(why_not.error());
   auto directive = directiveOf(tick.directive_generation);
   if (!directive) return std::unexpected(directive.error());
-  if (*why_not) return leaveOut(**why_not), config::Result<void>{};
-  if (!*directive) return leaveOut(LeftOut::directive), config::Result<void>{};
+  if (*why_not) return leaveOut(**why_not), base::Result<void>{};
+  if (!*directive) return leaveOut(LeftOut::directive), base::Result<void>{};
   const auto additions = additions_->goTo(tick.fixture_generation, tick.tissue_generation);
   if (!additions) return std::unexpected(additions.error());
-  if (!*additions) return leaveOut(LeftOut::additions), config::Result<void>{};
-  if (!takesUp(tick)) return leaveOut(LeftOut::core), config::Result<void>{};
+  if (!*additions) return leaveOut(LeftOut::additions), base::Result<void>{};
+  if (!takesUp(tick)) return leaveOut(LeftOut::core), base::Result<void>{};
   if (tick.stopping) (*directive)->engage = false;
   const std::int64_t woke_ns = tick.planned_ns + tick.wakeup_latency_ns;
   const rt::Tick computed = core_->step({.now_ns = woke_ns,
@@ -209,8 +209,8 @@ void TraceReplay::compare(const rt::Tick& recorded, const rt::Tick& computed) {
   comparison_.worst_tick = recorded.number;
 }
 
-config::Result<TraceComparison> TraceReplay::run(const OnTick& on_tick) {
-  config::Result<void> replayed;
+base::Result<TraceComparison> TraceReplay::run(const OnTick& on_tick) {
+  base::Result<void> replayed;
   drivers::TraceVisitor visitor;
   visitor.tick = [&](const rt::Tick& tick) {
     waiting_.push_back(tick);

@@ -13,15 +13,13 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
-#include "config/settings.h"
+#include "config/base/error.h"
+#include "config/settings/settings.h"
 #include "config/yaml_loader.h"
 #include "drivers/trace/trace_reader.h"
-#include "rt/haptic_core.h"
-#include "tools/haptic-replay/additions_replay.h"
+#include "rt/loop/haptic_core.h"
 #include "tools/haptic-replay/scene_replay.h"
-#include "tools/haptic-replay/trace_frames.h"
-#include "tools/lib/parts/is.h"
+#include "tools/lib/parts/fields.h"
 
 namespace hapticd::tools {
 
@@ -53,12 +51,12 @@ class TraceReplay {
  public:
   /// Errors: the trace cannot be read (as that of a version with other fields), no depth, no snapshot of this
   /// version's core, no settings.
-  static config::Result<TraceReplay> open(const std::filesystem::path& trace);
+  static base::Result<TraceReplay> open(const std::filesystem::path& trace);
 
   /// Receives each tick of the trace that was computed again, and the result; may be empty.
   using OnTick = std::function<void(const rt::Tick& recorded, const rt::Tick& computed)>;
   /// Errors: the trace or a frame cannot be read.
-  config::Result<TraceComparison> run(const OnTick& on_tick = {});
+  base::Result<TraceComparison> run(const OnTick& on_tick = {});
 
  private:
   /// The records of the trace to which ticks refer.
@@ -71,15 +69,15 @@ class TraceReplay {
     std::set<std::int64_t> frames_ns;                     // arrivals of those in the trace
     bool usable = true;                                   // this version's core has that memory
   };
-  static config::Result<Index> indexOf(const std::filesystem::path& trace);
+  static base::Result<Index> indexOf(const std::filesystem::path& trace);
 
   TraceReplay(std::filesystem::path trace, config::RecordedSettings settings, Index index);
   bool takesUp(const rt::Tick& tick);
-  config::Result<void> replayWaiting(const OnTick& on_tick, bool all);
-  config::Result<void> replay(const rt::Tick& tick, const OnTick& on_tick);
-  config::Result<void> keepFrame(const drivers::DepthRecord& record);
+  base::Result<void> replayWaiting(const OnTick& on_tick, bool all);
+  base::Result<void> replay(const rt::Tick& tick, const OnTick& on_tick);
+  base::Result<void> keepFrame(const drivers::DepthRecord& record);
   SceneReplay::ParametersOf parametersOf();
-  config::Result<std::optional<rt::Directive>> directiveOf(std::uint64_t generation);
+  base::Result<std::optional<rt::Directive>> directiveOf(std::uint64_t generation);
   void leaveOut(LeftOut reason);
   void compare(const rt::Tick& recorded, const rt::Tick& computed);
 

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "rt/loop_state.h"
+#include "rt/loop/loop_state.h"
 #include "tools/haptic-replay/trace_replay.h"
 
 namespace hapticd::tools {

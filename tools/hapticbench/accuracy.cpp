@@ -9,7 +9,7 @@
 
 #include "tools/hapticbench/measures.h"
 #include "tools/lib/offline/offline_box.h"
-#include "tools/lib/truth/fine_depth_model.h"
+#include "tools/lib/truth/any_camera.h"
 #include "tools/lib/truth/rigid_frame.h"
 
 namespace hapticd::tools {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "rt/depth_frame.h"
-#include "rt/vec3.h"
+#include "rt/base/vec3.h"
+#include "rt/depth/depth_frame.h"
 #include "tools/hapticbench/laws.h"
 #include "tools/hapticbench/measures.h"
 #include "tools/hapticbench/report.h"

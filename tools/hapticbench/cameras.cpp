@@ -11,11 +11,11 @@
 #include <string>
 #include <vector>
 
-#include "config/law_choice.h"
-#include "rt/clock.h"
-#include "rt/depth_model.h"
-#include "rt/law_table.h"
-#include "rt/scene_builder.h"
+#include "config/settings/law_choice.h"
+#include "rt/base/clock.h"
+#include "rt/depth/depth_model.h"
+#include "rt/laws/law_table.h"
+#include "rt/modelling/scene_builder.h"
 #include "tools/hapticbench/cost.h"
 #include "tools/hapticbench/measures.h"
 #include "tools/hapticbench/study.h"
@@ -195,7 +195,7 @@ struct CameraError {
   double sigma_m = 0;     ///< standard deviation of Z of a pixel there, rounding included
   Spread plane_m;         ///< error of the force over the stiffness, on both planes
   Spread ball_m;          ///< the same on the ball
-  double expected_m = 0;  ///< RMS error that `auto` expects of that noise (config/measured_laws.inc)
+  double expected_m = 0;  ///< RMS error that `auto` expects of that noise (config/settings/measured_laws.inc)
 
   double planeSigmas() const { return plane_m.rms() / sigma_m; }
   double ballSigmas() const { return ball_m.rms() / sigma_m; }

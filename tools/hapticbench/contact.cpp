@@ -7,7 +7,7 @@
 #include <span>
 #include <utility>
 
-#include "config/settings.h"
+#include "config/settings/settings.h"
 #include "drivers/handle/velocity_estimator.h"
 #include "tools/hapticbench/stability.h"
 

@@ -13,8 +13,8 @@
 #include <random>
 
 #include "drivers/camera/kinect_image.h"
-#include "rt/depth_model.h"
-#include "rt/periodic_clock.h"
+#include "rt/base/periodic_clock.h"
+#include "rt/depth/depth_model.h"
 #include "tools/hapticbench/accuracy.h"
 #include "tools/hapticbench/measures.h"
 #include "tools/hapticbench/sequences.h"
@@ -221,7 +221,7 @@ class CostRun {
 
 }  // namespace
 
-config::Result<std::vector<TimedScene>> timedScenes(const std::string& recordings) {
+base::Result<std::vector<TimedScene>> timedScenes(const std::string& recordings) {
   constexpr std::size_t kMostFrames = 60;
   std::vector<TimedScene> scenes;
   auto sequences = recordedSequences(recordings, kMostFrames);
@@ -232,9 +232,9 @@ config::Result<std::vector<TimedScene>> timedScenes(const std::string& recording
     for (auto& frame : sequence.frames) scene.frames.push_back(std::move(frame));
     if (!placeInMiddle(scene)) {
       return std::unexpected(
-          config::Error{fmt::format("{}/{}", recordings, scene.name),
-                        fmt::format("the first frame shows nothing within {} m", kEasyReach_m),
-                        "take a recording of something that a hand can reach"});
+          base::Error{fmt::format("{}/{}", recordings, scene.name),
+                      fmt::format("the first frame shows nothing within {} m", kEasyReach_m),
+                      "take a recording of something that a hand can reach"});
     }
     scenes.push_back(std::move(scene));
   }

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
-#include "rt/depth_frame.h"
-#include "rt/depth_model.h"
-#include "rt/parameters.h"
-#include "rt/vec3.h"
+#include "config/base/error.h"
+#include "rt/base/parameters.h"
+#include "rt/base/vec3.h"
+#include "rt/depth/depth_frame.h"
+#include "rt/depth/depth_model.h"
 #include "tools/hapticbench/laws.h"
 
 namespace hapticd::tools {
@@ -106,7 +106,7 @@ struct TimedScene {
 
 /// The table and the sphere of bench_scene.h, and the recordings in the folder `recordings`, if there are
 /// any. Errors: a recording that cannot be read, or that shows nothing within 2 m.
-config::Result<std::vector<TimedScene>> timedScenes(const std::string& recordings);
+base::Result<std::vector<TimedScene>> timedScenes(const std::string& recordings);
 
 /// A plane turned by 30 degrees with the harsher noise.
 TimedScene slopeAt(double distance_m);

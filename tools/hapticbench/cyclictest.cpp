@@ -13,7 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "config/value_text.h"
+#include "config/base/value_text.h"
 #include "tools/hapticbench/jitter.h"
 #include "tools/hapticbench/temporary_folder.h"
 #include "tools/lib/child/child_process.h"
@@ -104,9 +104,9 @@ using nlohmann::json;
 constexpr int kHistogramEnd_us = 100'000;
 constexpr const char* kInstall = "apt install rt-tests";
 
-std::unexpected<config::Error> refused(const std::string& name, const std::string& what) {
+std::unexpected<base::Error> refused(const std::string& name, const std::string& what) {
   return std::unexpected(
-      config::Error{name, what, "it is to be what cyclictest 2 writes with --json and --histogram"});
+      base::Error{name, what, "it is to be what cyclictest 2 writes with --json and --histogram"});
 }
 
 /// An object at `key`, null when there is none.
@@ -129,20 +129,20 @@ std::optional<std::int64_t> latencyOf(const std::string& key) {
 }
 
 /// Waits for the end of the program, for at most several times its expected duration.
-config::Result<void> finish(ChildProcess& child, const LoopSetting& setting, const Interrupt& interrupt) {
+base::Result<void> finish(ChildProcess& child, const LoopSetting& setting, const Interrupt& interrupt) {
   constexpr std::chrono::milliseconds kLook{50};
   const auto deadline =
       std::chrono::steady_clock::now() + std::chrono::duration<double>(10 + 4 * setting.length_s());
   while (!child.waitFor(kLook)) {
-    if (interrupt.requested()) return std::unexpected(config::Error{"", "interrupted", ""});
+    if (interrupt.requested()) return std::unexpected(base::Error{"", "interrupted", ""});
     if (std::chrono::steady_clock::now() > deadline) {
-      return std::unexpected(config::Error{"cyclictest", "does not end", "is the CPU of --cpu taken?"});
+      return std::unexpected(base::Error{"cyclictest", "does not end", "is the CPU of --cpu taken?"});
     }
   }
   const ChildEnding ending = *child.ending();
   if (ending.good()) return {};
-  return std::unexpected(config::Error{"cyclictest", "failed: " + ending.text(),
-                                       "it needs the right to SCHED_FIFO and to lock memory: run as root"});
+  return std::unexpected(base::Error{"cyclictest", "failed: " + ending.text(),
+                                     "it needs the right to SCHED_FIFO and to lock memory: run as root"});
 }
 
 }  // namespace
@@ -162,7 +162,7 @@ std::vector<std::string> cyclictestCommand(const LoopSetting& setting, const std
           "--json=" + json_file};
 }
 
-config::Result<WakeupCounts> parseCyclictest(const std::string& name, const std::string& text) {
+base::Result<WakeupCounts> parseCyclictest(const std::string& name, const std::string& text) {
   const json document = json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (!document.is_object()) return refused(name, "is not a JSON object");
   const json* threads = objectAt(document, "thread");
@@ -180,7 +180,7 @@ config::Result<WakeupCounts> parseCyclictest(const std::string& name, const std:
     const auto latency_us = latencyOf(key);
     if (!latency_us || !count.is_number_unsigned()) {
       return refused(name,
-                     fmt::format("{} in its histogram is no latency with a count", config::inQuotes(key)));
+                     fmt::format("{} in its histogram is no latency with a count", base::inQuotes(key)));
     }
     counts.add(*latency_us, count.get<std::uint64_t>());
   }
@@ -191,7 +191,7 @@ config::Result<WakeupCounts> parseCyclictest(const std::string& name, const std:
   return counts;
 }
 
-config::Result<WakeupCounts> runCyclictest(const LoopSetting& setting, const Interrupt& interrupt) {
+base::Result<WakeupCounts> runCyclictest(const LoopSetting& setting, const Interrupt& interrupt) {
   const TemporaryFolder folder;
   const std::string report = (folder.path() / "cyclictest.json").string();
   auto child = ChildProcess::start(cyclictestCommand(setting, otherCpus(usableCpus(), setting.cpu), report),

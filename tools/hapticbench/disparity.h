@@ -8,9 +8,9 @@
 #include <span>
 #include <vector>
 
-#include "rt/depth_model.h"
-#include "rt/parameters.h"
-#include "rt/vec3.h"
+#include "rt/base/parameters.h"
+#include "rt/base/vec3.h"
+#include "rt/depth/depth_model.h"
 #include "tools/hapticbench/sequences.h"
 
 namespace hapticd::tools {

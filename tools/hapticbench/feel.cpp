@@ -3,10 +3,10 @@
 #include <cmath>
 #include <vector>
 
-#include "rt/periodic_clock.h"
+#include "rt/base/periodic_clock.h"
 #include "tools/hapticbench/measures.h"
 #include "tools/hapticbench/sweep.h"
-#include "tools/lib/truth/fine_depth_model.h"
+#include "tools/lib/truth/any_camera.h"
 
 namespace hapticd::tools {
 namespace {

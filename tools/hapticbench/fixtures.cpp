@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "rt/clock.h"
-#include "rt/fixture_path.h"
+#include "rt/base/clock.h"
+#include "rt/fixtures/fixture_path.h"
 #include "tools/hapticbench/measures.h"
 #include "tools/hapticbench/study.h"
 #include "tools/lib/offline/offline_box.h"

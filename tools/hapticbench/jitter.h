@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
+#include "config/base/error.h"
 #include "tools/hapticbench/report.h"
 #include "tools/lib/child/interrupt.h"
 
@@ -53,10 +53,10 @@ std::vector<std::string> cyclictestCommand(const LoopSetting& setting, const std
 
 /// The histogram in what cyclictest wrote with --json. Wake-ups beyond the histogram's end count as the
 /// latest. Errors: not JSON, not one thread's histogram, more wake-ups than cycles; `name` is of the file.
-config::Result<WakeupCounts> parseCyclictest(const std::string& name, const std::string& text);
+base::Result<WakeupCounts> parseCyclictest(const std::string& name, const std::string& text);
 
 /// Runs cyclictest to its end. Errors: not installed, not permitted, interrupted.
-config::Result<WakeupCounts> runCyclictest(const LoopSetting& setting, const Interrupt& interrupt);
+base::Result<WakeupCounts> runCyclictest(const LoopSetting& setting, const Interrupt& interrupt);
 
 /// The CPUs that this process may use, in order.
 std::vector<int> usableCpus();
@@ -95,7 +95,7 @@ struct LoopRun {
 /// Runs the force loop as hapticd does, in a thread of its own over its real channels: a simulated hand
 /// presses and strokes a wall, which is modelled 30 times a second, and every tick is taken out of the ring.
 /// Errors: SCHED_FIFO or the CPU is refused, a thread cannot be started, the loop hardly ticks, interrupted.
-config::Result<LoopRun> runForceLoop(const LoopSetting& setting, const Interrupt& interrupt);
+base::Result<LoopRun> runForceLoop(const LoopSetting& setting, const Interrupt& interrupt);
 
 /// Largest allowed ratio of the p99.9 wake-up latency of hapticd's loop to that of cyclictest.
 inline constexpr double kMostLatencyRatio = 1.25;
@@ -140,7 +140,7 @@ struct JitterResult {
 /// that a drift of the machine falls on both alike. The whole run holds /dev/cpu_dma_latency at 0, and locks
 /// memory. Errors: a program or a permission is missing, a phase failed,
 /// interrupted.
-config::Result<JitterResult> measureJitter(const JitterOptions& options, const Interrupt& interrupt);
+base::Result<JitterResult> measureJitter(const JitterOptions& options, const Interrupt& interrupt);
 
 /// Percentiles of both loops and their ratio beside the limit; for programs with all histograms.
 Report jitterReport(const JitterResult& result);

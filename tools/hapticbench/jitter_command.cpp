@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "drivers/base/idle_latency.h"
-#include "rt/realtime_thread.h"
+#include "rt/base/realtime_thread.h"
 #include "tools/hapticbench/jitter.h"
 #include "tools/hapticbench/study.h"
 #include "tools/lib/child/child_process.h"
@@ -17,27 +17,27 @@
 namespace hapticd::tools {
 namespace {
 
-config::Result<int> cpuOf(int requested) {
+base::Result<int> cpuOf(int requested) {
   const std::vector<int> usable = usableCpus();
-  if (usable.empty()) return std::unexpected(config::Error{"--cpu", "no usable CPU is known", ""});
+  if (usable.empty()) return std::unexpected(base::Error{"--cpu", "no usable CPU is known", ""});
   if (requested < 0) return usable.back();
   if (std::ranges::find(usable, requested) != usable.end()) return requested;
-  return std::unexpected(config::Error{"--cpu", fmt::format("{} is not one of this process", requested),
-                                       fmt::format("allowed are {}", fmt::join(usable, ", "))});
+  return std::unexpected(base::Error{"--cpu", fmt::format("{} is not one of this process", requested),
+                                     fmt::format("allowed are {}", fmt::join(usable, ", "))});
 }
 
 /// Whether this process may have SCHED_FIFO, tried in a thread that ends at once.
-config::Result<void> checkPermission(int priority) {
+base::Result<void> checkPermission(int priority) {
   bool permitted = false;
   std::thread([&] { permitted = rt::useRealtimeScheduling(priority); }).join();
   if (permitted) return {};
-  return std::unexpected(config::Error{"SCHED_FIFO", fmt::format("priority {} is not permitted", priority),
-                                       "run as root, or with an rtprio line in limits.conf"});
+  return std::unexpected(base::Error{"SCHED_FIFO", fmt::format("priority {} is not permitted", priority),
+                                     "run as root, or with an rtprio line in limits.conf"});
 }
 
-config::Result<JitterRound> measureRound(const LoopSetting& setting, const Interrupt& interrupt,
-                                         bool ours_first) {
-  config::Result<LoopRun> ours;
+base::Result<JitterRound> measureRound(const LoopSetting& setting, const Interrupt& interrupt,
+                                       bool ours_first) {
+  base::Result<LoopRun> ours;
   if (ours_first) ours = runForceLoop(setting, interrupt);
   if (!ours) return std::unexpected(ours.error());
   auto theirs = runCyclictest(setting, interrupt);
@@ -53,8 +53,8 @@ void settle(const Interrupt& interrupt) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
 }
 
-config::Result<LoadJitter> measureLoad(const std::string& load, const JitterOptions& options,
-                                       const Interrupt& interrupt) {
+base::Result<LoadJitter> measureLoad(const std::string& load, const JitterOptions& options,
+                                     const Interrupt& interrupt) {
   const LoopSetting setting{options.cpu, options.priority, options.period_us,
                             static_cast<std::uint64_t>(options.seconds) * 1'000'000 /
                                 static_cast<std::uint64_t>(options.period_us)};
@@ -72,8 +72,8 @@ config::Result<LoadJitter> measureLoad(const std::string& load, const JitterOpti
     if (!measured) return std::unexpected(measured.error());
     result.rounds.push_back(std::move(*measured));
     if (stress && stress->ending()) {
-      return std::unexpected(config::Error{"stress-ng", "ended early: " + stress->ending()->text(),
-                                           "does it run by itself, with memory to spare?"});
+      return std::unexpected(base::Error{"stress-ng", "ended early: " + stress->ending()->text(),
+                                         "does it run by itself, with memory to spare?"});
     }
   }
   return result;
@@ -111,7 +111,7 @@ std::vector<double> LoadJitter::sortedRatios() const {
   return ratios;
 }
 
-config::Result<JitterResult> measureJitter(const JitterOptions& options, const Interrupt& interrupt) {
+base::Result<JitterResult> measureJitter(const JitterOptions& options, const Interrupt& interrupt) {
   const auto cpu = cpuOf(options.cpu);
   if (!cpu) return std::unexpected(cpu.error());
   if (auto permitted = checkPermission(options.priority); !permitted)

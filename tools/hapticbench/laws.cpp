@@ -6,7 +6,7 @@
 #include <array>
 #include <memory>
 
-#include "config/settings.h"
+#include "config/settings/settings.h"
 
 namespace hapticd::tools {
 

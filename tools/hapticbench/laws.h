@@ -8,15 +8,15 @@
 #include <string>
 #include <vector>
 
-#include "config/law_choice.h"
-#include "rt/depth_frame.h"
-#include "rt/law_table.h"
-#include "rt/loop_state.h"
-#include "rt/parameters.h"
-#include "rt/vec3.h"
-#include "rt/words.h"
+#include "config/settings/law_choice.h"
+#include "rt/base/parameters.h"
+#include "rt/base/vec3.h"
+#include "rt/base/words.h"
+#include "rt/depth/depth_frame.h"
+#include "rt/laws/law_table.h"
+#include "rt/loop/loop_state.h"
 #include "tools/lib/offline/offline_box.h"
-#include "tools/lib/parts/is.h"
+#include "tools/lib/parts/fields.h"
 
 namespace hapticd::tools {
 

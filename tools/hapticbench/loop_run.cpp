@@ -8,14 +8,14 @@
 #include <thread>
 #include <utility>
 
-#include "config/settings.h"
+#include "config/settings/settings.h"
 #include "drivers/base/start_thread.h"
 #include "drivers/camera/synthetic/analytic_scene.h"
 #include "drivers/handle/simulated/simulated_handle.h"
-#include "rt/depth_model.h"
-#include "rt/force_loop.h"
-#include "rt/periodic_clock.h"
-#include "rt/scene_builder.h"
+#include "rt/base/periodic_clock.h"
+#include "rt/depth/depth_model.h"
+#include "rt/loop/force_loop.h"
+#include "rt/modelling/scene_builder.h"
 #include "tools/hapticbench/jitter.h"
 
 namespace hapticd::tools {
@@ -98,7 +98,7 @@ class RunningLoop {
   RunningLoop(const RunningLoop&) = delete;
   RunningLoop& operator=(const RunningLoop&) = delete;
 
-  config::Result<void> start() {
+  base::Result<void> start() {
     control_->directive.write({.generation = 1, .engage = true, .parameters = settings_.effectiveLive()});
     wall_.showFrameIfDue(focus_);
     if (auto started = handle_.start(handle_channels_); !started) return started;
@@ -128,15 +128,15 @@ class RunningLoop {
   }
 
  private:
-  config::Result<void> check(const rt::LoopPrivileges& privileges) const {
+  base::Result<void> check(const rt::LoopPrivileges& privileges) const {
     if (privileges.cpu != settings_.loop.cpu) {
-      return std::unexpected(config::Error{fmt::format("CPU {}", settings_.loop.cpu),
-                                           "the loop cannot be pinned to it", "choose another with --cpu"});
+      return std::unexpected(base::Error{fmt::format("CPU {}", settings_.loop.cpu),
+                                         "the loop cannot be pinned to it", "choose another with --cpu"});
     }
     if (!privileges.realtime_scheduling) {
-      return std::unexpected(
-          config::Error{"SCHED_FIFO", fmt::format("priority {} is not permitted", settings_.loop.priority),
-                        "run as root, or with an rtprio line in limits.conf"});
+      return std::unexpected(base::Error{"SCHED_FIFO",
+                                         fmt::format("priority {} is not permitted", settings_.loop.priority),
+                                         "run as root, or with an rtprio line in limits.conf"});
     }
     return {};
   }
@@ -165,7 +165,7 @@ void addTick(LoopRun& run, const rt::Tick& tick, std::uint64_t& handle_sequence)
 
 }  // namespace
 
-config::Result<LoopRun> runForceLoop(const LoopSetting& setting, const Interrupt& interrupt) {
+base::Result<LoopRun> runForceLoop(const LoopSetting& setting, const Interrupt& interrupt) {
   // as the service does where a CPU is kept free, and cyclictest with --mainaffinity
   const KeptToCpus others(otherCpus(usableCpus(), setting.cpu));
   const auto loop = std::make_unique<RunningLoop>(settingsOf(setting));
@@ -176,11 +176,11 @@ config::Result<LoopRun> runForceLoop(const LoopSetting& setting, const Interrupt
   rt::Tick tick;
   std::uint64_t handle_sequence = 0;
   while (run.wakeups.total() < setting.cycles) {
-    if (interrupt.requested()) return std::unexpected(config::Error{"", "interrupted", ""});
+    if (interrupt.requested()) return std::unexpected(base::Error{"", "interrupted", ""});
     if (std::chrono::steady_clock::now() > deadline) {
       return std::unexpected(
-          config::Error{"force loop", fmt::format("only {} of {} ticks", run.wakeups.total(), setting.cycles),
-                        "is the CPU of --cpu taken by a task of higher priority?"});
+          base::Error{"force loop", fmt::format("only {} of {} ticks", run.wakeups.total(), setting.cycles),
+                      "is the CPU of --cpu taken by a task of higher priority?"});
     }
     while (run.wakeups.total() < setting.cycles && loop->take(tick)) addTick(run, tick, handle_sequence);
     loop->feed();

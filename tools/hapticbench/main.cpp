@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "config/program.h"
+#include "config/base/program.h"
 #include "tools/hapticbench/study.h"
 
 namespace hapticd::tools {
@@ -23,7 +23,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return config::endWithoutWork(app, error, EX_USAGE);
+    return base::endWithoutWork(app, error, EX_USAGE);
   }
   return std::ranges::find_if(commands, &StudyCommand::chosen)->run();
 }
@@ -32,5 +32,5 @@ int run(int argc, char** argv) {
 }  // namespace hapticd::tools
 
 int main(int argc, char** argv) {
-  return hapticd::config::runProgram("hapticbench", [&] { return hapticd::tools::run(argc, argv); });
+  return hapticd::base::runProgram("hapticbench", [&] { return hapticd::tools::run(argc, argv); });
 }

@@ -8,9 +8,9 @@
 #include <span>
 #include <vector>
 
-#include "rt/parameters.h"
-#include "rt/vec3.h"
-#include "tools/lib/parts/is.h"
+#include "rt/base/parameters.h"
+#include "rt/base/vec3.h"
+#include "tools/lib/parts/fields.h"
 
 namespace hapticd::tools {
 

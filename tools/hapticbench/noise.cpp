@@ -13,7 +13,7 @@
 
 #include "drivers/camera/kinect_image.h"
 #include "drivers/camera/recorded/recording_reader.h"
-#include "rt/parameters.h"
+#include "rt/base/parameters.h"
 #include "tools/hapticbench/disparity.h"
 #include "tools/hapticbench/measures.h"
 
@@ -35,17 +35,16 @@ int periodsBetween(const drivers::RecordedFrame& earlier, const drivers::Recorde
 
 }  // namespace
 
-config::Result<std::size_t> framesOf(const std::filesystem::path& recording, std::size_t recorded,
-                                     int wanted) {
+base::Result<std::size_t> framesOf(const std::filesystem::path& recording, std::size_t recorded, int wanted) {
   const std::size_t frames = std::min(recorded, static_cast<std::size_t>(wanted));
   if (frames >= kFewestFrames) return frames;
   return std::unexpected(
-      config::Error{recording.string(),
-                    fmt::format("{} depth frames are too few, at least {} are needed", frames, kFewestFrames),
-                    "take another recording"});
+      base::Error{recording.string(),
+                  fmt::format("{} depth frames are too few, at least {} are needed", frames, kFewestFrames),
+                  "take another recording"});
 }
 
-config::Result<NoiseSession> readSession(const std::filesystem::path& recording, int frames) {
+base::Result<NoiseSession> readSession(const std::filesystem::path& recording, int frames) {
   const auto reader = drivers::RecordingReader::open(recording);
   if (!reader) return std::unexpected(reader.error());
   const auto& recorded = reader->frames();

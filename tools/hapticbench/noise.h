@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <vector>
 
-#include "config/error.h"
+#include "config/base/error.h"
 #include "drivers/camera/kinect_image.h"
 #include "drivers/camera/synthetic/sensor_noise.h"
-#include "rt/depth_frame.h"
+#include "rt/depth/depth_frame.h"
 
 namespace hapticd::tools {
 
@@ -23,13 +23,12 @@ struct NoiseSession {
 
 /// How many of `recorded` frames are measured when `wanted` are to be, from the first on.
 /// Errors: fewer than a measurement takes (kFewestFrames).
-config::Result<std::size_t> framesOf(const std::filesystem::path& recording, std::size_t recorded,
-                                     int wanted);
+base::Result<std::size_t> framesOf(const std::filesystem::path& recording, std::size_t recorded, int wanted);
 
 /// The depth frames of a recording in libfreenect's format, by the camera's own counter or, where it has
 /// none, by the host's clock. Errors: those of the reader, and fewer frames than a measurement takes
 /// (kFewestFrames).
-config::Result<NoiseSession> readSession(const std::filesystem::path& recording, int frames = 60);
+base::Result<NoiseSession> readSession(const std::filesystem::path& recording, int frames = 60);
 
 /// Fewest frames that a measurement takes: both halves of a session are compared.
 inline constexpr int kFewestFrames = 8;

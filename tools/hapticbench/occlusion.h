@@ -6,10 +6,10 @@
 #include <string_view>
 #include <vector>
 
-#include "rt/depth_frame.h"
-#include "rt/force_law.h"
-#include "rt/loop_state.h"
-#include "rt/vec3.h"
+#include "rt/base/vec3.h"
+#include "rt/depth/depth_frame.h"
+#include "rt/laws/force_law.h"
+#include "rt/loop/loop_state.h"
 #include "tools/hapticbench/laws.h"
 #include "tools/hapticbench/measures.h"
 #include "tools/lib/truth/occluded_scene.h"

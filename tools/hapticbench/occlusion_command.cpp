@@ -5,7 +5,7 @@
 #include <array>
 #include <limits>
 
-#include "rt/parameters.h"
+#include "rt/base/parameters.h"
 #include "tools/hapticbench/occlusion.h"
 #include "tools/hapticbench/study.h"
 

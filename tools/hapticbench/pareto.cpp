@@ -9,8 +9,8 @@
 #include <limits>
 #include <tuple>
 
-#include "config/law_choice.h"
-#include "rt/parameters.h"
+#include "config/settings/law_choice.h"
+#include "rt/base/parameters.h"
 #include "tools/hapticbench/accuracy.h"
 #include "tools/hapticbench/cost.h"
 #include "tools/hapticbench/strokes.h"
@@ -238,7 +238,7 @@ std::vector<LawSetting> allSettings() {
   return settings;
 }
 
-config::Result<ParetoResult> measurePareto(const ParetoOptions& options) {
+base::Result<ParetoResult> measurePareto(const ParetoOptions& options) {
   const auto scenes = timedScenes(options.recordings);
   if (!scenes) return std::unexpected(scenes.error());
   ParetoResult result;

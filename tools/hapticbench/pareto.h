@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "config/error.h"
+#include "config/base/error.h"
 #include "tools/hapticbench/cost.h"
 #include "tools/hapticbench/laws.h"
 #include "tools/hapticbench/measures.h"
@@ -30,8 +30,8 @@ inline constexpr double kTableDistances_m[] = {0.6, 0.8, 1, 1.5, 2, 3, 3.5};
 /// The distances whose costs are reported and limited.
 inline constexpr double kCostDistances_m[] = {0.6, 1, 2};
 
-/// The rows as lines of a C++ initialiser list (config/measured_laws.inc), sorted, under a comment that names
-/// `command`.
+/// The rows as lines of a C++ initialiser list (config/settings/measured_laws.inc), sorted, under a comment
+/// that names `command`.
 std::string lawsTable(std::vector<LawAtDistance> rows, const std::string& command);
 
 /// Errors of the force against the true surface, 5 to 20 mm behind it, on a plane, a sphere and a plane
@@ -148,7 +148,7 @@ struct ParetoResult {
 };
 
 /// Errors: a recording that cannot be read.
-config::Result<ParetoResult> measurePareto(const ParetoOptions& options);
+base::Result<ParetoResult> measurePareto(const ParetoOptions& options);
 
 /// The requirements on the figures that `result` has.
 std::vector<Requirement> requirementsOf(const ParetoResult& result);
@@ -168,6 +168,6 @@ std::string surfaceErrorMarkdown(const ParetoResult& result);
 /// the script by which gnuplot makes an SVG, or a PNG where the name of the file ends so.
 std::string plotScript(const ParetoResult& result, const std::filesystem::path& image);
 /// Errors: gnuplot is not installed or fails, or the file cannot be written.
-config::Result<void> plotPareto(const ParetoResult& result, const std::filesystem::path& image);
+base::Result<void> plotPareto(const ParetoResult& result, const std::filesystem::path& image);
 
 }  // namespace hapticd::tools

@@ -9,11 +9,11 @@
 #include <memory>
 #include <string>
 
-#include "rt/realtime_thread.h"
+#include "rt/base/realtime_thread.h"
 #include "tools/hapticbench/pareto.h"
 #include "tools/hapticbench/study.h"
 #include "tools/lib/gnuplot/gnuplot.h"
-#include "tools/lib/options/output_file.h"
+#include "tools/lib/options/option_checks.h"
 
 namespace hapticd::tools {
 namespace {
@@ -321,7 +321,7 @@ std::string plotScript(const ParetoResult& result, const std::filesystem::path& 
   return fmt::to_string(script);
 }
 
-config::Result<void> plotPareto(const ParetoResult& result, const std::filesystem::path& image) {
+base::Result<void> plotPareto(const ParetoResult& result, const std::filesystem::path& image) {
   return runGnuplot(plotScript(result, image), image, "--json writes the data");
 }
 
@@ -386,7 +386,7 @@ StudyCommand paretoCommand(CLI::App& app) {
        "write the error of the law surface by distance there, one table as Markdown")
       ->check(endsIn(".md"));
   file("--laws-table", chosen->laws_table_file,
-       "write the table that `auto` chooses by (config/measured_laws.inc)")
+       "write the table that `auto` chooses by (config/settings/measured_laws.inc)")
       ->check(endsIn(".inc"));
   command.onRun([chosen](const StudyCommand& self) { return runPareto(*chosen, self); });
   return command;

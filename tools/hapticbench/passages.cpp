@@ -6,7 +6,7 @@
 
 #include "tools/hapticbench/laws.h"
 #include "tools/hapticbench/occlusion.h"
-#include "tools/lib/truth/fine_depth_model.h"
+#include "tools/lib/truth/any_camera.h"
 #include "tools/lib/truth/occluded_scene.h"
 
 namespace hapticd::tools {

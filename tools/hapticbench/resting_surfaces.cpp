@@ -3,7 +3,7 @@
 #include <cmath>
 #include <optional>
 
-#include "rt/depth_frame.h"
+#include "rt/depth/depth_frame.h"
 #include "tools/hapticbench/laws.h"
 #include "tools/hapticbench/recordings.h"
 

@@ -40,7 +40,7 @@ std::optional<fs::path> findFile(const fs::path& folder, Matches matches) {
 }
 
 /// Returns the limits that the camera of a recording states, or the usual ones.
-config::Result<drivers::DepthLimits> limitsOf(const fs::path& recording) {
+base::Result<drivers::DepthLimits> limitsOf(const fs::path& recording) {
   drivers::DepthLimits limits;
   const fs::path file = recording / drivers::kCameraFile;
   std::error_code ignored;
@@ -52,8 +52,8 @@ config::Result<drivers::DepthLimits> limitsOf(const fs::path& recording) {
   return limits;
 }
 
-config::Result<BenchSequence> firstFrames(const std::string& name, const fs::path& recording,
-                                          std::size_t most_frames) {
+base::Result<BenchSequence> firstFrames(const std::string& name, const fs::path& recording,
+                                        std::size_t most_frames) {
   const auto limits = limitsOf(recording);
   if (!limits) return std::unexpected(limits.error());
   const auto reader = drivers::RecordingReader::open(recording, *limits);
@@ -67,7 +67,7 @@ config::Result<BenchSequence> firstFrames(const std::string& name, const fs::pat
 }
 
 /// Returns the recording in `folder`, without frames if there is none.
-config::Result<BenchSequence> sequenceIn(const fs::path& folder, std::size_t most_frames) {
+base::Result<BenchSequence> sequenceIn(const fs::path& folder, std::size_t most_frames) {
   const auto isIndex = [](const fs::path& file) {
     return file.filename() == "INDEX.txt" || file.filename() == drivers::kCameraFile;
   };
@@ -79,7 +79,7 @@ config::Result<BenchSequence> sequenceIn(const fs::path& folder, std::size_t mos
   if (!archive) return BenchSequence{name, {}};
   const TemporaryFolder unpacked;
   if (unpacked.path().empty() || !unpack(*archive, unpacked.path())) {
-    return std::unexpected(config::Error{archive->string(), "cannot be unpacked", "is xz-utils installed?"});
+    return std::unexpected(base::Error{archive->string(), "cannot be unpacked", "is xz-utils installed?"});
   }
   const auto index = findFile(unpacked.path(), isIndex);
   return index ? firstFrames(name, index->parent_path(), most_frames) : BenchSequence{name, {}};
@@ -110,8 +110,7 @@ BenchSequence syntheticScene() {
   return scene;
 }
 
-config::Result<std::vector<BenchSequence>> recordedSequences(const fs::path& folder,
-                                                             std::size_t most_frames) {
+base::Result<std::vector<BenchSequence>> recordedSequences(const fs::path& folder, std::size_t most_frames) {
   std::vector<BenchSequence> sequences;
   std::error_code no_folder;
   if (!fs::is_directory(folder, no_folder)) return sequences;

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
-#include "rt/depth_frame.h"
+#include "config/base/error.h"
+#include "rt/depth/depth_frame.h"
 #include "tools/hapticbench/laws.h"
 
 namespace hapticd::tools {
@@ -35,8 +35,8 @@ BenchSequence syntheticScene();
 /// INDEX.txt or camera.yaml, or with one .tar.xz that holds such a folder (unpacked to a temporary folder and
 /// removed again). Depths count within the limits that camera.yaml states, else within those of a Kinect v1.
 /// Empty if the folder does not exist. Errors: a recording that cannot be read.
-config::Result<std::vector<BenchSequence>> recordedSequences(const std::filesystem::path& folder,
-                                                             std::size_t most_frames);
+base::Result<std::vector<BenchSequence>> recordedSequences(const std::filesystem::path& folder,
+                                                           std::size_t most_frames);
 
 /// The tick at which each frame arrives, 0 for the first: by a Kinect's own counter, else by the times of
 /// arrival, so that frames that were lost while recording leave a gap; where neither counts, 30 frames per

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "drivers/handle/simulated/device_and_hand.h"
-#include "rt/depth_frame.h"
-#include "rt/parameters.h"
+#include "rt/base/parameters.h"
+#include "rt/depth/depth_frame.h"
 #include "tools/lib/offline/offline_box.h"
-#include "tools/lib/parts/is.h"
+#include "tools/lib/parts/fields.h"
 
 namespace hapticd::tools {
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-#include "rt/depth_model.h"
+#include "rt/depth/depth_model.h"
 #include "tools/hapticbench/disparity.h"
 #include "tools/hapticbench/sweep.h"
 #include "tools/lib/offline/offline_box.h"

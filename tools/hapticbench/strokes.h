@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "rt/force_law.h"
-#include "rt/parameters.h"
-#include "rt/vec3.h"
+#include "rt/base/parameters.h"
+#include "rt/base/vec3.h"
+#include "rt/laws/force_law.h"
 #include "tools/hapticbench/laws.h"
 #include "tools/hapticbench/measures.h"
 #include "tools/hapticbench/report.h"

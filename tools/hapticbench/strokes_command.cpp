@@ -10,7 +10,7 @@
 
 #include "tools/hapticbench/strokes.h"
 #include "tools/hapticbench/study.h"
-#include "tools/lib/truth/fine_depth_model.h"
+#include "tools/lib/truth/any_camera.h"
 #include "tools/lib/truth/noise_floor.h"
 
 namespace hapticd::tools {

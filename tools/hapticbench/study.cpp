@@ -9,12 +9,12 @@
 #include <cstdlib>
 #include <limits>
 
-#include "tools/lib/options/output_file.h"
+#include "tools/lib/options/option_checks.h"
 #include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 
-int fail(const config::Error& error, int status) {
+int fail(const base::Error& error, int status) {
   fmt::print(stderr, "hapticbench: {}\n", error.text());
   return status;
 }
@@ -95,7 +95,7 @@ int StudyCommand::run() const {
   return done ? run_(*this) : fail(done.error(), EX_DATAERR);
 }
 
-config::Result<void> StudyCommand::join() const {
+base::Result<void> StudyCommand::join() const {
   auto whole = joinFiles(division_->files, path(), HAPTICD_VERSION);
   if (!whole) return std::unexpected(whole.error());
   try {
@@ -104,19 +104,18 @@ config::Result<void> StudyCommand::join() const {
     command_->parse(options);  // which takes the first one from the end
     *json_file_ = json_file;
   } catch (const CLI::Error& problem) {
-    return std::unexpected(config::Error{division_->files.front(),
-                                         fmt::format("names options that are none: {}", problem.what()),
-                                         "compute the part again with --part"});
+    return std::unexpected(base::Error{division_->files.front(),
+                                       fmt::format("names options that are none: {}", problem.what()),
+                                       "compute the part again with --part"});
   }
   joined_->emplace(std::move(*whole));
   return {};
 }
 
-config::Result<void> StudyCommand::fromJoined(std::size_t cases,
-                                              const std::function<void(const nlohmann::json&)>& read) const {
+base::Result<void> StudyCommand::fromJoined(std::size_t cases,
+                                            const std::function<void(const nlohmann::json&)>& read) const {
   const auto refusal = [this](const std::string& what) {
-    return std::unexpected(
-        config::Error{division_->files.front(), what, "compute the part again with --part"});
+    return std::unexpected(base::Error{division_->files.front(), what, "compute the part again with --part"});
   };
   if (joined()->run.cases != cases)
     return refusal(fmt::format("is of {} cases, its options give {}", joined()->run.cases, cases));

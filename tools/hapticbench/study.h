@@ -13,10 +13,10 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
-#include "config/law_choice.h"
+#include "config/base/error.h"
+#include "config/settings/law_choice.h"
 #include "tools/hapticbench/report.h"
-#include "tools/lib/options/within.h"
+#include "tools/lib/options/option_checks.h"
 #include "tools/lib/parts/fields.h"
 #include "tools/lib/parts/parts.h"
 
@@ -25,7 +25,7 @@ namespace hapticd::tools {
 using config::nameOf;
 
 /// Prints `error` and returns `status`.
-int fail(const config::Error& error, int status);
+int fail(const base::Error& error, int status);
 /// Writes a whole file in place of one of that name; nothing where `file` is empty. Returns the exit status.
 int writeReport(const std::string& file, const std::string& text);
 /// Shows what is measured on one line of the terminal; does nothing if standard error is not a terminal.
@@ -112,9 +112,9 @@ class StudyCommand {
             const std::function<void(const std::vector<std::string>&)>& set);
   std::string path() const { return "hapticbench " + command_->get_name(); }
   std::vector<std::string> optionsOfResults() const;
-  config::Result<void> join() const;
-  config::Result<void> fromJoined(std::size_t cases,
-                                  const std::function<void(const nlohmann::json&)>& read) const;
+  base::Result<void> join() const;
+  base::Result<void> fromJoined(std::size_t cases,
+                                const std::function<void(const nlohmann::json&)>& read) const;
   int writePart(std::size_t cases, const nlohmann::json& input, const nlohmann::json& results) const;
 
   CLI::App* command_;

@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "rt/depth_frame.h"
-#include "rt/parameters.h"
+#include "rt/base/parameters.h"
+#include "rt/depth/depth_frame.h"
 #include "tools/hapticbench/report.h"
 #include "tools/hapticbench/sequences.h"
 #include "tools/lib/offline/offline_box.h"
-#include "tools/lib/parts/is.h"
+#include "tools/lib/parts/fields.h"
 #include "tools/lib/truth/true_scene.h"
 
 namespace hapticd::tools {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "config/law_choice.h"
+#include "config/settings/law_choice.h"
 #include "tools/hapticbench/stability.h"
 #include "tools/hapticbench/study.h"
 #include "tools/hapticbench/sweep.h"
@@ -144,7 +144,7 @@ std::string sourceOf(const std::vector<BenchSequence>& sequences) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-config::Result<std::vector<BenchSequence>> sequencesOf(const Chosen& chosen) {
+base::Result<std::vector<BenchSequence>> sequencesOf(const Chosen& chosen) {
   const std::size_t frames = chosen.settings.quick ? 6 : 24;  // of each recording
   auto sequences = recordedSequences(chosen.recordings, frames);
   if (sequences && sequences->empty()) {

@@ -6,18 +6,17 @@
 #include <string>
 #include <vector>
 
-#include "config/addition_reader.h"
-#include "config/fixture_settings.h"
-#include "tools/hapticctl/addition_calls.h"
+#include "config/additions/addition_reader.h"
+#include "config/settings/fixture_settings.h"
 #include "tools/hapticctl/addition_options.h"
-#include "tools/hapticctl/addition_text.h"
 #include "tools/hapticctl/command_line.h"
-#include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/fixture_touch.h"
 #include "tools/hapticctl/model_import.h"
-#include "tools/hapticctl/terminal_text.h"
+#include "tools/hapticctl/text/addition_text.h"
+#include "tools/hapticctl/text/error_text.h"
+#include "tools/hapticctl/text/terminal_text.h"
 #include "tools/lib/client/reply_reader.h"
-#include "tools/lib/options/within.h"
+#include "tools/lib/options/option_checks.h"
 
 namespace hapticd::tools {
 namespace {
@@ -38,8 +37,8 @@ int import(const CommandOptions& options, const AdditionList& list, const std::s
       of_model ? config::modelAdditionsFromText(*content, file) : config::additionsFromText(*content, file);
   if (!additions) return reportProblems(additions.error(), options.json);
   if (list.definitionsIn(*additions).empty()) {
-    return report(config::Error{file, fmt::format("has no {}", list.plural),
-                                fmt::format("write them below '{}:' as in the configuration", list.plural)},
+    return report(base::Error{file, fmt::format("has no {}", list.plural),
+                              fmt::format("write them below '{}:' as in the configuration", list.plural)},
                   options.json);
   }
   Json document = Json::object();
@@ -106,8 +105,8 @@ int show(const CommandOptions& options, const AdditionList& list, const std::str
   const auto found =
       std::ranges::find(entries, name, [](const Json& entry) { return textAt(entry, "name"); });
   if (found == entries.end()) {
-    return report(config::Error{printable(name), fmt::format("there is no {} of this name", list.noun),
-                                fmt::format("hapticctl {} list shows those that there are", list.noun)},
+    return report(base::Error{printable(name), fmt::format("there is no {} of this name", list.noun),
+                              fmt::format("hapticctl {} list shows those that there are", list.noun)},
                   options.json);
   }
   if (options.json) {

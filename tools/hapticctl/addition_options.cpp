@@ -9,12 +9,16 @@
 #include <cmath>
 #include <optional>
 #include <sstream>
+#include <utility>
 #include <variant>
 #include <vector>
 
-#include "config/addition_fields.h"
-#include "config/file_content.h"
-#include "config/value_text.h"
+#include "config/additions/addition_fields.h"
+#include "config/base/file_content.h"
+#include "config/base/value_text.h"
+#include "tools/hapticctl/text/addition_text.h"
+#include "tools/hapticctl/text/error_text.h"
+#include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
 namespace {
@@ -156,8 +160,8 @@ CLI::Option* addMember(CLI::App& command, const config::AdditionField<Owner>& fi
               [members, form, name = std::string(field.name)](const std::string& text) {
                 auto value = form.value(text);
                 if (!value) {
-                  throw CLI::ValidationError(
-                      optionOf(name), fmt::format("{} is not {}", config::inQuotes(text), form.example));
+                  throw CLI::ValidationError(optionOf(name),
+                                             fmt::format("{} is not {}", base::inQuotes(text), form.example));
                 }
                 (*members)[name] = std::move(*value);
               },
@@ -168,7 +172,7 @@ CLI::Option* addMember(CLI::App& command, const config::AdditionField<Owner>& fi
 
 }  // namespace
 
-config::Result<Json> pointsFromText(const std::string& text, const std::string& name) {
+base::Result<Json> pointsFromText(const std::string& text, const std::string& name) {
   Json points = Json::array();
   std::istringstream lines(text);
   std::size_t number = 0;
@@ -178,9 +182,9 @@ config::Result<Json> pointsFromText(const std::string& text, const std::string& 
     if (content.find_first_not_of(" \t\r,") == std::string::npos) continue;
     auto point = vectorIn(content, " \t\r,");
     if (!point) {
-      return std::unexpected(config::Error{fmt::format("{}:{}", name, number),
-                                           config::inQuotes(content) + " is not a point",
-                                           "write x, y and z in metres on each line"});
+      return std::unexpected(base::Error{fmt::format("{}:{}", name, number),
+                                         base::inQuotes(content) + " is not a point",
+                                         "write x, y and z in metres on each line"});
     }
     points.push_back(std::move(*point));
   }
@@ -198,7 +202,7 @@ void addFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members) 
       .add_option_function<std::string>(
           "--points-file",
           [members](const std::string& file) {
-            const auto content = config::fileContent(file, {kMostPointBytes, config::FileKind::any});
+            const auto content = base::fileContent(file, {kMostPointBytes, base::FileKind::any});
             if (!content) throw CLI::ValidationError("--points-file", file + " " + content.error().text());
             auto read_points = pointsFromText(*content, file);
             if (!read_points) throw CLI::ValidationError("--points-file", read_points.error().text());
@@ -223,6 +227,80 @@ void addRegionMembers(CLI::App& command, const std::shared_ptr<Json>& members) {
   for (const auto& field : config::regionFields()) {
     if (field.name != "name") addMember(command, field, members);
   }
+}
+
+namespace {
+
+template <auto kMember>
+std::vector<std::string> definitionsIn(const config::SceneAdditions& additions) {
+  std::vector<std::string> texts;
+  for (const auto& item : additions.*kMember) texts.push_back(config::jsonOf(item));
+  return texts;
+}
+
+}  // namespace
+
+const AdditionList kFixtures{"fixture",
+                             "fixtures",
+                             "FIXTURE",
+                             "io.hapticd.Status.ListFixtures",
+                             "io.hapticd.Control.ChangeFixtures",
+                             addFixtureMembers,
+                             fixtureListText,
+                             definitionsIn<&config::SceneAdditions::fixtures>};
+const AdditionList kRegions{"region",
+                            "regions",
+                            "REGION",
+                            "io.hapticd.Status.ListRegions",
+                            "io.hapticd.Control.ChangeRegions",
+                            addRegionMembers,
+                            regionListText,
+                            definitionsIn<&config::SceneAdditions::regions>};
+
+int changeList(const CommandOptions& options, const AdditionList& list, const Json& parameters,
+               const std::string& done, const Json& document) {
+  const auto reply = callOnce(options, {list.change_method, parameters, true});
+  if (!reply) return report(reply.error(), options.json);
+  if (options.json) {
+    Json all = *reply;
+    all.update(document);
+    printJson(all);
+  } else {
+    fmt::print("{}\n", done);
+  }
+  return kOk;
+}
+
+int addAll(const CommandOptions& options, const AdditionList& list, const Json& definitions, bool replace,
+           const std::string& done, const Json& document) {
+  Json parameters{{"add", definitions}};
+  if (replace) {
+    const auto reply = callOnce(options, {list.list_method});
+    if (!reply) return report(reply.error(), options.json);
+    Json replaced = Json::array();
+    for (const Json& entry : listAt(*reply, list.plural)) {
+      const auto isIt = [&](const Json& definition) {
+        return definition.value("name", "") == textAt(entry, "name");
+      };
+      if (std::ranges::any_of(definitions, isIt)) replaced.push_back(textAt(entry, "name"));
+    }
+    parameters["remove"] = std::move(replaced);
+    if (const Json* generation = fieldAt(*reply, "generation")) parameters["generation"] = *generation;
+  }
+  return changeList(options, list, parameters, done, document);
+}
+
+std::expected<std::string, int> contentOf(const CommandOptions& options, const std::string& file) {
+  constexpr std::size_t kMostBytes = std::size_t{1} << 20;
+  auto content = base::fileContent(file, {kMostBytes, base::FileKind::any});
+  if (content) return std::move(*content);
+  return std::unexpected(report(base::Error{file, content.error().text(), ""}, options.json));
+}
+
+int reportProblems(const std::vector<config::AdditionError>& problems, bool json) {
+  std::vector<base::Error> errors;
+  for (const config::AdditionError& problem : problems) errors.push_back(problem.error);
+  return report(errors, json);
 }
 
 }  // namespace hapticd::tools

@@ -8,8 +8,8 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "config/settings.h"
-#include "tools/hapticctl/error_text.h"
+#include "config/settings/settings.h"
+#include "tools/hapticctl/text/error_text.h"
 #include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {

@@ -4,7 +4,7 @@
 #include <functional>
 #include <string>
 
-#include "config/error.h"
+#include "config/base/error.h"
 #include "tools/lib/client/varlink_client.h"
 
 namespace hapticd::tools {

@@ -1,16 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <expected>
 #include <memory>
+#include <optional>
+#include <string>
+#include <thread>
 
 #include "drivers/camera/v4l2/v4l2_camera.h"
+#include "rt/base/parameters.h"
 #include "tools/hapticctl/camera_test.h"
 #include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/doctor/camera_list.h"
-#include "tools/hapticctl/doctor/configuration.h"
-#include "tools/hapticctl/error_text.h"
-#include "tools/lib/options/within.h"
+#include "tools/hapticctl/doctor/examination.h"
+#include "tools/hapticctl/fetch_snapshot.h"
+#include "tools/hapticctl/snapshot/depth_picture.h"
+#include "tools/hapticctl/snapshot/point_cloud.h"
+#include "tools/hapticctl/text/calibration_text.h"
+#include "tools/hapticctl/text/error_text.h"
+#include "tools/hapticctl/text/terminal_text.h"
+#include "tools/lib/client/reply_reader.h"
+#include "tools/lib/options/option_checks.h"
+#include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 namespace {
@@ -24,7 +38,7 @@ constexpr const char* kListFooter =
 int runList(const CommandOptions& options, const std::string& root) {
   const Configuration configuration = readConfiguration(root);
   if (!configuration.problem.empty()) {
-    return report(config::Error{"", configuration.problem, ""}, options.json);
+    return report(base::Error{"", configuration.problem, ""}, options.json);
   }
   const DepthProbe probe = root == "/" ? DepthProbe(depthFormatOf) : DepthProbe();
   const CameraList list = listCameras(Machine(root), configuration.settings.camera, probe);
@@ -60,7 +74,7 @@ constexpr const char* kTestFooter =
 int runTest(const CommandOptions& options, const TestOptions& requested) {
   const Configuration configuration = readConfiguration("/");
   if (!configuration.problem.empty()) {
-    return report(config::Error{"", configuration.problem, ""}, options.json);
+    return report(base::Error{"", configuration.problem, ""}, options.json);
   }
   config::CameraSettings settings = configuration.settings.camera;
   if (!requested.device.empty()) {
@@ -70,10 +84,10 @@ int runTest(const CommandOptions& options, const TestOptions& requested) {
   }
   if (settings.driver != config::CameraDriver::v4l2) {
     return report(
-        config::Error{"",
-                      fmt::format("camera.driver is {}, and only cameras of the driver v4l2 are measured",
-                                  rt::wordOf(settings.driver)),
-                      "set camera.driver to v4l2, or name a camera with --device"},
+        base::Error{"",
+                    fmt::format("camera.driver is {}, and only cameras of the driver v4l2 are measured",
+                                rt::wordOf(settings.driver)),
+                    "set camera.driver to v4l2, or name a camera with --device"},
         options.json);
   }
   drivers::V4l2Camera camera(settings);
@@ -105,6 +119,170 @@ void addCameraCommands(CommandLine& line) {
   CLI::App& group = line.addGroup("camera", "Connected cameras; needs no daemon");
   addList(line, group);
   addTest(line, group);
+}
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds kPeriod{100};
+constexpr double kLeast_n_per_m = 1;
+constexpr double kMost_n_per_m = 5000;
+
+struct CalibrateOptions {
+  std::optional<double> ceiling_n_per_m;
+  double limit_s = 15;
+  bool apply = false;
+  bool fixed = false;
+};
+
+int failed(const CommandOptions& options, const std::string& what, const std::string& remedy) {
+  return report(base::Error{"calibrate", what, remedy}, options.json);
+}
+
+/// Waits until the daemon has measured the noise of the surface. Errors: the exit code, after the report.
+std::expected<Json, int> measure(const CommandOptions& options, VarlinkClient& client, double limit_s) {
+  const auto end = Clock::now() + std::chrono::duration<double>(limit_s);
+  std::string shown;
+  while (true) {
+    const auto reply = client.call("io.hapticd.Status.GetStatus");
+    if (!reply) return std::unexpected(report(reply.error(), options.json));
+    const Json* status = fieldAt(*reply, "status");
+    if (status == nullptr || fieldAt(*status, "stiffness") == nullptr) {
+      return std::unexpected(failed(options, "hapticd does not report what limits the stiffness",
+                                    "is it of another version than hapticctl? See 'hapticctl version'"));
+    }
+    const std::string needs = calibrationNeeds(*status);
+    if (needs.empty()) return *status;
+    if (Clock::now() >= end) {
+      return std::unexpected(
+          failed(options, fmt::format("the noise of the surface was not measured within {:.0f} s", limit_s),
+                 "needs " + needs));
+    }
+    if (needs != shown && !options.json) fmt::print(stderr, "waiting for {}\n", needs);
+    shown = needs;
+    std::this_thread::sleep_for(kPeriod);
+  }
+}
+
+int calibrate(const CommandOptions& options, const CalibrateOptions& requested) {
+  auto client = connectTo(options, requested.apply);
+  if (!client) return report(client.error(), options.json);
+  const auto status = measure(options, *client, requested.limit_s);
+  if (!status) return status.error();
+  Json calibration = calibrationOf(*status, requested.ceiling_n_per_m);
+  if (requested.apply) {
+    Json values = Json::object();
+    const double stiffness =
+        std::clamp(std::floor(numberAt(calibration, "stiffnessNPerM")), kLeast_n_per_m, kMost_n_per_m);
+    values["force.stiffness_n_per_m"] = requested.fixed ? Json(stiffness) : Json("auto");
+    if (requested.ceiling_n_per_m) values["force.stiffness_ceiling_n_per_m"] = *requested.ceiling_n_per_m;
+    const auto reply = client->call("io.hapticd.Control.SetParameters", {{"parameters", values}});
+    if (!reply) return report(reply.error(), options.json);
+    calibration["applied"] = values;
+  }
+  if (options.json) {
+    printJson(calibration);
+    return kOk;
+  }
+  fmt::print("{}", calibrationText(calibration, terminalSize().columns));
+  if (const Json* applied = fieldAt(calibration, "applied")) {
+    for (const auto& [name, value] : applied->items()) fmt::print("{}: {}\n", name, valueText(value));
+  }
+  return kOk;
+}
+
+}  // namespace
+
+void addCalibrateCommand(CommandLine& line) {
+  const CommandOptions& options = line.options();
+  const auto requested = std::make_shared<CalibrateOptions>();
+  CLI::App& command = line.add("calibrate", "Measure how stiff the surface may be, and what limits it",
+                               [&options, requested] { return calibrate(options, *requested); });
+  command
+      .add_option("--ceiling", requested->ceiling_n_per_m,
+                  "Largest stiffness, instead of force.stiffness_ceiling_n_per_m")
+      ->type_name("N/M")
+      ->check(within(kLeast_n_per_m, kMost_n_per_m));
+  auto* apply = command.add_flag("--apply", requested->apply,
+                                 "Set force.stiffness_n_per_m to auto, and the ceiling if it is given");
+  command
+      .add_flag("--fixed", requested->fixed, "With --apply: set the number that was found instead of auto")
+      ->needs(apply);
+  command.add_option("--limit", requested->limit_s, "Longest time to measure, seconds (default 15)")
+      ->type_name("S")
+      ->check(within(1.0, 120.0));
+}
+
+namespace {
+
+struct SnapshotOptions {
+  std::string ply;
+  std::string png;
+  IfExists if_exists = IfExists::refuse;
+};
+
+/// The radius of the HIP's neighbourhood; the default if the daemon does not report it.
+double neighbourhood_m(const CommandOptions& options) {
+  const auto reply = callOnce(options, {"io.hapticd.Status.GetParameters", {{"names", {"force.radius_m"}}}});
+  const Json rows = reply ? listAt(*reply, "parameters") : Json::array();
+  const double radius_m = rows.empty() ? std::nan("") : numberAt(rows.front(), "value");
+  return std::isnan(radius_m) ? rt::SpringParameters().radius_m : radius_m;
+}
+
+base::Result<void> writeFiles(const Snapshot& snapshot, const SnapshotOptions& requested, double radius_m) {
+  if (!requested.ply.empty()) {
+    const auto written = writeWholeFile(requested.ply, plyOf(snapshot, radius_m), requested.if_exists);
+    if (!written) return written;
+  }
+  if (requested.png.empty()) return {};
+  const auto png = pngOf(snapshot);
+  if (!png) return std::unexpected(png.error());
+  return writeWholeFile(requested.png, *png, requested.if_exists);
+}
+
+void showSnapshot(const Snapshot& snapshot, const SnapshotOptions& requested, bool json) {
+  const auto measured = std::ranges::count_if(snapshot.raw, [&](auto raw) {
+    return raw != snapshot.depth_model.raw_no_measurement && raw < snapshot.depth_model.raw_values;
+  });
+  Json files = Json::array();
+  for (const std::string& file : {requested.ply, requested.png}) {
+    if (!file.empty()) files.push_back(file);
+  }
+  if (json) return printJson({{"frame", snapshot.frame}, {"measuredPixels", measured}, {"files", files}});
+  fmt::print("frame {}: {} of {} pixels measured\n", snapshot.frame, measured, snapshot.raw.size());
+  for (const Json& file : files) fmt::print("{}\n", printable(file.get<std::string>()));
+}
+
+int runSnapshot(const CommandOptions& options, const SnapshotOptions& requested) {
+  for (const std::string& file : {requested.ply, requested.png}) {
+    const auto good = file.empty() ? base::Result<void>() : mayWrite(file, requested.if_exists);
+    if (!good) return report(good.error(), options.json);
+  }
+  const auto snapshot = fetchSnapshot(options);
+  if (!snapshot) return snapshot.error();
+  const double radius_m = requested.ply.empty() ? 0 : neighbourhood_m(options);
+  const auto written = writeFiles(*snapshot, requested, radius_m);
+  if (!written) return report(written.error(), options.json);
+  showSnapshot(*snapshot, requested, options.json);
+  return kOk;
+}
+
+}  // namespace
+
+void addSnapshotCommand(CommandLine& line) {
+  const CommandOptions& options = line.options();
+  const auto requested = std::make_shared<SnapshotOptions>();
+  CLI::App& command = line.add("snapshot", "Save the depth image of this moment, with the HIP marked",
+                               [&options, requested] { return runSnapshot(options, *requested); });
+  command.add_option("--ply", requested->ply, "The points in the world, in metres, for MeshLab and others")
+      ->type_name("FILE")
+      ->check(endsIn(".ply"));
+  command
+      .add_option("--png", requested->png, "The depth image, light where it is near, with a scale in metres")
+      ->type_name("FILE")
+      ->check(endsIn(".png"));
+  addForce(command, requested->if_exists);
 }
 
 }  // namespace hapticd::tools

@@ -12,14 +12,14 @@
 #include <thread>
 #include <utility>
 
-#include "config/value_text.h"
+#include "config/base/value_text.h"
 #include "tools/lib/depth_noise/depth_picture.h"
 #include "tools/lib/depth_noise/noise_text.h"
 
 namespace hapticd::tools {
 namespace {
 
-using config::printable;
+using base::printable;
 using Clock = std::chrono::steady_clock;
 
 constexpr int kPictureColumns = 64;
@@ -134,8 +134,8 @@ bool waitForFirst(MeasuringSink& sink, const drivers::Camera& camera, std::chron
 
 }  // namespace
 
-config::Result<CameraTest> testCamera(drivers::Camera& camera, std::chrono::milliseconds duration,
-                                      std::chrono::milliseconds patience) {
+base::Result<CameraTest> testCamera(drivers::Camera& camera, std::chrono::milliseconds duration,
+                                    std::chrono::milliseconds patience) {
   MeasuringSink sink;
   if (const auto started = camera.start(sink); !started) return std::unexpected(started.error());
   const bool delivers = waitForFirst(sink, camera, patience);
@@ -143,9 +143,9 @@ config::Result<CameraTest> testCamera(drivers::Camera& camera, std::chrono::mill
   const drivers::CameraStatus status = camera.status();
   camera.stop();
   if (!delivers) {
-    return std::unexpected(config::Error{
-        "", fmt::format("the camera delivers no frames: {}", status.detail),
-        "hapticctl camera list shows what is connected; while hapticd runs it holds its camera"});
+    return std::unexpected(
+        base::Error{"", fmt::format("the camera delivers no frames: {}", status.detail),
+                    "hapticctl camera list shows what is connected; while hapticd runs it holds its camera"});
   }
   CameraTest test = sink.result();
   test.status = status;

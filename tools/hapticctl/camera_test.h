@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
+#include "config/base/error.h"
 #include "drivers/camera/camera.h"
 #include "tools/lib/depth_noise/depth_noise.h"
 
@@ -26,8 +26,8 @@ struct CameraTest {
 /// Streams from a camera that nothing else uses, which must look at a resting scene. Returns after `duration`
 /// from its first frame.
 /// Errors: no frame within `patience`, or the driver cannot use the camera; the error has its reason.
-config::Result<CameraTest> testCamera(drivers::Camera& camera, std::chrono::milliseconds duration,
-                                      std::chrono::milliseconds patience);
+base::Result<CameraTest> testCamera(drivers::Camera& camera, std::chrono::milliseconds duration,
+                                    std::chrono::milliseconds patience);
 
 /// The result for people, and the lines for the configuration.
 std::string textOf(const CameraTest& test);

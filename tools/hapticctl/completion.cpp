@@ -8,9 +8,9 @@
 #include <memory>
 #include <string_view>
 
-#include "config/parameter_table.h"
+#include "config/settings/parameter_table.h"
 #include "tools/hapticctl/calls.h"
-#include "tools/hapticctl/error_text.h"
+#include "tools/hapticctl/text/error_text.h"
 #include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {

@@ -8,13 +8,13 @@
 #include <cstdint>
 #include <memory>
 
-#include "config/parameter_table.h"
-#include "config/program.h"
-#include "config/value_text.h"
-#include "tools/hapticctl/error_text.h"
-#include "tools/hapticctl/parameter_text.h"
-#include "tools/hapticctl/status_text.h"
-#include "tools/hapticctl/terminal_text.h"
+#include "config/base/program.h"
+#include "config/base/value_text.h"
+#include "config/settings/parameter_table.h"
+#include "tools/hapticctl/text/error_text.h"
+#include "tools/hapticctl/text/parameter_text.h"
+#include "tools/hapticctl/text/status_text.h"
+#include "tools/hapticctl/text/terminal_text.h"
 #include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
@@ -23,7 +23,7 @@ namespace {
 using Assignments = std::vector<std::pair<std::string, std::string>>;
 
 int usageError(const std::string& text) {
-  config::printUsageError("hapticctl set", text);
+  base::printUsageError("hapticctl set", text);
   return kUsage;
 }
 
@@ -32,11 +32,11 @@ std::expected<Assignments, std::string> split(const std::vector<std::string>& te
   for (const std::string& text : texts) {
     const std::size_t equals = text.find('=');
     if (equals == 0 || equals == std::string::npos) {
-      return std::unexpected(fmt::format("{} is not of the form NAME=VALUE", config::inQuotes(text)));
+      return std::unexpected(fmt::format("{} is not of the form NAME=VALUE", base::inQuotes(text)));
     }
     const std::string name = text.substr(0, equals);
     for (const auto& [other, value] : assignments) {
-      if (other == name) return std::unexpected(fmt::format("{} is set twice", config::inQuotes(name)));
+      if (other == name) return std::unexpected(fmt::format("{} is set twice", base::inQuotes(name)));
     }
     assignments.emplace_back(name, text.substr(equals + 1));
   }
@@ -180,7 +180,7 @@ int runEngage(const CommandOptions& options, bool inside) {
   const auto reply = callOnce(options, {"io.hapticd.Control.Engage", parameters, true});
   if (!reply) return report(reply.error(), options.json);
   if (!options.json && !bringsForce(*reply)) {
-    return report(config::Error{"", "not engaged: " + modeText(*reply), "hapticctl status shows what to do"},
+    return report(base::Error{"", "not engaged: " + modeText(*reply), "hapticctl status shows what to do"},
                   false);
   }
   if (options.json) {

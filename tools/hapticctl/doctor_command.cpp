@@ -6,7 +6,7 @@
 #include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/doctor/checks.h"
 #include "tools/hapticctl/doctor/named_device.h"
-#include "tools/hapticctl/status_text.h"
+#include "tools/hapticctl/text/status_text.h"
 #include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {

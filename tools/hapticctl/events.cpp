@@ -10,12 +10,12 @@
 #include <deque>
 #include <optional>
 
-#include "config/program.h"
-#include "tools/hapticctl/error_text.h"
+#include "config/base/program.h"
 #include "tools/hapticctl/reconnection.h"
 #include "tools/hapticctl/signals.h"
-#include "tools/hapticctl/terminal_text.h"
-#include "tools/hapticctl/time_text.h"
+#include "tools/hapticctl/text/error_text.h"
+#include "tools/hapticctl/text/terminal_text.h"
+#include "tools/hapticctl/text/time_text.h"
 #include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
@@ -52,7 +52,7 @@ class EventPrinter {
                                      textAt(reply, "event.kind"), textAt(reply, "event.text")),
                          colourOf(priority), colours_));
     }
-    return config::flushOutput();
+    return base::flushOutput();
   }
 
   /// To be called after the daemon was reached again: its stream begins with events that may be printed

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticctl/fetch_snapshot.h"
 
-#include "tools/hapticctl/error_text.h"
+#include "tools/hapticctl/text/error_text.h"
 
 namespace hapticd::tools {
 namespace {

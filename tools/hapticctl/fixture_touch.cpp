@@ -9,20 +9,19 @@
 #include <string>
 #include <vector>
 
-#include "config/program.h"
-#include "tools/hapticctl/addition_calls.h"
+#include "config/base/program.h"
 #include "tools/hapticctl/addition_options.h"
-#include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/handle_touch.h"
+#include "tools/hapticctl/text/error_text.h"
 #include "tools/lib/client/reply_reader.h"
-#include "tools/lib/options/within.h"
+#include "tools/lib/options/option_checks.h"
 #include "tools/lib/registration/shape_fit.h"
 #include "tools/lib/registration/stroke_path.h"
 
 namespace hapticd::tools {
 namespace {
 
-using config::Error;
+using base::Error;
 using rt::Vec3;
 using Points = std::vector<Vec3>;
 
@@ -137,13 +136,13 @@ Measured measuredOf(const StrokePath& path) {
 }
 
 template <typename Fit>
-config::Result<Measured> measuredOf(const config::Result<Fit>& fit) {
+base::Result<Measured> measuredOf(const base::Result<Fit>& fit) {
   if (!fit) return std::unexpected(fit.error());
   return measuredOf(*fit);
 }
 
-config::Result<Measured> measured(const TouchOptions& requested, const Points& points_m,
-                                  const Vec3& camera_m_in_world) {
+base::Result<Measured> measured(const TouchOptions& requested, const Points& points_m,
+                                const Vec3& camera_m_in_world) {
   if (requested.kind == "plane") return measuredOf(fitPlane(points_m, camera_m_in_world));
   if (requested.kind == "sphere") return measuredOf(fitSphere(points_m));
   if (requested.kind == "path") return measuredOf(pathOf(points_m, requested.tolerance_m));
@@ -205,7 +204,7 @@ void show(const Measured& found) {
 int touchFixture(const CommandOptions& options, const TouchOptions& requested, const Json& members) {
   const bool counted = requested.kind == "plane" || requested.kind == "sphere";
   if (requested.points > 0 && !counted) {
-    config::printUsageError("hapticctl fixture touch", "--points belongs to the kinds plane and sphere");
+    base::printUsageError("hapticctl fixture touch", "--points belongs to the kinds plane and sphere");
     return kUsage;
   }
   Json definition = members;

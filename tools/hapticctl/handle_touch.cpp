@@ -6,14 +6,14 @@
 #include <iostream>
 #include <thread>
 
-#include "tools/hapticctl/error_text.h"
+#include "tools/hapticctl/text/error_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/registration/touch.h"
 
 namespace hapticd::tools {
 namespace {
 
-using config::Error;
+using base::Error;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kStrokePeriod{20};

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "rt/vec3.h"
+#include "rt/base/vec3.h"
 #include "tools/hapticctl/calls.h"
 
 /// Points and strokes that a person touches with the handle. All functions prompt on stderr, read stdin, and

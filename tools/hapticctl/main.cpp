@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <string_view>
 
-#include "config/program.h"
+#include "config/base/program.h"
 #include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/completion.h"
 
@@ -32,5 +32,5 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  return hapticd::config::runProgram("hapticctl", [&] { return run(argc, argv); });
+  return hapticd::base::runProgram("hapticctl", [&] { return run(argc, argv); });
 }

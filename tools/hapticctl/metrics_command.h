@@ -1,10 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
+#include <string>
+#include <string_view>
+
 #include "tools/hapticctl/calls.h"
-#include "tools/hapticctl/open_metrics.h"
+#include "tools/hapticctl/text/open_metrics.h"
 
 namespace hapticd::tools {
+
+/// The longest head of a request, in bytes, that is read.
+inline constexpr std::size_t kMaxRequestBytes = 8192;
+
+/// Whether `received` contains the whole head of a request.
+bool isWholeRequest(std::string_view received);
+
+/// The reply to one HTTP/1 request of which `received` is the head: GET or HEAD of /metrics get what
+/// `metrics` returns, everything else gets the appropriate error. The form is OpenMetrics unless the request
+/// names the media types that it accepts and none of them is OpenMetrics or any at all. The connection is
+/// closed after the reply.
+std::string httpReply(std::string_view received,
+                      const std::function<std::string(MetricsFormat format)>& metrics);
 
 /// Prints the state as metrics; returns the exit code.
 int runMetrics(const CommandOptions& options, MetricsFormat format);

@@ -3,11 +3,11 @@
 
 #include <fmt/format.h>
 
-#include "tools/hapticctl/addition_calls.h"
-#include "tools/hapticctl/error_text.h"
+#include "tools/hapticctl/addition_options.h"
 #include "tools/hapticctl/handle_touch.h"
+#include "tools/hapticctl/text/error_text.h"
 #include "tools/lib/client/reply_reader.h"
-#include "tools/lib/options/within.h"
+#include "tools/lib/options/option_checks.h"
 #include "tools/lib/registration/model_landmarks.h"
 #include "tools/lib/registration/model_registration.h"
 #include "tools/lib/whole_file/whole_file.h"
@@ -15,7 +15,7 @@
 namespace hapticd::tools {
 namespace {
 
-using config::Error;
+using base::Error;
 using Landmarks = std::vector<PlacedLandmark>;
 
 constexpr const char* kCommand = "import";

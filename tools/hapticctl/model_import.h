@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "config/fixture_settings.h"
+#include "config/settings/fixture_settings.h"
 #include "tools/hapticctl/calls.h"
 
 namespace hapticd::tools {

@@ -5,13 +5,13 @@
 #include <memory>
 #include <numbers>
 
-#include "config/program.h"
+#include "config/base/program.h"
 #include "tools/hapticctl/command_line.h"
-#include "tools/hapticctl/error_text.h"
 #include "tools/hapticctl/fetch_snapshot.h"
 #include "tools/hapticctl/handle_touch.h"
+#include "tools/hapticctl/text/error_text.h"
 #include "tools/lib/client/reply_reader.h"
-#include "tools/lib/options/within.h"
+#include "tools/lib/options/option_checks.h"
 #include "tools/lib/registration/landmark_depth.h"
 #include "tools/lib/registration/point_files.h"
 #include "tools/lib/registration/rigid_fit.h"
@@ -19,8 +19,8 @@
 namespace hapticd::tools {
 namespace {
 
-using config::Error;
-using config::Result;
+using base::Error;
+using base::Result;
 
 struct RegisterOptions {
   std::string points;
@@ -176,8 +176,7 @@ int runRegister(const CommandOptions& options, const RegisterOptions& requested)
   if (requested.show) return callAndPrint(options, {"io.hapticd.Status.GetCalibration"}, calibrationText);
   if (requested.reset) return sendPose(options, Json::object(), Json::object());
   if (!requested.points.empty() || !requested.landmarks.empty()) return registerCamera(options, requested);
-  config::printUsageError("hapticctl register",
-                          "one of --points, --landmarks, --show and --reset is required");
+  base::printUsageError("hapticctl register", "one of --points, --landmarks, --show and --reset is required");
   return kUsage;
 }
 

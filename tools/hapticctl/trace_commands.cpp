@@ -1,22 +1,256 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <chrono>
 #include <filesystem>
+#include <iostream>
 #include <memory>
+#include <string>
+#include <vector>
 
-#include "config/settings.h"
-#include "drivers/trace/trace_file.h"
+#include "config/base/program.h"
+#include "config/settings/settings.h"
+#include "drivers/trace/mcap/trace_file.h"
+#include "drivers/trace/wall_clock.h"
 #include "tools/hapticctl/command_line.h"
-#include "tools/hapticctl/error_text.h"
+#include "tools/hapticctl/text/error_text.h"
+#include "tools/hapticctl/text/terminal_text.h"
+#include "tools/hapticctl/text/time_text.h"
+#include "tools/hapticctl/text/trace_list.h"
 #include "tools/hapticctl/trace_file_commands.h"
-#include "tools/hapticctl/trace_folder_commands.h"
 #include "tools/lib/client/reply_reader.h"
-#include "tools/lib/options/within.h"
+#include "tools/lib/options/option_checks.h"
 
 namespace hapticd::tools {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// How long calls about traces may take: a disk may need long to write the end of a file.
+constexpr std::chrono::seconds kDiskLimit{15};
+
+const Call kListTraces{"io.hapticd.Status.ListTraces"};
+
+struct ListWords {
+  TraceListOptions options;
+  std::string since;
+  std::string until;
+  bool names_only = false;
+};
+
+struct DeleteWords {
+  std::vector<std::string> names;
+  std::string older_than;
+  bool yes = false;
+};
+
+/// Accepts a date and time, or an age.
+CLI::Validator isTime() {
+  return {
+      [](std::string& text) {
+        if (timeFrom(text, realtimeNow_ns())) return std::string();
+        return base::inQuotes(text) +
+               " is no time in UTC (2026-03-04, \"2026-03-04 05:06\") and no age (90s, 45min, 12h, 30d, 2w)";
+      },
+      ""};
+}
+
+CLI::Validator isAge() {
+  return {[](std::string& text) {
+            if (secondsOfAge(text)) return std::string();
+            return base::inQuotes(text) + " is no age (90s, 45min, 12h, 30d, 2w)";
+          },
+          ""};
+}
+
+/// CLOCK_REALTIME of this computer; nothing if it does not tell the time, as far as can be known beside these
+/// traces.
+std::optional<std::int64_t> nowBeside(const Json& reply) {
+  const drivers::WallClock clock = drivers::WallClock::read();
+  return clock.isSet(latestBegin_ns(reply)) ? std::optional(clock.realtime_ns) : std::nullopt;
+}
+
+int runList(const CommandOptions& options, ListWords& words) {
+  const std::int64_t now_ns = realtimeNow_ns();
+  words.options.since_ns = words.since.empty() ? std::nullopt : timeFrom(words.since, now_ns);
+  words.options.until_ns = words.until.empty() ? std::nullopt : timeFrom(words.until, now_ns);
+  auto reply = callOnce(options, kListTraces);
+  if (!reply) return report(reply.error(), options.json);
+  const Json traces = chosenTraces(*reply, words.options);
+  if (words.names_only) {
+    fmt::print("{}", namesText({{"traces", traces}}, "traces"));
+  } else if (options.json) {
+    (*reply)["traces"] = traces;
+    printJson(*reply);
+  } else {
+    fmt::print("{}", traceListText(traces, *reply, nowBeside(*reply), terminalSize().columns));
+  }
+  return kOk;
+}
+
+ClientResult<Json> deleteOne(const CommandOptions& options, const std::string& name) {
+  return callOnce(options, {"io.hapticd.Control.DeleteTrace", {{"name", name}}, true, kDiskLimit});
+}
+
+/// Asks on the terminal; false for any answer but yes, and where there is nobody to answer.
+bool isConfirmed(const std::string& question) {
+  fmt::print(stderr, "{} [y/N] ", question);
+  std::fflush(stderr);
+  std::string answer;
+  return std::getline(std::cin, answer) && (answer == "y" || answer == "Y" || answer == "yes");
+}
+
+int deleteAll(const CommandOptions& options, const Json& traces) {
+  Json deleted = Json::array();
+  int status = kOk;
+  for (const Json& trace : traces) {
+    const std::string name = textAt(trace, "name");
+    if (const auto reply = deleteOne(options, name); !reply) {
+      status = report(reply.error(), options.json);
+      break;
+    }
+    deleted.push_back(trace);
+    if (!options.json) fmt::print("deleted {}\n", name);
+  }
+  if (options.json) {
+    printJson({{"deleted", deleted}});
+  } else if (deleted.size() > 1) {
+    fmt::print("deleted {}\n", traceSumText(deleted));
+  }
+  return status;
+}
+
+int deleteSeveral(const CommandOptions& options, const DeleteWords& words) {
+  const auto reply = callOnce(options, kListTraces);
+  if (!reply) return report(reply.error(), options.json);
+  const auto now_ns = nowBeside(*reply);
+  if (!words.older_than.empty() && !now_ns) {
+    return report(base::Error{"", "the clock of this computer is not set, so that no age is known",
+                              "set the clock, or name the traces"},
+                  options.json);
+  }
+  const TraceDeletion deletion =
+      words.older_than.empty() ? deletionOf(words.names, *reply)
+                               : deletionBefore(timeFrom(words.older_than, *now_ns).value_or(0), *reply);
+  if (!deletion.problems.empty()) {
+    std::string text = "nothing was deleted:";
+    for (const std::string& problem : deletion.problems) text += " " + problem + ";";
+    text.pop_back();
+    return report(base::Error{"", text, ""}, options.json);
+  }
+  if (!options.json) {
+    for (const std::string& staying : deletion.staying) fmt::print(stderr, "hapticctl: {}\n", staying);
+  }
+  if (deletion.to_delete.empty()) {
+    if (options.json) {
+      printJson({{"deleted", Json::array()}});
+    } else {
+      fmt::print("there is nothing to delete\n");
+    }
+    return kOk;
+  }
+  if (!words.yes) {
+    fmt::print(
+        stderr, "{}",
+        traceListText(deletion.to_delete, {{"traces", deletion.to_delete}}, now_ns, terminalSize().columns));
+    if (!isConfirmed("delete them?")) {
+      return report(base::Error{"", "nothing was deleted", "answer y, or give --yes"}, options.json);
+    }
+  }
+  return deleteAll(options, deletion.to_delete);
+}
+
+int runDelete(const CommandOptions& options, const DeleteWords& words) {
+  if (words.names.empty() == words.older_than.empty()) {
+    base::printUsageError("hapticctl trace delete", "either names of traces or --older-than is required");
+    return kUsage;
+  }
+  // a single trace is deleted as it is named, without a look at the others
+  if (words.names.size() == 1) return deleteAll(options, Json::array({{{"name", words.names.front()}}}));
+  return deleteSeveral(options, words);
+}
+
+void addList(CommandLine& line, CLI::App& group) {
+  const CommandOptions& options = line.options();
+  const auto words = std::make_shared<ListWords>();
+  CLI::App& list = line.add(group, "list", "List the traces with their age and size, the oldest first",
+                            [&options, words] { return runList(options, *words); });
+  list.add_option("--label", words->options.label, "Only traces with that text in their label")
+      ->type_name("TEXT");
+  list.add_option(
+          "--since", words->since,
+          "Only traces begun since then: a time in UTC (2026-03-04, \"2026-03-04 05:06\") or an age (12h)")
+      ->type_name("TIME")
+      ->check(isTime());
+  list.add_option("--until", words->until, "Only traces begun until then, given likewise")
+      ->type_name("TIME")
+      ->check(isTime());
+  list.add_option("--state", words->options.state, "Only traces that are being written, finished or kept")
+      ->type_name("STATE")
+      ->check(CLI::IsMember({"writing", "finished", "kept"}));
+  list.add_option("--sort", words->options.sort, "By time (default), name or size")
+      ->type_name("KEY")
+      ->check(CLI::IsMember({"time", "name", "size"}));
+  list.add_flag("-r,--reverse", words->options.reverse, "Reverse the order");
+  addNames(list, words->names_only);
+}
+
+void addDelete(CommandLine& line, CLI::App& group) {
+  const CommandOptions& options = line.options();
+  const auto words = std::make_shared<DeleteWords>();
+  CLI::App& command =
+      line.add(group, "delete",
+               "Delete finished traces and damaged originals by name or by age; asks before it\n"
+               "deletes several. Traces that are kept or being written stay",
+               [&options, words] { return runDelete(options, *words); });
+  command.add_option("NAME", words->names, "Names of traces")->type_name("TRACE");
+  command.add_option("--older-than", words->older_than, "Traces that began longer ago, such as 30d or 12h")
+      ->type_name("AGE")
+      ->check(isAge());
+  command.add_flag("--yes", words->yes, "Delete without asking");
+}
+
+void addKeep(CommandLine& line, CLI::App& group) {
+  const CommandOptions& options = line.options();
+  const auto name = std::make_shared<std::string>();
+  const auto undo = std::make_shared<bool>(false);
+  CLI::App& keep = line.add(group, "keep", "Mark a trace so that nothing deletes it", [&options, name, undo] {
+    const Json parameters{{"name", *name}, {"keep", !*undo}};
+    return callAndPrint(
+        options, {"io.hapticd.Control.KeepTrace", parameters, true, kDiskLimit}, [&](const Json&) {
+          return fmt::format("{} is {}\n", printable(*name), *undo ? "no longer kept" : "kept");
+        });
+  });
+  keep.add_option("NAME", *name, "Name of the trace")->type_name("TRACE")->required();
+  keep.add_flag("--undo", *undo, "Remove the mark");
+}
+
+void addNote(CommandLine& line, CLI::App& group) {
+  const CommandOptions& options = line.options();
+  const auto name = std::make_shared<std::string>();
+  const auto text = std::make_shared<std::string>();
+  CLI::App& note = line.add(
+      group, "note", "Attach a line of text to a trace, which list and info show", [&options, name, text] {
+        const Json parameters{{"name", *name}, {"text", *text}};
+        return callAndPrint(
+            options, {"io.hapticd.Control.NoteTrace", parameters, true, kDiskLimit}, [&](const Json&) {
+              return text->empty() ? fmt::format("removed the note of {}\n", printable(*name))
+                                   : fmt::format("noted for {}: {}\n", printable(*name), printable(*text));
+            });
+      });
+  note.add_option("NAME", *name, "Name of the trace")->type_name("TRACE")->required();
+  note.add_option("TEXT", *text, "The note, at most 200 bytes; it replaces an earlier one. Empty: remove it")
+      ->type_name("TEXT")
+      ->required();
+}
+
+/// Adds the commands for the daemon's folder of traces: list, delete, keep, note.
+void addTraceFolderCommands(CommandLine& line, CLI::App& group) {
+  addList(line, group);
+  addDelete(line, group);
+  addKeep(line, group);
+  addNote(line, group);
+}
 
 constexpr double kLongestTrace_s = 1e9;  // nanoseconds of it fit into 64 bits
 

@@ -3,19 +3,21 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
+#include <string>
 #include <string_view>
 
-#include "drivers/trace/trace_file.h"
+#include "drivers/trace/mcap/trace_file.h"
 #include "drivers/trace/trace_reader.h"
 #include "drivers/trace/trace_recovery.h"
-#include "tools/hapticctl/error_text.h"
-#include "tools/hapticctl/progress.h"
-#include "tools/hapticctl/status_text.h"
-#include "tools/hapticctl/terminal_text.h"
-#include "tools/hapticctl/time_text.h"
+#include "tools/hapticctl/text/error_text.h"
+#include "tools/hapticctl/text/status_text.h"
+#include "tools/hapticctl/text/terminal_text.h"
+#include "tools/hapticctl/text/time_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/trace/csv_export.h"
 #include "tools/lib/trace/recording_export.h"
@@ -24,6 +26,43 @@
 
 namespace hapticd::tools {
 namespace {
+
+/// A line such as "reading 42 %" on stderr that is overwritten as work goes on; nothing if stderr is not a
+/// terminal that understands control sequences.
+class ProgressLine {
+ public:
+  explicit ProgressLine(std::string doing);
+  ~ProgressLine() { end(); }
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  /// `share`: 0..1.
+  void show(double share);
+  /// Erases the line.
+  void end();
+
+ private:
+  std::string doing_;
+  bool terminal_;
+  int shown_percent_ = -1;
+};
+
+ProgressLine::ProgressLine(std::string doing)
+    : doing_(std::move(doing)), terminal_(isScreen(STDERR_FILENO)) {}
+
+void ProgressLine::show(double share) {
+  const int percent = static_cast<int>(100 * share);
+  if (!terminal_ || percent == shown_percent_) return;
+  shown_percent_ = percent;
+  fmt::print(stderr, "\r{} {} %\033[K", doing_, percent);
+  std::fflush(stderr);
+}
+
+void ProgressLine::end() {
+  if (shown_percent_ < 0) return;
+  shown_percent_ = -1;
+  fmt::print(stderr, "\r\033[K");
+}
 
 Json durationsJson(const TraceDurations& durations) {
   const auto& [median_us, p99_us, p999_us, max_us] = durations;
@@ -34,7 +73,7 @@ constexpr const char* kFinishFirst = "finish it first: hapticctl trace stop";
 
 /// Returns the error of a trace that cannot be read. One that is being written has no end yet, but needs no
 /// recovery.
-config::Error errorOf(const std::filesystem::path& file, const config::Error& error) {
+base::Error errorOf(const std::filesystem::path& file, const base::Error& error) {
   if (!error.where.starts_with(file.string()) || !drivers::isBeingWritten(file)) return error;
   return {file.string(), "is being written", kFinishFirst};
 }
@@ -252,10 +291,10 @@ std::filesystem::path besideHere(const std::filesystem::path& trace, const std::
   return trace.filename().replace_extension(ending);
 }
 
-config::Result<void> mayBecome(const std::filesystem::path& out, const std::filesystem::path& trace) {
+base::Result<void> mayBecome(const std::filesystem::path& out, const std::filesystem::path& trace) {
   std::error_code ignored;
   if (!std::filesystem::equivalent(out, trace, ignored)) return {};
-  return std::unexpected(config::Error{out.string(), "is the trace itself", "give another name with --out"});
+  return std::unexpected(base::Error{out.string(), "is the trace itself", "give another name with --out"});
 }
 
 constexpr std::pair<const char*, TraceChannel> kChannels[] = {{"ticks", TraceChannel::ticks},
@@ -288,7 +327,7 @@ int exportDepth(const CommandOptions& options, const std::filesystem::path& file
   return kOk;
 }
 
-config::Result<void> mayBecomeCsv(const std::filesystem::path& out) {
+base::Result<void> mayBecomeCsv(const std::filesystem::path& out) {
   constexpr std::array<std::string_view, 1> kEndings{".csv"};
   auto good = checkEnding(out, kEndings);
   if (!good) good.error().remedy += "; HDF5 is made by hdf5_from_trace.py, among the examples";

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "tools/hapticctl/calls.h"
-#include "tools/lib/trace/trace_selection.h"
+#include "tools/lib/trace/selected_trace.h"
 #include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {

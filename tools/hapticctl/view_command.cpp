@@ -12,10 +12,10 @@
 #include <string>
 #include <thread>
 
-#include "config/descriptor.h"
+#include "config/base/descriptor.h"
 #include "tools/hapticctl/command_line.h"
-#include "tools/hapticctl/error_text.h"
-#include "tools/lib/options/within.h"
+#include "tools/hapticctl/text/error_text.h"
+#include "tools/lib/options/option_checks.h"
 
 namespace hapticd::tools {
 namespace {
@@ -43,7 +43,7 @@ ClientError notServed(int error) {
 
 /// Connects to the port, which starts the service when the service manager listens there.
 ClientResult<void> wake(int port) {
-  const config::Descriptor connection(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  const base::Descriptor connection(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(static_cast<std::uint16_t>(port));
@@ -66,7 +66,7 @@ bool isToken(const std::string& text) {
 }
 
 /// Reads the token, which the service writes when it starts for the first time.
-config::Result<std::string> readToken(const std::string& path) {
+base::Result<std::string> readToken(const std::string& path) {
   const auto end = std::chrono::steady_clock::now() + kPatience;
   for (;;) {
     errno = 0;
@@ -75,12 +75,12 @@ config::Result<std::string> readToken(const std::string& path) {
     std::string token;
     if (file && std::getline(file, token) && isToken(token)) return token;
     if (error == EACCES) {
-      return std::unexpected(config::Error{
+      return std::unexpected(base::Error{
           path, "no permission to read the token of the live picture",
           "members of the group haptic-view may: 'sudo usermod -aG haptic-view $USER', then log in again"});
     }
     if (std::chrono::steady_clock::now() > end) {
-      return std::unexpected(config::Error{
+      return std::unexpected(base::Error{
           path, file ? "holds no token" : std::strerror(error),
           "see 'systemctl status hapticd-view'; --token-file names the file of a hapticd-view run by hand"});
     }

@@ -5,24 +5,124 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
-#include "config/program.h"
-#include "tools/hapticctl/error_text.h"
-#include "tools/hapticctl/force_history.h"
-#include "tools/hapticctl/glance_text.h"
+#include "config/base/program.h"
 #include "tools/hapticctl/reconnection.h"
-#include "tools/hapticctl/screen.h"
 #include "tools/hapticctl/signals.h"
-#include "tools/hapticctl/status_text.h"
-#include "tools/hapticctl/watch_summary.h"
+#include "tools/hapticctl/text/error_text.h"
+#include "tools/hapticctl/text/glance_text.h"
+#include "tools/hapticctl/text/status_text.h"
 #include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
+
+void WatchSummary::add(const Json& reply) {
+  if (const Json* status = fieldAt(reply, "status")) status_ = *status;
+  // fmin and fmax ignore NaN, which a window without ticks gives
+  min_force_n_ = std::fmin(min_force_n_, numberAt(reply, "window.minForceN"));
+  max_force_n_ = std::fmax(max_force_n_, numberAt(reply, "window.maxForceN"));
+}
+
+std::string WatchSummary::text() const {
+  const auto count = [this](const char* path) { return countAt(status_, path); };
+  return fmt::format(
+      "ticks         {} in {} s, {} overruns, {} skipped periods, {} in contact\n"
+      "frames        {} from the camera, {} modelled, {} skipped, the last one of {}\n"
+      "force         {}..{} N\n"
+      "wake-up       {}\n"
+      "compute       {}\n",
+      count("loop.counters.ticks"), fixed(numberAt(status_, "uptimeS"), 1), count("loop.counters.overruns"),
+      count("loop.counters.skippedPeriods"), count("loop.counters.contactTicks"), count("camera.frames"),
+      count("scene.models"), count("scene.skippedFrames"), sceneContentText(status_), fixed(min_force_n_, 2),
+      fixed(max_force_n_, 2), latencyText(status_, "loop.wakeupLatency"),
+      latencyText(status_, "loop.computeTime"));
+}
+
+namespace {
+
+constexpr std::array<std::string_view, 9> kBlocks{" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
+constexpr std::array<std::string_view, 4> kSigns{" ", ".", "+", "#"};
+constexpr std::size_t kScaleColumns = 10;  // "  10.0 N |"
+
+/// 1, 2 or 5 times a power of ten, not below `value`.
+double roundedUp(double value) {
+  double decade = 0.1;
+  for (;; decade *= 10) {
+    for (const double step : {1.0, 2.0, 5.0}) {
+      if (value <= step * decade) return step * decade;
+    }
+  }
+}
+
+/// Returns how many of the `steps` of a column are filled in a row.
+std::size_t fill(double share, std::size_t row_from_below, std::size_t rows, std::size_t steps) {
+  const double in_row = share * static_cast<double>(rows) - static_cast<double>(row_from_below);
+  return static_cast<std::size_t>(std::lround(std::clamp(in_row, 0.0, 1.0) * static_cast<double>(steps)));
+}
+
+}  // namespace
+
+void ForceHistory::add(double max_force_n) {
+  forces_n_.push_back(max_force_n);
+  if (forces_n_.size() > kWindows) forces_n_.pop_front();
+}
+
+std::vector<std::string> ForceHistory::lines(std::size_t rows, std::size_t columns, bool utf8) const {
+  if (columns <= kScaleColumns || rows == 0) return {};
+  const std::size_t shown = std::min(columns - kScaleColumns, forces_n_.size());
+  const std::vector<double> newest(forces_n_.end() - static_cast<std::ptrdiff_t>(shown), forces_n_.end());
+  double largest_n = 0;
+  for (const double force_n : newest) largest_n = std::fmax(largest_n, force_n);
+  const double scale_n = roundedUp(largest_n);
+  const std::size_t steps = (utf8 ? kBlocks.size() : kSigns.size()) - 1;
+
+  std::vector<std::string> drawn;
+  for (std::size_t row = rows; row-- > 0;) {
+    const bool top = row + 1 == rows;
+    std::string line = top ? fmt::format("{:>6.1f} N |", scale_n) : row == 0 ? "     0 N |" : "         |";
+    for (const double force_n : newest) {
+      const std::size_t filled = std::isnan(force_n) ? 0 : fill(force_n / scale_n, row, rows, steps);
+      line += utf8 ? kBlocks[filled] : kSigns[filled];
+    }
+    drawn.push_back(std::move(line));
+  }
+  return drawn;
+}
+
+bool Screen::show(const std::vector<std::string>& lines) {
+  std::string text = "\033[H";
+  // cleared before it is written: after a line that fills the terminal the cursor is still on its last
+  // column
+  for (std::size_t i = 0; i < lines.size(); ++i) text += (i == 0 ? "\033[K" : "\r\n\033[K") + lines[i];
+  fmt::print("{}\033[J", text);
+  return base::flushOutput();
+}
+
+void Screen::stop() {
+  leave();
+  ::raise(SIGSTOP);
+  enter();
+}
+
+void Screen::enter() {
+  fmt::print("\033[?1049h\033[?25l\033[2J");
+  base::flushOutput();
+}
+
+void Screen::leave() {
+  fmt::print("\033[?25h\033[?1049l");
+  base::flushOutput();
+}
+
 namespace {
 
 /// The fields of the status that lines and their summary show; the table shows nearly all of them.
@@ -66,7 +166,7 @@ class JsonLines : public Display {
  public:
   bool show(const Json& reply) override {
     printJsonLine(reply);
-    return config::flushOutput();
+    return base::flushOutput();
   }
 };
 
@@ -76,7 +176,7 @@ class Lines : public Display {
   bool show(const Json& reply) override {
     const Json complete = withTicks(reply);
     fmt::print("{}\n", short_lines_ ? liveLine(complete) : monitorLine(complete));
-    return config::flushOutput();
+    return base::flushOutput();
   }
 
  private:
@@ -89,11 +189,11 @@ class StandingLine : public Display {
   ~StandingLine() override { fmt::print("\n"); }
   bool show(const Json& reply) override {
     fmt::print("\r{}\033[K", cutTo(liveLine(withTicks(reply)), terminalSize().columns - 1));
-    return config::flushOutput();
+    return base::flushOutput();
   }
   void note(const std::string& text) override {
     fmt::print("\n");
-    config::flushOutput();
+    base::flushOutput();
     Display::note(text);
   }
 };

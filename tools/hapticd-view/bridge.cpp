@@ -13,7 +13,7 @@
 #include <optional>
 #include <utility>
 
-#include "config/program.h"
+#include "config/base/program.h"
 #include "tools/hapticd-view/box_link/box_source.h"
 #include "tools/hapticd-view/box_link/open_to_everybody.h"
 #include "tools/hapticd-view/server/listener.h"
@@ -79,7 +79,7 @@ class Bridge {
       fmt::print("hapticd-view listens at {}\n", listener.endpointText());
       if (!listener.isLoopback()) warnOfNetwork(listener.endpointText());
     }
-    config::flushOutput();
+    base::flushOutput();
     signals_.async_wait([this](const error_code& error, int) {
       if (!error) stop();
     });

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
-#include "config/settings.h"
+#include "config/base/error.h"
+#include "config/settings/settings.h"
 
 namespace hapticd::tools::view {
 
@@ -22,7 +22,7 @@ struct BridgeOptions {
 };
 
 struct BridgeFailure {
-  config::Error error;
+  base::Error error;
   int status = 0;  ///< of the program, sysexits.h
 };
 

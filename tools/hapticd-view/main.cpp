@@ -10,18 +10,18 @@
 #include <string>
 #include <vector>
 
-#include "config/program.h"
-#include "config/settings.h"
+#include "config/base/program.h"
+#include "config/settings/settings.h"
 #include "tools/hapticd-view/bridge.h"
 #include "tools/hapticd-view/server/token.h"
-#include "tools/lib/options/within.h"
+#include "tools/lib/options/option_checks.h"
 
 namespace hapticd::tools::view {
 namespace {
 
 constexpr const char* kTokenFile = "/run/hapticd-view/token";
 
-int fail(const config::Error& error, int status) {
+int fail(const base::Error& error, int status) {
   fmt::print(stderr, "hapticd-view: {}\n", error.text());
   return status;
 }
@@ -83,7 +83,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return config::endWithoutWork(app, error, EX_USAGE);
+    return base::endWithoutWork(app, error, EX_USAGE);
   }
   if (!no_token) {
     const auto token = tokenOf(token_file);
@@ -100,5 +100,5 @@ int run(int argc, char** argv) {
 }  // namespace hapticd::tools::view
 
 int main(int argc, char** argv) {
-  return hapticd::config::runProgram("hapticd-view", [&] { return hapticd::tools::view::run(argc, argv); });
+  return hapticd::base::runProgram("hapticd-view", [&] { return hapticd::tools::view::run(argc, argv); });
 }

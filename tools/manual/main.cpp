@@ -7,15 +7,15 @@
 #include <string>
 #include <vector>
 
-#include "config/file_content.h"
-#include "config/program.h"
+#include "config/base/file_content.h"
+#include "config/base/program.h"
 #include "tools/lib/whole_file/whole_file.h"
 #include "tools/manual/page.h"
 
 namespace hapticd::tools {
 namespace {
 
-int fail(const config::Error& error, int status) {
+int fail(const base::Error& error, int status) {
   fmt::print(stderr, "manual-page: {}\n", error.text());
   return status;
 }
@@ -28,12 +28,12 @@ struct Arguments {
 };
 
 int writePage(const Arguments& arguments) {
-  constexpr config::FileRequest kText{.longest = 1024 * 1024};
-  const auto text = config::fileContent(arguments.template_file, kText);
+  constexpr base::FileRequest kText{.longest = 1024 * 1024};
+  const auto text = base::fileContent(arguments.template_file, kText);
   if (!text) return fail({arguments.template_file, text.error().text(), "check --template"}, EX_NOINPUT);
   PageSource source{*text, arguments.program, HAPTICD_VERSION};
   for (const std::string& file : arguments.interface_files) {
-    auto interface = config::fileContent(file, kText);
+    auto interface = base::fileContent(file, kText);
     if (!interface) return fail({file, interface.error().text(), "check --interface"}, EX_NOINPUT);
     source.interfaces.push_back(std::move(*interface));
   }
@@ -56,7 +56,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return config::endWithoutWork(app, error, EX_USAGE);
+    return base::endWithoutWork(app, error, EX_USAGE);
   }
   return writePage(arguments);
 }
@@ -65,5 +65,5 @@ int run(int argc, char** argv) {
 }  // namespace hapticd::tools
 
 int main(int argc, char** argv) {
-  return hapticd::config::runProgram("manual-page", [&] { return hapticd::tools::run(argc, argv); });
+  return hapticd::base::runProgram("manual-page", [&] { return hapticd::tools::run(argc, argv); });
 }

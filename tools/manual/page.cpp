@@ -6,15 +6,14 @@
 #include <sstream>
 
 #include "tools/manual/help_text.h"
-#include "tools/manual/interface_section.h"
-#include "tools/manual/parameter_section.h"
 #include "tools/manual/roff.h"
+#include "tools/manual/sections.h"
 
 namespace hapticd::tools {
 namespace {
 
-using config::Error;
-using config::Result;
+using base::Error;
+using base::Result;
 
 /// Returns the help of `program`, or of its subcommand `command`.
 Result<HelpText> helpOf(const std::string& program, const std::string& command) {

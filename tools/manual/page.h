@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "config/error.h"
+#include "config/base/error.h"
 
 namespace hapticd::tools {
 
@@ -18,6 +18,6 @@ struct PageSource {
 
 /// The finished page.
 /// Errors: the program fails with --help, a text is not an interface, an unknown placeholder.
-config::Result<std::string> manualPage(const PageSource& source);
+base::Result<std::string> manualPage(const PageSource& source);
 
 }  // namespace hapticd::tools

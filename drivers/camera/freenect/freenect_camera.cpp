@@ -7,7 +7,7 @@
 
 namespace hapticd::drivers {
 
-config::Result<void> FreenectCamera::start(FrameSink& sink) {
+base::Result<void> FreenectCamera::start(FrameSink& sink) {
   return thread_.start(std::make_shared<FreenectWorker>(serial_, sink), "freenect",
                        [](auto body) { return startThread("camera", std::move(body)); });
 }

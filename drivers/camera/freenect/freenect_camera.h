@@ -25,7 +25,7 @@ class FreenectCamera final : public Camera {
       : serial_(std::move(serial)), stop_limit_(stop_limit) {}
   ~FreenectCamera() override { stop(); }
 
-  config::Result<void> start(FrameSink& sink) override;
+  base::Result<void> start(FrameSink& sink) override;
   void stop() override;
   CameraStatus status() const override;
 

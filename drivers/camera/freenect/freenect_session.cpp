@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "drivers/camera/kinect_image.h"
-#include "rt/depth_frame.h"
+#include "rt/depth/depth_frame.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -46,7 +46,7 @@ constexpr const char* kCannotOpenRemedy =
 
 }  // namespace
 
-config::Result<std::unique_ptr<FreenectSession>> FreenectSession::open(const std::string& serial) {
+base::Result<std::unique_ptr<FreenectSession>> FreenectSession::open(const std::string& serial) {
   std::unique_ptr<FreenectSession> session(new FreenectSession);
   logging_session = session.get();
   if (auto ready = session->initialise(); !ready) return std::unexpected(ready.error());
@@ -64,12 +64,12 @@ FreenectSession::~FreenectSession() {
   logging_session = nullptr;
 }
 
-config::Error FreenectSession::failure(std::string what, std::string remedy) const {
+base::Error FreenectSession::failure(std::string what, std::string remedy) const {
   if (!last_problem_.empty()) what += fmt::format(" (libfreenect: {})", last_problem_);
   return {"libfreenect", std::move(what), std::move(remedy)};
 }
 
-config::Result<void> FreenectSession::initialise() {
+base::Result<void> FreenectSession::initialise() {
   spare_buffer_ = std::make_unique<std::uint16_t[]>(kKinectPixels);
   if (const int status = freenect_init(&context_, nullptr); status < 0) {
     context_ = nullptr;
@@ -83,7 +83,7 @@ config::Result<void> FreenectSession::initialise() {
   return {};
 }
 
-config::Result<void> FreenectSession::openDevice(const std::string& serial) {
+base::Result<void> FreenectSession::openDevice(const std::string& serial) {
   const int cameras = freenect_num_devices(context_);
   if (cameras < 0) {
     return std::unexpected(failure(fmt::format("the USB devices cannot be listed (status {})", cameras),
@@ -113,7 +113,7 @@ config::Result<void> FreenectSession::openDevice(const std::string& serial) {
   return {};
 }
 
-config::Result<void> FreenectSession::startDepth() {
+base::Result<void> FreenectSession::startDepth() {
   freenect_set_depth_callback(device_, [](freenect_device* device, void* depth, std::uint32_t ticks) {
     onDepth(device, depth, ticks);
   });
@@ -137,7 +137,7 @@ void FreenectSession::deliverNowhere() {
   freenect_set_depth_buffer(device_, spare_buffer_.get());
 }
 
-config::Result<void> FreenectSession::processEvents(std::chrono::microseconds limit) {
+base::Result<void> FreenectSession::processEvents(std::chrono::microseconds limit) {
   timeval timeout{};
   timeout.tv_usec = limit.count();
   if (const int status = freenect_process_events_timeout(context_, &timeout); status < 0) {

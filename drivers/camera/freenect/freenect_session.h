@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
+#include "config/base/error.h"
 #include "drivers/camera/freenect/frame_integrity.h"
 
 struct _freenect_context;
@@ -33,7 +33,7 @@ class FreenectSession {
 
   /// Opens the camera with this serial number, or the first one if it is empty.
   /// Errors: no camera, no permission, libusb not usable.
-  static config::Result<std::unique_ptr<FreenectSession>> open(const std::string& serial);
+  static base::Result<std::unique_ptr<FreenectSession>> open(const std::string& serial);
 
   ~FreenectSession();
   FreenectSession(const FreenectSession&) = delete;
@@ -45,22 +45,22 @@ class FreenectSession {
   const std::vector<std::string>& serialsFound() const { return serials_; }
 
   /// Starts the depth stream; frames are discarded until deliverTo().
-  config::Result<void> startDepth();
+  base::Result<void> startDepth();
   /// Makes frames (640 x 480 raw disparities) go to `buffer`; `handler` is called for each.
   void deliverTo(std::uint16_t* buffer, FrameHandler handler);
   /// Takes the buffer away from libfreenect; frames are discarded again.
   void deliverNowhere();
   /// Waits for events for at most `limit` (the player fakenect ignores it and waits for its next frame).
   /// Errors: the camera is gone.
-  config::Result<void> processEvents(std::chrono::microseconds limit);
+  base::Result<void> processEvents(std::chrono::microseconds limit);
 
  private:
   FreenectSession() = default;
   static void onDepth(_freenect_device* device, void* depth, std::uint32_t ticks);
   static void onLog(_freenect_context* context, int level, const char* message);
-  config::Result<void> initialise();
-  config::Result<void> openDevice(const std::string& serial);
-  config::Error failure(std::string what, std::string remedy) const;
+  base::Result<void> initialise();
+  base::Result<void> openDevice(const std::string& serial);
+  base::Error failure(std::string what, std::string remedy) const;
 
   _freenect_context* context_ = nullptr;
   _freenect_device* device_ = nullptr;

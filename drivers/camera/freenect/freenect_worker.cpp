@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "drivers/camera/damaged_pixels.h"
-#include "rt/clock.h"
+#include "drivers/camera/kinect_image.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -82,7 +82,7 @@ std::string FreenectWorker::adviceOn(const FreenectSession& session) const {
                      session.serial());
 }
 
-void FreenectWorker::reportMissing(const config::Error& error) {
+void FreenectWorker::reportMissing(const base::Error& error) {
   board_.set(seen_ ? CameraState::lost : CameraState::absent, error.text());
 }
 
@@ -93,7 +93,7 @@ void FreenectWorker::deliver(FreenectSession& session) {
     return takeFrame(damage, ticks);
   });
   last_frame_ = Clock::now() + (kFirstFrameLimit - kFrameLimit);
-  config::Result<void> processed;
+  base::Result<void> processed;
   while (processed && !stop_signal_.raised() && Clock::now() - last_frame_ <= kFrameLimit) {
     processed = session.processEvents(kEventLimit);
   }

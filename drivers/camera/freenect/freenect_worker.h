@@ -40,7 +40,7 @@ class FreenectWorker {
   void deliver(FreenectSession& session);
   std::uint16_t* takeFrame(const std::optional<std::string>& damage, std::uint32_t device_ticks);
   std::string adviceOn(const FreenectSession& session) const;
-  void reportMissing(const config::Error& error);
+  void reportMissing(const base::Error& error);
   void enterLibfreenect();
   bool lendSink();
   void returnSink();

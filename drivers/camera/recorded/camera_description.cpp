@@ -9,13 +9,13 @@
 #include <string_view>
 #include <vector>
 
-#include "config/file_content.h"
-#include "config/nearest_names.h"
-#include "config/value_text.h"
-#include "config/yaml_reader.h"
-#include "rt/depth_frame.h"
-#include "rt/depth_model.h"
-#include "rt/words.h"
+#include "config/base/file_content.h"
+#include "config/base/nearest_names.h"
+#include "config/base/value_text.h"
+#include "config/yaml/yaml_reader.h"
+#include "rt/base/words.h"
+#include "rt/depth/depth_frame.h"
+#include "rt/depth/depth_model.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -27,8 +27,8 @@ constexpr int kVersion = 1;
 constexpr std::uint32_t kAllRaws = 65536;
 constexpr std::string_view kForm = "drivers/camera/recorded/README.md describes the file";
 
-std::unexpected<config::Error> refuse(std::string where, std::string what, std::string remedy) {
-  return std::unexpected(config::Error{std::move(where), std::move(what), std::move(remedy)});
+std::unexpected<base::Error> refuse(std::string where, std::string what, std::string remedy) {
+  return std::unexpected(base::Error{std::move(where), std::move(what), std::move(remedy)});
 }
 
 /// What a file must or may state about a name.
@@ -42,7 +42,7 @@ class Entries {
   void takeNumber(std::string_view group, std::string_view name, double& number, Presence presence) {
     const config::YamlEntry* const entry = take(group, name, presence);
     if (entry == nullptr) return;
-    const auto read = config::yamlNumberFrom(entry->value);
+    const auto read = base::yamlNumberFrom(entry->value);
     if (!read || entry->quoted)
       return fail(*entry, "is not a number", fmt::format("set {} to a number", name));
     if (!std::isfinite(*read))
@@ -90,20 +90,20 @@ class Entries {
       const std::string name = entry.group + "." + entry.name;
       if (std::ranges::find(known_, name) == known_.end()) {
         const std::vector<std::string_view> names(known_.begin(), known_.end());
-        const std::string guess = config::didYouMean(name, names);
+        const std::string guess = base::didYouMean(name, names);
         return fail(entry, "is not known", guess.empty() ? std::string(kForm) : guess);
       }
     }
     for (const config::YamlGroup& group : content_.groups) {
       if (group.name == "recording" || group.name == "camera" || group.name == "noise") continue;
       return fail(fmt::format("{}:{}", file_.string(), group.line),
-                  fmt::format("there is no group {}", config::inQuotes(group.name)), std::string(kForm));
+                  fmt::format("there is no group {}", base::inQuotes(group.name)), std::string(kForm));
     }
   }
   void fail(std::string where, std::string what, std::string remedy) {
-    if (!error_) error_ = config::Error{std::move(where), std::move(what), std::move(remedy)};
+    if (!error_) error_ = base::Error{std::move(where), std::move(what), std::move(remedy)};
   }
-  const std::optional<config::Error>& error() const { return error_; }
+  const std::optional<base::Error>& error() const { return error_; }
 
  private:
   const config::YamlEntry* find(std::string_view group, std::string_view name) const {
@@ -123,17 +123,17 @@ class Entries {
   }
   void fail(const config::YamlEntry& entry, std::string_view what, std::string remedy) {
     fail(fmt::format("{}:{}: {}.{}", file_.string(), entry.line, entry.group, entry.name),
-         fmt::format("{} {}", config::inQuotes(entry.value), what), std::move(remedy));
+         fmt::format("{} {}", base::inQuotes(entry.value), what), std::move(remedy));
   }
 
   fs::path file_;
   const config::YamlFile& content_;
   std::vector<std::string> known_;
-  std::optional<config::Error> error_;
+  std::optional<base::Error> error_;
 };
 
-config::Result<config::YamlFile> contentOf(const fs::path& file) {
-  const auto text = config::fileContent(file, {.longest = kMaxBytes});
+base::Result<config::YamlFile> contentOf(const fs::path& file) {
+  const auto text = base::fileContent(file, {.longest = kMaxBytes});
   if (!text) return refuse(file.string(), text.error().text(), std::string(kForm));
   config::YamlFile content = config::readYaml(*text);
   if (content.problems.empty()) return content;
@@ -188,7 +188,7 @@ std::string remedyFor(rt::CameraFault fault) {
 }
 
 /// Refuses what no DepthModel can be made of, with any depth accepted that the description does not exclude.
-config::Result<CameraDescription> checked(const fs::path& file, CameraDescription description) {
+base::Result<CameraDescription> checked(const fs::path& file, CameraDescription description) {
   rt::DepthModelParameters camera = description.camera;
   constexpr double kNearest_m = 1e-6;
   constexpr double kFarthest_m = 1e6;
@@ -207,7 +207,7 @@ config::Result<CameraDescription> checked(const fs::path& file, CameraDescriptio
 
 }  // namespace
 
-config::Result<CameraDescription> readCameraDescription(const fs::path& file) {
+base::Result<CameraDescription> readCameraDescription(const fs::path& file) {
   const auto content = contentOf(file);
   if (!content) return std::unexpected(content.error());
   Entries entries(file, *content);
@@ -245,7 +245,7 @@ std::string textOf(const CameraDescription& description) {
   }
   text += "camera:\n";
   const auto add = [&text](std::string_view name, double number) {
-    text += fmt::format("  {}: {}\n", name, config::numberText(number));
+    text += fmt::format("  {}: {}\n", name, base::numberText(number));
   };
   add("width_px", camera.width_px);
   add("height_px", camera.height_px);

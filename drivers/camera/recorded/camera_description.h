@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "config/error.h"
-#include "rt/parameters.h"
+#include "config/base/error.h"
+#include "rt/base/parameters.h"
 
 namespace hapticd::drivers {
 
@@ -27,7 +27,7 @@ struct CameraDescription {
 /// Errors: name the line or the parameter, and the remedy. The camera then can be modelled, except that
 /// near_m and far_m of a configuration may leave none of its depths.
 /// Thread: any.  RT: not safe.
-config::Result<CameraDescription> readCameraDescription(const std::filesystem::path& file);
+base::Result<CameraDescription> readCameraDescription(const std::filesystem::path& file);
 
 /// Returns the text of such a file; numbers read back to the same bits.
 std::string textOf(const CameraDescription& description);

@@ -2,11 +2,14 @@
 #include "drivers/camera/recorded/depth_image.h"
 
 #include <fmt/format.h>
+#include <png.h>
 
 #include <algorithm>
 #include <bit>
 #include <cctype>
 #include <cerrno>
+#include <csetjmp>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <iterator>
@@ -16,13 +19,109 @@
 #include <string_view>
 #include <vector>
 
-#include "config/value_text.h"
-#include "drivers/camera/damaged_pixels.h"
+#include "config/base/value_text.h"
 #include "drivers/camera/kinect_image.h"
-#include "drivers/camera/recorded/png_pixels.h"
 
 namespace hapticd::drivers {
 namespace {
+
+/// Reads a PNG image from a stream, with the pixels as they are in the file, without colour management.
+/// Thread: one.  RT: not safe.
+class PngPixels {
+ public:
+  struct Header {
+    std::uint32_t width_px = 0;
+    std::uint32_t height_px = 0;
+    int bits = 0;  ///< of each channel
+    bool grey = false;
+  };
+
+  /// `stream`: at the beginning of the file; it outlives the object.
+  explicit PngPixels(std::FILE* stream);
+  ~PngPixels();
+  PngPixels(const PngPixels&) = delete;
+  PngPixels& operator=(const PngPixels&) = delete;
+
+  /// Reads the header. False: the file is damaged, see fault().
+  bool readHeader(Header& header);
+  /// Reads an image of 16-bit greys into `rows`, one pointer for each row, after readHeader(). False: the
+  /// file is damaged or truncated, see fault().
+  bool readRows(std::vector<std::uint16_t*>& rows);
+  /// libpng's description of what is wrong.
+  const std::string& fault() const;
+
+ private:
+  struct Library;
+  std::unique_ptr<Library> library_;
+};
+
+static_assert(std::endian::native == std::endian::little, "the bytes of PNG's pixels are swapped");
+
+/// Far beyond the largest frame, so that a caller can say which size an image has.
+constexpr png_uint_32 kMostPixelsOfASide = 16384;
+/// Beside its pixels a file may hold texts, profiles and more, compressed a thousandfold. libpng keeps at
+/// most kMostChunks of those, each of at most kMostChunkBytes when it is unpacked.
+constexpr png_uint_32 kMostChunks = 16;
+constexpr png_alloc_size_t kMostChunkBytes = 1024 * 1024;
+
+/// libpng reports errors by longjmp() back into the function that called it, so that those functions have no
+/// local objects with destructors.
+struct PngPixels::Library {
+  png_structp png = nullptr;
+  png_infop info = nullptr;
+  std::string fault = "out of memory";
+
+  static void remember(png_structp png, png_const_charp message) {
+    static_cast<Library*>(png_get_error_ptr(png))->fault = message;
+    png_longjmp(png, 1);
+  }
+  static void ignore(png_structp /*png*/, png_const_charp /*warning*/) {}
+};
+
+PngPixels::PngPixels(std::FILE* stream) : library_(std::make_unique<Library>()) {
+  Library& library = *library_;
+  library.png =
+      png_create_read_struct(PNG_LIBPNG_VER_STRING, library_.get(), &Library::remember, &Library::ignore);
+  if (library.png == nullptr) return;
+  png_set_user_limits(library.png, kMostPixelsOfASide, kMostPixelsOfASide);
+  png_set_chunk_cache_max(library.png, kMostChunks);
+  png_set_chunk_malloc_max(library.png, kMostChunkBytes);
+  library.info = png_create_info_struct(library.png);
+  if (library.info != nullptr) png_init_io(library.png, stream);
+}
+
+PngPixels::~PngPixels() {
+  png_destroy_read_struct(&library_->png, &library_->info, nullptr);
+}
+
+bool PngPixels::readHeader(Header& header) {
+  const png_structp png = library_->png;
+  const png_infop info = library_->info;
+  if (info == nullptr) return false;
+  if (setjmp(png_jmpbuf(png)) != 0) return false;
+  png_read_info(png, info);
+  header.width_px = png_get_image_width(png, info);
+  header.height_px = png_get_image_height(png, info);
+  header.bits = png_get_bit_depth(png, info);
+  header.grey = png_get_color_type(png, info) == PNG_COLOR_TYPE_GRAY;
+  return true;
+}
+
+bool PngPixels::readRows(std::vector<std::uint16_t*>& rows) {
+  const png_structp png = library_->png;
+  if (setjmp(png_jmpbuf(png)) != 0) return false;
+  png_set_swap(png);
+  const int passes = png_set_interlace_handling(png);
+  for (int pass = 0; pass < passes; ++pass) {
+    for (std::uint16_t* const row : rows) png_read_row(png, reinterpret_cast<png_bytep>(row), nullptr);
+  }
+  png_read_end(png, nullptr);
+  return true;
+}
+
+const std::string& PngPixels::fault() const {
+  return library_->fault;
+}
 
 namespace fs = std::filesystem;
 
@@ -49,11 +148,11 @@ struct ImageSize {
   int height_px = 0;
 };
 
-std::unexpected<config::Error> refuse(const fs::path& file, std::string what, std::string remedy) {
-  return std::unexpected(config::Error{file.string(), std::move(what), std::move(remedy)});
+std::unexpected<base::Error> refuse(const fs::path& file, std::string what, std::string remedy) {
+  return std::unexpected(base::Error{file.string(), std::move(what), std::move(remedy)});
 }
 
-config::Result<File> opened(const fs::path& file) {
+base::Result<File> opened(const fs::path& file) {
   std::error_code failure;
   if (!fs::is_regular_file(file, failure)) {
     return refuse(file, failure ? failure.message() : "not a file", "check the path");
@@ -72,7 +171,7 @@ bool isPng(std::FILE* stream) {
   return std::string_view(first, bytes) == kSignature;
 }
 
-config::Result<ImageSize> checkedSize(const fs::path& file, std::uint64_t width, std::uint64_t height) {
+base::Result<ImageSize> checkedSize(const fs::path& file, std::uint64_t width, std::uint64_t height) {
   if (width < 1 || height < 1 || width > static_cast<std::uint64_t>(rt::kMaxFrameWidth) ||
       height > static_cast<std::uint64_t>(rt::kMaxFrameHeight)) {
     return refuse(file, fmt::format("is an image of {} x {} pixels", width, height),
@@ -102,7 +201,7 @@ std::uint64_t pgmNumber(std::FILE* stream) {
 }
 
 /// Reads the header of a PGM image; the pixels follow.
-config::Result<ImageSize> readPgmHeader(const fs::path& file, std::FILE* stream) {
+base::Result<ImageSize> readPgmHeader(const fs::path& file, std::FILE* stream) {
   char magic[2] = {};
   if (std::fread(magic, 1, sizeof magic, stream) != sizeof magic || magic[0] != 'P' || magic[1] != '5') {
     return refuse(file, "is neither a PGM (P5) nor a PNG image", kFormats);
@@ -120,7 +219,7 @@ config::Result<ImageSize> readPgmHeader(const fs::path& file, std::FILE* stream)
   return checkedSize(file, width, height);
 }
 
-config::Result<ImageSize> readPngHeader(const fs::path& file, PngPixels& png) {
+base::Result<ImageSize> readPngHeader(const fs::path& file, PngPixels& png) {
   PngPixels::Header header;
   if (!png.readHeader(header)) return refuse(file, "is a damaged PNG image: " + png.fault(), kCopyAgain);
   if (!header.grey) return refuse(file, "is a PNG image in colour", kFormats);
@@ -129,8 +228,8 @@ config::Result<ImageSize> readPngHeader(const fs::path& file, PngPixels& png) {
   return checkedSize(file, header.width_px, header.height_px);
 }
 
-config::Result<void> requireSize(const fs::path& file, const ImageSize& size,
-                                 const rt::DepthModelParameters& camera) {
+base::Result<void> requireSize(const fs::path& file, const ImageSize& size,
+                               const rt::DepthModelParameters& camera) {
   if (size.width_px == camera.width_px && size.height_px == camera.height_px) return {};
   return refuse(file,
                 fmt::format("is an image of {} x {} pixels, the camera's frames have {} x {}", size.width_px,
@@ -146,7 +245,7 @@ std::uint16_t swapped(std::uint16_t value) {
   return static_cast<std::uint16_t>(value << 8 | value >> 8);
 }
 
-config::Result<void> readPgmPixels(const fs::path& file, std::FILE* stream, rt::DepthFrame& frame) {
+base::Result<void> readPgmPixels(const fs::path& file, std::FILE* stream, rt::DepthFrame& frame) {
   const auto width = static_cast<std::size_t>(frame.camera.width_px);
   for (int v = 0; v < frame.camera.height_px; ++v) {
     std::uint16_t* const row = rowOf(frame, v);
@@ -160,14 +259,14 @@ config::Result<void> readPgmPixels(const fs::path& file, std::FILE* stream, rt::
   return refuse(file, "goes on after the last pixel", "write one image into each file");
 }
 
-config::Result<void> readPngPixels(const fs::path& file, PngPixels& png, rt::DepthFrame& frame) {
+base::Result<void> readPngPixels(const fs::path& file, PngPixels& png, rt::DepthFrame& frame) {
   std::vector<std::uint16_t*> rows;
   for (int v = 0; v < frame.camera.height_px; ++v) rows.push_back(rowOf(frame, v));
   if (png.readRows(rows)) return {};
   return refuse(file, "is a damaged or truncated PNG image: " + png.fault(), kCopyAgain);
 }
 
-config::Result<void> readPixels(const fs::path& file, std::FILE* stream, rt::DepthFrame& frame) {
+base::Result<void> readPixels(const fs::path& file, std::FILE* stream, rt::DepthFrame& frame) {
   if (isPng(stream)) {
     PngPixels png(stream);
     const auto size = readPngHeader(file, png);
@@ -181,7 +280,7 @@ config::Result<void> readPixels(const fs::path& file, std::FILE* stream, rt::Dep
   return readPgmPixels(file, stream, frame);
 }
 
-std::unexpected<config::Error> refuseKinectHeader(const fs::path& file, std::string_view header) {
+std::unexpected<base::Error> refuseKinectHeader(const fs::path& file, std::string_view header) {
   constexpr const char* kRemedy =
       "record it with libfreenect's own recorder (fakenect-record), or write the header \"P5 640 480 65535\" "
       "and little-endian pixels";
@@ -196,18 +295,17 @@ std::unexpected<config::Error> refuseKinectHeader(const fs::path& file, std::str
     return refuse(file,
                   fmt::format("the header begins with the line {}; expected one single line "
                               "\"P5 640 480 65535\"",
-                              config::inQuotes(line)),
+                              base::inQuotes(line)),
                   kRemedy);
   }
   if (header.starts_with("P5")) {
-    return refuse(file,
-                  fmt::format("the header is {}; expected \"P5 640 480 65535\"", config::inQuotes(line)),
+    return refuse(file, fmt::format("the header is {}; expected \"P5 640 480 65535\"", base::inQuotes(line)),
                   kRemedy);
   }
   return refuse(file, "not a PGM image: it does not begin with \"P5\"", kRemedy);
 }
 
-std::unexpected<config::Error> refuseKinectPixels(const fs::path& file, rt::DepthFrame& frame) {
+std::unexpected<base::Error> refuseKinectPixels(const fs::path& file, rt::DepthFrame& frame) {
   const std::size_t damaged = countDamagedPixels(frame.image());
   const bool byte_swapped = std::ranges::all_of(
       frame.image(), [](std::uint16_t value) { return swapped(value) < kKinectRawValues; });
@@ -220,8 +318,8 @@ std::unexpected<config::Error> refuseKinectPixels(const fs::path& file, rt::Dept
                 "the frame is damaged; copy the recording again");
 }
 
-config::Result<void> writePgm(const fs::path& file, std::string_view header,
-                              std::span<const std::uint16_t> pixels) {
+base::Result<void> writePgm(const fs::path& file, std::string_view header,
+                            std::span<const std::uint16_t> pixels) {
   const File stream(std::fopen(file.c_str(), "wbe"));
   bool whole = stream != nullptr;
   whole = whole && std::fwrite(header.data(), 1, header.size(), stream.get()) == header.size();
@@ -244,7 +342,7 @@ void fillPadding(rt::DepthFrame& frame) {
 
 }  // namespace
 
-config::Result<void> readDepthImage(const fs::path& file, rt::DepthFrame& frame) {
+base::Result<void> readDepthImage(const fs::path& file, rt::DepthFrame& frame) {
   const auto stream = opened(file);
   if (!stream) return std::unexpected(stream.error());
   if (auto read = readPixels(file, stream->get(), frame); !read) return read;
@@ -258,7 +356,7 @@ config::Result<void> readDepthImage(const fs::path& file, rt::DepthFrame& frame)
                 "recording again");
 }
 
-config::Result<void> writeDepthImage(const fs::path& file, const rt::DepthFrame& frame) {
+base::Result<void> writeDepthImage(const fs::path& file, const rt::DepthFrame& frame) {
   const rt::DepthModelParameters& camera = frame.camera;
   std::vector<std::uint16_t> pixels;
   for (int v = 0; v < camera.height_px; ++v) {
@@ -270,7 +368,7 @@ config::Result<void> writeDepthImage(const fs::path& file, const rt::DepthFrame&
                   pixels);
 }
 
-config::Result<void> readKinectImage(const fs::path& file, rt::DepthFrame& frame) {
+base::Result<void> readKinectImage(const fs::path& file, rt::DepthFrame& frame) {
   const auto stream = opened(file);
   if (!stream) return std::unexpected(stream.error());
   std::setvbuf(stream->get(), nullptr, _IONBF, 0);  // so that one read goes straight into the frame
@@ -293,7 +391,7 @@ config::Result<void> readKinectImage(const fs::path& file, rt::DepthFrame& frame
   return {};
 }
 
-config::Result<void> writeKinectImage(const fs::path& file, const rt::DepthFrame& frame) {
+base::Result<void> writeKinectImage(const fs::path& file, const rt::DepthFrame& frame) {
   return writePgm(file, kKinectHeader, std::span(frame.raw).first<kKinectPixels>());
 }
 

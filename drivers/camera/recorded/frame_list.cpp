@@ -9,12 +9,31 @@
 #include <cmath>
 #include <string_view>
 
-#include "config/csv_names.h"
-#include "config/file_content.h"
-#include "config/value_text.h"
-#include "drivers/camera/recorded/decimal_time.h"
+#include "config/base/csv_names.h"
+#include "config/base/file_content.h"
+#include "config/base/value_text.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::drivers {
+
+std::optional<std::int64_t> decimalSecondsInNs(std::string_view text) {
+  constexpr std::size_t kMaxDigits = 9;
+  const std::size_t point = text.find('.');
+  const auto seconds = wholeNumber<std::uint32_t>(text.substr(0, point));
+  if (!seconds) return std::nullopt;
+  std::int64_t fraction_ns = 0;
+  if (point != std::string_view::npos) {
+    const std::string_view digits = text.substr(point + 1);
+    const auto fraction = wholeNumber<std::uint32_t>(digits.substr(0, kMaxDigits));
+    if (!fraction || !std::ranges::all_of(digits, [](char c) { return c >= '0' && c <= '9'; })) {
+      return std::nullopt;
+    }
+    fraction_ns = *fraction;
+    for (std::size_t digit = digits.size(); digit < kMaxDigits; ++digit) fraction_ns *= 10;
+  }
+  return std::int64_t{*seconds} * rt::kNsPerSecond + fraction_ns;
+}
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -46,7 +65,7 @@ class ListReader {
  public:
   explicit ListReader(const fs::path& folder) : folder_(folder), list_(folder / kFrameFile) {}
 
-  config::Result<std::vector<RecordedFrame>> read(std::string_view text, std::string& cut_off) {
+  base::Result<std::vector<RecordedFrame>> read(std::string_view text, std::string& cut_off) {
     for (std::string_view rest = text; !rest.empty();) {
       const std::size_t end = rest.find('\n');
       ++number_;
@@ -61,16 +80,16 @@ class ListReader {
     }
     if (!frames_.empty()) return std::move(frames_);
     return std::unexpected(
-        config::Error{list_.string(), "names no depth frame", "a recording has at least one frame"});
+        base::Error{list_.string(), "names no depth frame", "a recording has at least one frame"});
   }
 
  private:
-  std::unexpected<config::Error> refuse(std::string what, std::string remedy) const {
+  std::unexpected<base::Error> refuse(std::string what, std::string remedy) const {
     return std::unexpected(
-        config::Error{fmt::format("{}:{}", list_.string(), number_), std::move(what), std::move(remedy)});
+        base::Error{fmt::format("{}:{}", list_.string(), number_), std::move(what), std::move(remedy)});
   }
 
-  config::Result<void> takeLine(std::string_view line) {
+  base::Result<void> takeLine(std::string_view line) {
     if (line.ends_with('\r')) {
       return refuse("the line ends in CRLF, not LF",
                     fmt::format("convert the file: sed -i 's/\\r$//' {}", list_.string()));
@@ -90,11 +109,11 @@ class ListReader {
     return {};
   }
 
-  config::Result<void> takeHeader(std::string_view line) {
-    for (const std::string& cell : config::csvNames(line)) {
+  base::Result<void> takeHeader(std::string_view line) {
+    for (const std::string& cell : base::csvNames(line)) {
       const auto known = std::ranges::find(kNames, cell);
       if (known == kNames.end()) {
-        return refuse(fmt::format("there is no column {}", config::inQuotes(cell)),
+        return refuse(fmt::format("there is no column {}", base::inQuotes(cell)),
                       fmt::format("the first line names the columns: {}", fmt::join(kNames, ", ")));
       }
       const auto column = static_cast<Column>(known - kNames.begin());
@@ -115,7 +134,7 @@ class ListReader {
 
   bool has(Column column) const { return std::ranges::find(columns_, column) != columns_.end(); }
 
-  config::Result<RecordedFrame> frameOf(const Values& values) {
+  base::Result<RecordedFrame> frameOf(const Values& values) {
     RecordedFrame frame;
     if (auto named = takeFile(values[file], frame); !named) return std::unexpected(named.error());
     if (auto timed = takeTimes(values, frame); !timed) return std::unexpected(timed.error());
@@ -123,30 +142,30 @@ class ListReader {
     return frame;
   }
 
-  config::Result<void> takeFile(std::string_view name, RecordedFrame& frame) const {
+  base::Result<void> takeFile(std::string_view name, RecordedFrame& frame) const {
     frame.file = name;
     if (name.empty() || name == "." || name == ".." || name.find('/') != std::string_view::npos ||
         name.find('\0') != std::string_view::npos) {
-      return refuse(fmt::format("{} is not the name of a file in the folder itself", config::inQuotes(name)),
+      return refuse(fmt::format("{} is not the name of a file in the folder itself", base::inQuotes(name)),
                     "put the image into the folder of the recording, and give its name without a path");
     }
     std::error_code failure;
     const fs::file_status status = fs::symlink_status(folder_ / name, failure);
     if (!fs::exists(status)) {
-      return refuse(fmt::format("there is no file {}", config::inQuotes(name)),
+      return refuse(fmt::format("there is no file {}", base::inQuotes(name)),
                     "copy the recording again, or remove the line");
     }
     if (fs::is_regular_file(status)) return {};
-    return refuse(fmt::format("{} is a link or not a file", config::inQuotes(name)),
+    return refuse(fmt::format("{} is a link or not a file", base::inQuotes(name)),
                   "put the image itself into the folder of the recording");
   }
 
-  config::Result<void> takeTimes(const Values& values, RecordedFrame& frame) {
+  base::Result<void> takeTimes(const Values& values, RecordedFrame& frame) {
     const std::string_view text = has(time_ns) ? values[time_ns] : values[time_s];
     const auto time = has(time_ns) ? wholeNumber<std::int64_t>(text) : decimalSecondsInNs(text);
     if (!time || *time < 0) {
       return refuse(
-          fmt::format("{} is not a time in {}", config::inQuotes(text), has(time_ns) ? "ns" : "seconds"),
+          fmt::format("{} is not a time in {}", base::inQuotes(text), has(time_ns) ? "ns" : "seconds"),
           "times are decimal numbers from 0 on, without an exponent");
     }
     frame.realtime_ns = *time;
@@ -158,21 +177,21 @@ class ListReader {
       frame.exposure_ns = wholeNumber<std::int64_t>(values[exposure_ns]);
       if (!frame.exposure_ns || *frame.exposure_ns < 0 || *frame.exposure_ns > *time) {
         return refuse(fmt::format("the exposure {} is not a time in ns up to that of the frame",
-                                  config::inQuotes(values[exposure_ns])),
+                                  base::inQuotes(values[exposure_ns])),
                       "give the time at the middle of the exposure on the same clock, or nothing");
       }
     }
     if (values[device_ticks].empty()) return {};
     const auto ticks = wholeNumber<std::uint32_t>(values[device_ticks]);
     if (!ticks) {
-      return refuse(fmt::format("{} is not a counter of 32 bits", config::inQuotes(values[device_ticks])),
+      return refuse(fmt::format("{} is not a counter of 32 bits", base::inQuotes(values[device_ticks])),
                     "give an integer from 0 to 4294967295, or nothing");
     }
     frame.device_ticks = *ticks;
     return {};
   }
 
-  config::Result<void> takePose(const Values& values, RecordedFrame& frame) const {
+  base::Result<void> takePose(const Values& values, RecordedFrame& frame) const {
     const auto given =
         std::ranges::count_if(kPose, [&values](Column column) { return !values[column].empty(); });
     if (given == 0) return {};
@@ -181,7 +200,7 @@ class ListReader {
       const std::string_view text = values[kPose[i]];
       const auto number = wholeNumber<double>(text);
       if (!number || !std::isfinite(*number)) {
-        return refuse(fmt::format("{} {} is not a finite number", kNames[kPose[i]], config::inQuotes(text)),
+        return refuse(fmt::format("{} {} is not a finite number", kNames[kPose[i]], base::inQuotes(text)),
                       "give all numbers of the pose, or none");
       }
       numbers[i] = *number;
@@ -204,14 +223,14 @@ class ListReader {
 
 }  // namespace
 
-config::Result<std::vector<RecordedFrame>> readFrameList(const fs::path& folder, std::string& cut_off) {
+base::Result<std::vector<RecordedFrame>> readFrameList(const fs::path& folder, std::string& cut_off) {
   const fs::path list = folder / kFrameFile;
-  const auto text = config::fileContent(list, {.longest = kMaxIndexBytes});
+  const auto text = base::fileContent(list, {.longest = kMaxIndexBytes});
   if (text) return ListReader(folder).read(*text, cut_off);
-  return std::unexpected(config::Error{list.string(), text.error().text(),
-                                       text.error().reason == config::FileFault::Reason::too_long
-                                           ? "split the recording"
-                                           : "a recording with camera.yaml lists its frames in frames.csv"});
+  return std::unexpected(base::Error{list.string(), text.error().text(),
+                                     text.error().reason == base::FileFault::Reason::too_long
+                                         ? "split the recording"
+                                         : "a recording with camera.yaml lists its frames in frames.csv"});
 }
 
 std::string frameListHeader(bool poses) {

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "drivers/base/start_thread.h"
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -18,10 +18,10 @@ constexpr std::int64_t kUsualFramePeriodNs = 33'369'000;  // of a Kinect v1; use
 
 }  // namespace
 
-config::Result<void> RecordedCamera::start(FrameSink& sink) {
-  if (thread_.joinable()) return std::unexpected(config::Error{folder_.string(), "is already playing", ""});
+base::Result<void> RecordedCamera::start(FrameSink& sink) {
+  if (thread_.joinable()) return std::unexpected(base::Error{folder_.string(), "is already playing", ""});
   if (!(speed_ > 0) || !std::isfinite(speed_)) {
-    return std::unexpected(config::Error{"camera.speed", fmt::format("{} is not above 0", speed_), ""});
+    return std::unexpected(base::Error{"camera.speed", fmt::format("{} is not above 0", speed_), ""});
   }
   auto reader = RecordingReader::open(folder_, limits_);
   if (!reader) return std::unexpected(reader.error());

@@ -9,22 +9,21 @@
 #include <optional>
 #include <string_view>
 
-#include "config/file_content.h"
-#include "config/value_text.h"
+#include "config/base/file_content.h"
+#include "config/base/value_text.h"
 #include "drivers/camera/recorded/camera_description.h"
-#include "drivers/camera/recorded/decimal_time.h"
 #include "drivers/camera/recorded/depth_image.h"
 #include "drivers/camera/recorded/frame_list.h"
-#include "rt/clock.h"
-#include "rt/depth_model.h"
+#include "rt/base/clock.h"
+#include "rt/depth/depth_model.h"
 
 namespace hapticd::drivers {
 namespace {
 
 constexpr const char* kIndexName = "INDEX.txt";
 
-std::unexpected<config::Error> refuse(std::string where, std::string what, std::string remedy) {
-  return std::unexpected(config::Error{std::move(where), std::move(what), std::move(remedy)});
+std::unexpected<base::Error> refuse(std::string where, std::string what, std::string remedy) {
+  return std::unexpected(base::Error{std::move(where), std::move(what), std::move(remedy)});
 }
 
 /// Converts seconds that libfreenect's player reads: plain decimals without rounding, others as numbers of C.
@@ -58,7 +57,7 @@ std::optional<RecordedFrame> parseDepthName(std::string_view name) {
                        .pose = {}};
 }
 
-config::Result<std::string> readIndex(const std::filesystem::path& folder) {
+base::Result<std::string> readIndex(const std::filesystem::path& folder) {
   std::error_code failure;
   if (!std::filesystem::is_directory(folder, failure)) {
     return refuse(
@@ -66,19 +65,19 @@ config::Result<std::string> readIndex(const std::filesystem::path& folder) {
         "give the folder of a recording that holds INDEX.txt or camera.yaml; unpack archives first");
   }
   const std::filesystem::path file = folder / kIndexName;
-  auto text = config::fileContent(file, {.longest = kMaxIndexBytes});
+  auto text = base::fileContent(file, {.longest = kMaxIndexBytes});
   if (text) return std::move(*text);
   return refuse(
       file.string(), text.error().text(),
-      text.error().reason == config::FileFault::Reason::too_long
+      text.error().reason == base::FileFault::Reason::too_long
           ? "split the recording"
           : "a recording is a folder with INDEX.txt as libfreenect's fakenect-record writes it, or with "
             "camera.yaml for other cameras");
 }
 
 /// Returns the frame named by a line, or nothing for a line without depth.
-config::Result<std::optional<RecordedFrame>> parseLine(const std::filesystem::path& folder,
-                                                       std::string_view line, std::size_t number) {
+base::Result<std::optional<RecordedFrame>> parseLine(const std::filesystem::path& folder,
+                                                     std::string_view line, std::size_t number) {
   const std::string where = fmt::format("{}:{}", (folder / kIndexName).string(), number);
   if (line.ends_with('\r')) {
     return refuse(where, "the line ends in CRLF, not LF",
@@ -87,12 +86,12 @@ config::Result<std::optional<RecordedFrame>> parseLine(const std::filesystem::pa
   if (line.empty() || line.starts_with("r-") || line.starts_with("a-")) return std::nullopt;
   auto frame = parseDepthName(line);
   if (!frame) {
-    return refuse(where, fmt::format("{} is not the name of a recorded file", config::inQuotes(line)),
+    return refuse(where, fmt::format("{} is not the name of a recorded file", base::inQuotes(line)),
                   "expected d-<host seconds>-<device ticks> and any ending, or the same with r- or a-");
   }
   std::error_code failure;
   if (!std::filesystem::is_regular_file(folder / frame->file, failure)) {
-    return refuse(where, fmt::format("there is no file {}", config::inQuotes(frame->file)),
+    return refuse(where, fmt::format("there is no file {}", base::inQuotes(frame->file)),
                   "copy the recording again, or remove the line from INDEX.txt");
   }
   return frame;
@@ -118,7 +117,7 @@ void setHostTimes(std::vector<RecordedFrame>& frames) {
 
 }  // namespace
 
-config::Result<RecordingReader> RecordingReader::openKinect(const std::filesystem::path& folder) {
+base::Result<RecordingReader> RecordingReader::openKinect(const std::filesystem::path& folder) {
   const auto text = readIndex(folder);
   if (!text) return std::unexpected(text.error());
   std::vector<RecordedFrame> frames;
@@ -145,8 +144,8 @@ config::Result<RecordingReader> RecordingReader::openKinect(const std::filesyste
   return reader;
 }
 
-config::Result<RecordingReader> RecordingReader::openCamera(const std::filesystem::path& folder,
-                                                            const DepthLimits& limits) {
+base::Result<RecordingReader> RecordingReader::openCamera(const std::filesystem::path& folder,
+                                                          const DepthLimits& limits) {
   const std::filesystem::path file = folder / kCameraFile;
   const auto description = readCameraDescription(file);
   if (!description) return std::unexpected(description.error());
@@ -169,8 +168,8 @@ config::Result<RecordingReader> RecordingReader::openCamera(const std::filesyste
   return reader;
 }
 
-config::Result<RecordingReader> RecordingReader::open(const std::filesystem::path& folder,
-                                                      const DepthLimits& limits) {
+base::Result<RecordingReader> RecordingReader::open(const std::filesystem::path& folder,
+                                                    const DepthLimits& limits) {
   std::error_code ignored;
   const bool has_camera = std::filesystem::exists(folder / kCameraFile, ignored);
   if (has_camera && std::filesystem::exists(folder / kIndexName, ignored)) {
@@ -180,7 +179,7 @@ config::Result<RecordingReader> RecordingReader::open(const std::filesystem::pat
   return has_camera ? openCamera(folder, limits) : openKinect(folder);
 }
 
-config::Result<void> RecordingReader::read(std::size_t index, rt::DepthFrame& frame) const {
+base::Result<void> RecordingReader::read(std::size_t index, rt::DepthFrame& frame) const {
   const RecordedFrame& recorded = frames_.at(index);
   frame.sequence = index + 1;
   frame.arrival_ns = recorded.host_ns;

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
-#include "drivers/camera/recorded/recorded_frame.h"
-#include "rt/depth_frame.h"
+#include "config/base/error.h"
+#include "drivers/camera/recorded/frame_list.h"
+#include "rt/depth/depth_frame.h"
 
 namespace hapticd::drivers {
 
@@ -34,8 +34,8 @@ class RecordingReader {
   /// Checks the folder, the index, the camera and that each depth file exists; read() checks the images.
   /// `limits`: accepted depths of a camera from camera.yaml, besides its own.
   /// Errors: name the line of the index and the remedy.
-  static config::Result<RecordingReader> open(const std::filesystem::path& folder,
-                                              const DepthLimits& limits = {});
+  static base::Result<RecordingReader> open(const std::filesystem::path& folder,
+                                            const DepthLimits& limits = {});
 
   /// Returns all frames; never empty.
   const std::vector<RecordedFrame>& frames() const { return frames_; }
@@ -51,15 +51,15 @@ class RecordingReader {
   /// Reads frame `index` (below frames().size()). Sets raw, sequence = index + 1, arrival_ns = its host_ns,
   /// device_ticks, and camera if camera() is known. exposure_ns is relative to the first frame as arrival_ns
   /// is, and may be below 0.  Errors: see readKinectImage() and readDepthImage().
-  config::Result<void> read(std::size_t index, rt::DepthFrame& frame) const;
+  base::Result<void> read(std::size_t index, rt::DepthFrame& frame) const;
 
  private:
   RecordingReader(std::filesystem::path folder, std::vector<RecordedFrame> frames)
       : folder_(std::move(folder)), frames_(std::move(frames)) {}
 
-  static config::Result<RecordingReader> openKinect(const std::filesystem::path& folder);
-  static config::Result<RecordingReader> openCamera(const std::filesystem::path& folder,
-                                                    const DepthLimits& limits);
+  static base::Result<RecordingReader> openKinect(const std::filesystem::path& folder);
+  static base::Result<RecordingReader> openCamera(const std::filesystem::path& folder,
+                                                  const DepthLimits& limits);
 
   std::filesystem::path folder_;
   std::vector<RecordedFrame> frames_;

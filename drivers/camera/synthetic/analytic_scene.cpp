@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "config/depth_cameras.h"
+#include "config/settings/depth_cameras.h"
 
 namespace hapticd::drivers {
 namespace {

@@ -4,13 +4,13 @@
 #include <cstdint>
 #include <optional>
 
-#include "config/settings.h"
+#include "config/settings/settings.h"
 #include "drivers/camera/synthetic/depth_sensor.h"
 #include "drivers/camera/synthetic/scene_camera.h"
 #include "drivers/camera/synthetic/sensor_noise.h"
-#include "rt/depth_frame.h"
-#include "rt/parameters.h"
-#include "rt/vec3.h"
+#include "rt/base/parameters.h"
+#include "rt/base/vec3.h"
+#include "rt/depth/depth_frame.h"
 
 namespace hapticd::drivers {
 

@@ -7,9 +7,8 @@
 #include <cstddef>
 #include <numbers>
 
-#include "drivers/camera/synthetic/random_bits.h"
+#include "drivers/camera/synthetic/noise_pattern.h"
 #include "drivers/camera/synthetic/random_levels.h"
-#include "drivers/camera/synthetic/window_mean.h"
 
 namespace hapticd::drivers {
 namespace {

@@ -6,9 +6,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "drivers/camera/synthetic/nothing_seen.h"
 #include "drivers/camera/synthetic/projector_shadow.h"
-#include "drivers/camera/synthetic/random_bits.h"
 #include "drivers/camera/synthetic/random_levels.h"
 
 namespace hapticd::drivers {

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "rt/parameters.h"
+#include "rt/base/parameters.h"
 
 namespace hapticd::drivers {
 

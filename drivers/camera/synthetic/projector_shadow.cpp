@@ -3,8 +3,6 @@
 
 #include <limits>
 
-#include "drivers/camera/synthetic/nothing_seen.h"
-
 namespace hapticd::drivers {
 
 void removeShadow(std::span<float> disparities, ShadowSide side, double pixels_per_raw) {

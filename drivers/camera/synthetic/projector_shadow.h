@@ -6,6 +6,9 @@
 
 namespace hapticd::drivers {
 
+/// Value of an exact disparity or depth where the scene shows nothing at a pixel.
+inline constexpr float kNothingSeen = -1;
+
 /// Side of a near body in the image on which the projector does not illuminate what is behind it.
 enum class ShadowSide : std::uint8_t {
   none,

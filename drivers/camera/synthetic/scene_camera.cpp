@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "drivers/camera/kinect_image.h"
-#include "drivers/camera/synthetic/depth_delivery.h"
+#include "drivers/camera/synthetic/depth_sensor.h"
 
 namespace hapticd::drivers {
 namespace {

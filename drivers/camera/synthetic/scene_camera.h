@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "drivers/camera/synthetic/nothing_seen.h"
-#include "rt/depth_frame.h"
-#include "rt/parameters.h"
-#include "rt/vec3.h"
+#include "drivers/camera/synthetic/projector_shadow.h"
+#include "rt/base/parameters.h"
+#include "rt/base/vec3.h"
+#include "rt/depth/depth_frame.h"
 
 namespace hapticd::drivers {
 

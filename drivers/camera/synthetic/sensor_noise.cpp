@@ -6,7 +6,7 @@
 #include <random>
 
 #include "drivers/camera/kinect_image.h"
-#include "drivers/camera/synthetic/random_bits.h"
+#include "drivers/camera/synthetic/random_levels.h"
 
 namespace hapticd::drivers {
 namespace {

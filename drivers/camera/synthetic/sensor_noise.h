@@ -7,9 +7,8 @@
 
 #include "drivers/camera/kinect_image.h"
 #include "drivers/camera/synthetic/noise_pattern.h"
-#include "drivers/camera/synthetic/nothing_seen.h"
 #include "drivers/camera/synthetic/projector_shadow.h"
-#include "rt/depth_frame.h"
+#include "rt/depth/depth_frame.h"
 
 namespace hapticd::drivers {
 

@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "drivers/base/start_thread.h"
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -24,11 +24,11 @@ std::uint32_t ticksAt(double t_s) {
 
 }  // namespace
 
-config::Result<void> SyntheticCamera::start(FrameSink& sink) {
-  if (thread_.joinable()) return std::unexpected(config::Error{"synthetic", "is already running", ""});
+base::Result<void> SyntheticCamera::start(FrameSink& sink) {
+  if (thread_.joinable()) return std::unexpected(base::Error{"synthetic", "is already running", ""});
   if (!(frame_rate_hz_ > 0) || !std::isfinite(frame_rate_hz_)) {
     return std::unexpected(
-        config::Error{"synthetic.frame_rate_hz", fmt::format("{} is not above 0", frame_rate_hz_), ""});
+        base::Error{"synthetic.frame_rate_hz", fmt::format("{} is not above 0", frame_rate_hz_), ""});
   }
   board_.reset("synthetic");
   stop_signal_.reset();

@@ -3,7 +3,7 @@
 
 #include <thread>
 
-#include "config/settings.h"
+#include "config/settings/settings.h"
 #include "drivers/base/stop_signal.h"
 #include "drivers/camera/camera.h"
 #include "drivers/camera/camera_status_board.h"
@@ -20,7 +20,7 @@ class SyntheticCamera final : public Camera {
   ~SyntheticCamera() override { stop(); }
 
   /// Errors: the frame rate is not above zero.
-  config::Result<void> start(FrameSink& sink) override;
+  base::Result<void> start(FrameSink& sink) override;
   void stop() override;
   CameraStatus status() const override { return board_.snapshot(); }
 

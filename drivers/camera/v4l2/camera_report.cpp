@@ -11,7 +11,7 @@
 #include <cstring>
 #include <vector>
 
-#include "config/depth_cameras.h"
+#include "config/settings/depth_cameras.h"
 #include "drivers/camera/v4l2/orbbec_messages.h"
 #include "drivers/camera/v4l2/realsense_messages.h"
 
@@ -28,7 +28,7 @@ constexpr std::uint8_t kUnit = 3;  // the extension unit of both vendors
 constexpr double kFineUnit_um = config::kFineUnit_m * 1e6;
 constexpr double kLargestRaw = 65535;
 
-config::Error failure(std::string what, std::string remedy) {
+base::Error failure(std::string what, std::string remedy) {
   return {"v4l2", std::move(what), std::move(remedy)};
 }
 
@@ -37,17 +37,17 @@ class ExtensionUnit {
  public:
   explicit ExtensionUnit(const OpenDevice& device) : device_(device) {}
 
-  config::Result<void> set(std::uint8_t selector, std::vector<std::byte> data) const {
+  base::Result<void> set(std::uint8_t selector, std::vector<std::byte> data) const {
     return query(UVC_SET_CUR, selector, data);
   }
-  config::Result<std::vector<std::byte>> get(std::uint8_t selector, std::size_t bytes) const {
+  base::Result<std::vector<std::byte>> get(std::uint8_t selector, std::size_t bytes) const {
     std::vector<std::byte> data(bytes);
     if (auto done = query(UVC_GET_CUR, selector, data); !done) return std::unexpected(done.error());
     return data;
   }
 
  private:
-  config::Result<void> query(std::uint8_t kind, std::uint8_t selector, std::vector<std::byte>& data) const {
+  base::Result<void> query(std::uint8_t kind, std::uint8_t selector, std::vector<std::byte>& data) const {
     uvc_xu_control_query request{};
     request.unit = kUnit;
     request.selector = selector;
@@ -85,7 +85,7 @@ class RealSense {
  public:
   explicit RealSense(const OpenDevice& device) : unit_(device) {}
 
-  config::Result<std::vector<std::byte>> call(const realsense::Request& request) const {
+  base::Result<std::vector<std::byte>> call(const realsense::Request& request) const {
     constexpr std::uint8_t kMonitor = 1;
     if (auto sent = unit_.set(kMonitor, realsense::encoded(request)); !sent) {
       return std::unexpected(sent.error());
@@ -95,7 +95,7 @@ class RealSense {
     return realsense::replyData(request.command, *reply);
   }
 
-  config::Result<CameraReport> prepare(const config::CameraSettings& settings) const {
+  base::Result<CameraReport> prepare(const config::CameraSettings& settings) const {
     CameraReport report;
     const auto data = call({realsense::Command::device_data});
     if (!data) {
@@ -139,12 +139,12 @@ class RealSense {
     if (!report.pinhole) report.pinhole = read->pinhole;
   }
 
-  config::Result<realsense::DepthTable> depthTable() const {
+  base::Result<realsense::DepthTable> depthTable() const {
     const auto data = call({realsense::Command::get_advanced, {realsense::kDepthTableGroup, 0, 0, 0}});
     return data ? realsense::depthTableFrom(*data) : std::unexpected(data.error());
   }
 
-  config::Result<void> setDepthUnit(const config::CameraSettings& settings, CameraReport& report) const {
+  base::Result<void> setDepthUnit(const config::CameraSettings& settings, CameraReport& report) const {
     auto table = depthTable();
     if (!table) {
       if (settings.v4l2.unit_um > 0) return std::unexpected(table.error());
@@ -178,9 +178,9 @@ class RealSense {
     return {};
   }
 
-  config::Result<void> setControls(const config::V4l2Settings& settings) const {
+  base::Result<void> setControls(const config::V4l2Settings& settings) const {
     constexpr std::uint8_t kEmitter = 2, kExposure = 3, kPreset = 6, kAutomaticExposure = 0xB;
-    config::Result<void> done;
+    base::Result<void> done;
     if (settings.preset > 0) done = unit_.set(kPreset, oneByte(static_cast<unsigned>(settings.preset)));
     if (done && settings.emitter != config::Emitter::unchanged) {
       done = unit_.set(kEmitter, oneByte(static_cast<unsigned>(settings.emitter) - 1));
@@ -206,7 +206,7 @@ class Gemini {
  public:
   explicit Gemini(const OpenDevice& device) : unit_(device) {}
 
-  config::Result<CameraReport> prepare(const config::CameraSettings& settings) {
+  base::Result<CameraReport> prepare(const config::CameraSettings& settings) {
     CameraReport report;
     const auto version = structure(orbbec::kVersionStructure);
     if (version) {
@@ -234,7 +234,7 @@ class Gemini {
   }
 
  private:
-  config::Result<std::vector<std::byte>> call(orbbec::Request request) {
+  base::Result<std::vector<std::byte>> call(orbbec::Request request) {
     request.id = ++last_id_;
     const std::vector<std::byte> bytes = orbbec::encoded(request);
     if (auto sent = unit_.set(orbbec::selectorOf(bytes.size()), bytes); !sent) {
@@ -246,11 +246,11 @@ class Gemini {
     return orbbec::responseData(request, *response);
   }
 
-  config::Result<std::vector<std::byte>> structure(std::uint32_t property) {
+  base::Result<std::vector<std::byte>> structure(std::uint32_t property) {
     return call({orbbec::Operation::get_structure, 0, property});
   }
 
-  config::Result<std::vector<std::byte>> list(std::uint32_t property) {
+  base::Result<std::vector<std::byte>> list(std::uint32_t property) {
     const auto begun = call({orbbec::Operation::begin_list, 0, property});
     const auto size = begun ? orbbec::listSizeFrom(*begun) : std::unexpected(begun.error());
     if (!size) return std::unexpected(size.error());
@@ -273,12 +273,12 @@ class Gemini {
     return bytes;
   }
 
-  config::Result<double> depthUnit_m() {
+  base::Result<double> depthUnit_m() {
     const auto data = call({orbbec::Operation::get_property, 0, orbbec::kDepthUnitProperty});
     return data ? orbbec::depthUnit_mFrom(*data) : std::unexpected(data.error());
   }
 
-  config::Result<void> setDepthUnit(const config::CameraSettings& settings, CameraReport& report) {
+  base::Result<void> setDepthUnit(const config::CameraSettings& settings, CameraReport& report) {
     auto unit_m = depthUnit_m();
     const bool fine_reaches = settings.depth_model.far_m <= kLargestRaw * kFineUnit_um * 1e-6;
     const double requested_um = settings.v4l2.unit_um > 0 ? settings.v4l2.unit_um
@@ -301,7 +301,7 @@ class Gemini {
     return {};
   }
 
-  config::Result<void> setControls(const config::V4l2Settings& settings) {
+  base::Result<void> setControls(const config::V4l2Settings& settings) {
     if (settings.exposure_us > 0 || settings.preset > 0 ||
         settings.sync_role != config::SyncRole::unchanged) {
       return std::unexpected(
@@ -311,7 +311,7 @@ class Gemini {
     if (settings.emitter == config::Emitter::unchanged) return {};
     const auto value = static_cast<std::uint32_t>(settings.emitter) - 1;
     const auto set = call({orbbec::Operation::set_property, 0, orbbec::kLaserProperty, {value}});
-    return set ? config::Result<void>{} : std::unexpected(set.error());
+    return set ? base::Result<void>{} : std::unexpected(set.error());
   }
 
   ExtensionUnit unit_;
@@ -320,8 +320,8 @@ class Gemini {
 
 }  // namespace
 
-config::Result<CameraReport> prepareCamera(const OpenDevice& device, std::uint16_t vendor,
-                                           const config::CameraSettings& settings) {
+base::Result<CameraReport> prepareCamera(const OpenDevice& device, std::uint16_t vendor,
+                                         const config::CameraSettings& settings) {
   if (vendor == kRealSenseVendor) return RealSense(device).prepare(settings);
   if (vendor == kOrbbecVendor) return Gemini(device).prepare(settings);
   CameraReport report;
@@ -333,8 +333,8 @@ std::optional<double> temperatureOf(const OpenDevice& device, std::uint16_t vend
   return vendor == kRealSenseVendor ? RealSense(device).temperature() : std::nullopt;
 }
 
-config::Result<CompletedModel> completedModel(const config::CameraSettings& settings,
-                                              const CameraReport& report, std::uint16_t vendor) {
+base::Result<CompletedModel> completedModel(const config::CameraSettings& settings,
+                                            const CameraReport& report, std::uint16_t vendor) {
   CompletedModel completed{settings.effectiveDepthModel(), {}};
   rt::DepthModelParameters& model = completed.model;
   const std::string reason = report.problem.empty() ? "" : ": " + report.problem;

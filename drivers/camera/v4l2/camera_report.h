@@ -5,10 +5,10 @@
 #include <optional>
 #include <string>
 
-#include "config/settings.h"
+#include "config/settings/settings.h"
 #include "drivers/camera/v4l2/pinhole.h"
 #include "drivers/camera/v4l2/system_calls.h"
-#include "rt/parameters.h"
+#include "rt/base/parameters.h"
 
 namespace hapticd::drivers {
 
@@ -28,8 +28,8 @@ struct CameraReport {
 /// Asks an opened camera for its calibration, and sets it as configured: depth unit, emitter, exposure,
 /// preset and synchronisation. Cameras of unknown vendors are not asked. Errors: the camera is gone or does
 /// not respond; it delivers disparities; a configured setting is refused.
-config::Result<CameraReport> prepareCamera(const OpenDevice& device, std::uint16_t vendor,
-                                           const config::CameraSettings& settings);
+base::Result<CameraReport> prepareCamera(const OpenDevice& device, std::uint16_t vendor,
+                                         const config::CameraSettings& settings);
 
 /// Returns the temperature of the camera's processor in degrees Celsius, if it reports one.
 std::optional<double> temperatureOf(const OpenDevice& device, std::uint16_t vendor);
@@ -42,7 +42,7 @@ struct CompletedModel {
 
 /// Combines the configuration and the camera's report to the model of frames of this size.
 /// Errors: neither has intrinsics or a depth unit.
-config::Result<CompletedModel> completedModel(const config::CameraSettings& settings,
-                                              const CameraReport& report, std::uint16_t vendor);
+base::Result<CompletedModel> completedModel(const config::CameraSettings& settings,
+                                            const CameraReport& report, std::uint16_t vendor);
 
 }  // namespace hapticd::drivers

@@ -19,7 +19,7 @@ constexpr std::size_t kBytesPerPixel = 2;
 constexpr std::uint32_t kMostEntries = 64;  // of a list that a device may never end
 constexpr double kHighestRate_hz = 1000;    // the kernel makes 10 MHz of an interval that is not stated
 
-config::Error failure(std::string what, std::string remedy) {
+base::Error failure(std::string what, std::string remedy) {
   return {"v4l2", std::move(what), std::move(remedy)};
 }
 
@@ -52,7 +52,7 @@ std::string offeredRates(const OpenDevice& device, std::uint32_t pixels, FrameSi
   return rates.empty() ? "not listed" : fmt::format("{}", fmt::join(rates, ", "));
 }
 
-config::Result<void> setRate(const OpenDevice& device, std::uint32_t pixels, FrameSize size, int rate_hz) {
+base::Result<void> setRate(const OpenDevice& device, std::uint32_t pixels, FrameSize size, int rate_hz) {
   v4l2_streamparm parameters{};
   parameters.type = kVideo;
   parameters.parm.capture.timeperframe = {1, static_cast<std::uint32_t>(rate_hz)};
@@ -80,7 +80,7 @@ std::string fourccText(std::uint32_t code) {
   return text;
 }
 
-config::Error callFailure(const char* call, int result) {
+base::Error callFailure(const char* call, int result) {
   if (result == -ENODEV) return failure("the camera is gone", "check its USB cable");
   if (result == -EBUSY) {
     return failure("another program uses the camera", "end it; fuser -v /dev/video* shows which one");
@@ -93,7 +93,7 @@ config::Error callFailure(const char* call, int result) {
                  "unplug the camera, wait a moment and plug it in again");
 }
 
-config::Result<Capability> capabilityOf(const OpenDevice& device) {
+base::Result<Capability> capabilityOf(const OpenDevice& device) {
   v4l2_capability answer{};
   if (const int result = device.ioctl(VIDIOC_QUERYCAP, &answer); result < 0) {
     return std::unexpected(callFailure("VIDIOC_QUERYCAP", result));
@@ -118,8 +118,8 @@ config::Result<Capability> capabilityOf(const OpenDevice& device) {
   return capability;
 }
 
-config::Result<StreamFormat> negotiateDepth(const OpenDevice& device, std::uint32_t pixels, FrameSize size,
-                                            int rate_hz) {
+base::Result<StreamFormat> negotiateDepth(const OpenDevice& device, std::uint32_t pixels, FrameSize size,
+                                          int rate_hz) {
   v4l2_format format{};
   format.type = kVideo;
   format.fmt.pix.width = static_cast<std::uint32_t>(size.width_px);
@@ -159,7 +159,7 @@ config::Result<StreamFormat> negotiateDepth(const OpenDevice& device, std::uint3
   return StreamFormat{pixels, size, line_bytes, needed};
 }
 
-config::Result<StreamFormat> negotiateMetadata(const OpenDevice& device) {
+base::Result<StreamFormat> negotiateMetadata(const OpenDevice& device) {
   v4l2_format format{};
   format.type = V4L2_BUF_TYPE_META_CAPTURE;
   format.fmt.meta.dataformat = V4L2_META_FMT_D4XX;
@@ -186,7 +186,7 @@ CaptureStream::~CaptureStream() {
   device_.ioctl(VIDIOC_REQBUFS, &request);
 }
 
-config::Result<void> CaptureStream::start() {
+base::Result<void> CaptureStream::start() {
   v4l2_requestbuffers request{};
   request.count = kBuffers;
   request.type = type_;
@@ -216,7 +216,7 @@ config::Result<void> CaptureStream::start() {
   return {};
 }
 
-config::Result<void> CaptureStream::mapBuffer(std::uint32_t index) {
+base::Result<void> CaptureStream::mapBuffer(std::uint32_t index) {
   v4l2_buffer buffer{};
   buffer.type = type_;
   buffer.memory = V4L2_MEMORY_MMAP;
@@ -233,7 +233,7 @@ config::Result<void> CaptureStream::mapBuffer(std::uint32_t index) {
   return {};
 }
 
-config::Result<void> CaptureStream::queue(std::uint32_t index) {
+base::Result<void> CaptureStream::queue(std::uint32_t index) {
   v4l2_buffer buffer{};
   buffer.type = type_;
   buffer.memory = V4L2_MEMORY_MMAP;
@@ -243,7 +243,7 @@ config::Result<void> CaptureStream::queue(std::uint32_t index) {
   return {};
 }
 
-config::Result<std::optional<FilledBuffer>> CaptureStream::take() {
+base::Result<std::optional<FilledBuffer>> CaptureStream::take() {
   v4l2_buffer buffer{};
   buffer.type = type_;
   buffer.memory = V4L2_MEMORY_MMAP;
@@ -267,7 +267,7 @@ config::Result<std::optional<FilledBuffer>> CaptureStream::take() {
   return filled;
 }
 
-config::Result<void> CaptureStream::giveBack(const FilledBuffer& buffer) {
+base::Result<void> CaptureStream::giveBack(const FilledBuffer& buffer) {
   return queue(buffer.index);
 }
 

@@ -28,14 +28,14 @@ struct Capability {
   std::string bus;                 ///< the same for all nodes of a device
 };
 /// Errors: the device does not answer.
-config::Result<Capability> capabilityOf(const OpenDevice& device);
+base::Result<Capability> capabilityOf(const OpenDevice& device);
 
 /// Negotiates format, size and rate.
 /// Errors: the camera answers with another size, format, or rate; the error lists what it offers.
-config::Result<StreamFormat> negotiateDepth(const OpenDevice& device, std::uint32_t pixels, FrameSize size,
-                                            int rate_hz);
+base::Result<StreamFormat> negotiateDepth(const OpenDevice& device, std::uint32_t pixels, FrameSize size,
+                                          int rate_hz);
 /// Errors: the node does not offer metadata in the format D4XX.
-config::Result<StreamFormat> negotiateMetadata(const OpenDevice& device);
+base::Result<StreamFormat> negotiateMetadata(const OpenDevice& device);
 
 /// A buffer that the device has filled, until giveBack().
 struct FilledBuffer {
@@ -56,15 +56,15 @@ class CaptureStream {
   CaptureStream& operator=(const CaptureStream&) = delete;
 
   /// Maps the buffers and starts the stream.
-  config::Result<void> start();
+  base::Result<void> start();
   /// Returns the next filled buffer without waiting; nothing: there is none.
   /// Errors: the device is gone or fails.
-  config::Result<std::optional<FilledBuffer>> take();
-  config::Result<void> giveBack(const FilledBuffer& buffer);
+  base::Result<std::optional<FilledBuffer>> take();
+  base::Result<void> giveBack(const FilledBuffer& buffer);
 
  private:
-  config::Result<void> mapBuffer(std::uint32_t index);
-  config::Result<void> queue(std::uint32_t index);
+  base::Result<void> mapBuffer(std::uint32_t index);
+  base::Result<void> queue(std::uint32_t index);
 
   const OpenDevice& device_;
   std::uint32_t type_;
@@ -76,6 +76,6 @@ class CaptureStream {
 std::string fourccText(std::uint32_t code);
 
 /// Returns the error for a failed call on a device.
-config::Error callFailure(const char* call, int result);
+base::Error callFailure(const char* call, int result);
 
 }  // namespace hapticd::drivers

@@ -26,8 +26,8 @@ constexpr std::size_t kDepthCalibrationBytes = 28;
 constexpr const char* kConfigure =
     "set camera.intrinsics to configured and camera.unit_um to the camera's unit, or update its firmware";
 
-std::unexpected<config::Error> refuse(const char* where, std::string what) {
-  return std::unexpected(config::Error{where, std::move(what), kConfigure});
+std::unexpected<base::Error> refuse(const char* where, std::string what) {
+  return std::unexpected(base::Error{where, std::move(what), kConfigure});
 }
 
 /// Text in a field of a fixed size, which may lack the terminating NUL.
@@ -87,7 +87,7 @@ std::uint8_t selectorOf(std::size_t control_bytes) {
   return control_bytes <= kMediumControl ? 1 : 3;
 }
 
-config::Result<std::vector<std::byte>> responseData(const Request& request, Bytes response) {
+base::Result<std::vector<std::byte>> responseData(const Request& request, Bytes response) {
   constexpr const char* kWhere = "Orbbec protocol";
   if (response.size() < kResponseHeaderBytes) {
     return refuse(kWhere, fmt::format("the response has only {} bytes", response.size()));
@@ -116,14 +116,14 @@ config::Result<std::vector<std::byte>> responseData(const Request& request, Byte
   return std::vector<std::byte>(data.begin(), data.end());
 }
 
-config::Result<std::uint32_t> propertyFrom(Bytes data) {
+base::Result<std::uint32_t> propertyFrom(Bytes data) {
   if (data.size() < sizeof(std::uint32_t)) {
     return refuse("Orbbec property", fmt::format("has only {} bytes", data.size()));
   }
   return numberAt<std::uint32_t>(data, 0);
 }
 
-config::Result<double> depthUnit_mFrom(Bytes data) {
+base::Result<double> depthUnit_mFrom(Bytes data) {
   if (auto present = propertyFrom(data); !present) return std::unexpected(present.error());
   const double unit_m = static_cast<double>(numberAt<float>(data, 0)) / 1000;
   if (!(unit_m >= 1e-6 && unit_m <= 0.1)) {
@@ -132,7 +132,7 @@ config::Result<double> depthUnit_mFrom(Bytes data) {
   return unit_m;
 }
 
-config::Result<ListSize> listSizeFrom(Bytes data) {
+base::Result<ListSize> listSizeFrom(Bytes data) {
   constexpr std::uint32_t kLargest = 64 * 1024;
   if (data.size() < 6) return refuse("Orbbec list", fmt::format("its size has only {} bytes", data.size()));
   const ListSize size{numberAt<std::uint16_t>(data, 0), numberAt<std::uint32_t>(data, 2)};
@@ -142,7 +142,7 @@ config::Result<ListSize> listSizeFrom(Bytes data) {
   return size;
 }
 
-config::Result<Pinhole> pinholeOfMode(Bytes list, FrameSize size) {
+base::Result<Pinhole> pinholeOfMode(Bytes list, FrameSize size) {
   constexpr const char* kWhere = "Orbbec calibration";
   if (list.empty() || list.size() % kCalibrationBytes != 0) {
     return refuse(
@@ -165,7 +165,7 @@ config::Result<Pinhole> pinholeOfMode(Bytes list, FrameSize size) {
   return plausiblePinhole(scaled(proportional->pinhole, factor), size, kWhere);
 }
 
-config::Result<double> baseline_mFrom(Bytes list) {
+base::Result<double> baseline_mFrom(Bytes list) {
   constexpr const char* kWhere = "Orbbec depth calibration";
   constexpr std::size_t kBaselineOffset = 4;
   if (list.size() < kDepthCalibrationBytes) {
@@ -178,7 +178,7 @@ config::Result<double> baseline_mFrom(Bytes list) {
   return baseline_m;
 }
 
-config::Result<Version> versionFrom(Bytes data) {
+base::Result<Version> versionFrom(Bytes data) {
   constexpr std::size_t kField = 16;
   constexpr std::size_t kSerialOffset = 5 * kField;
   constexpr std::size_t kDeviceOffset = 6 * kField + 4;

@@ -47,28 +47,28 @@ std::uint8_t selectorOf(std::size_t control_bytes);
 
 /// Returns the data of a response.
 /// Errors: wrong size, magic, operation, id or length; an error code.
-config::Result<std::vector<std::byte>> responseData(const Request& request, Bytes response);
+base::Result<std::vector<std::byte>> responseData(const Request& request, Bytes response);
 
 /// Returns the value of a property, the first of the five numbers in the response.
-config::Result<std::uint32_t> propertyFrom(Bytes data);
+base::Result<std::uint32_t> propertyFrom(Bytes data);
 
 /// Returns the depth unit in metres.  Errors: not a number, or outside 1 um to 100 mm.
-config::Result<double> depthUnit_mFrom(Bytes data);
+base::Result<double> depthUnit_mFrom(Bytes data);
 
 struct ListSize {
   std::uint16_t version = 0;
   std::uint32_t bytes = 0;
 };
 /// Reads the response to Operation::begin_list.  Errors: too short, more than 64 KiB.
-config::Result<ListSize> listSizeFrom(Bytes data);
+base::Result<ListSize> listSizeFrom(Bytes data);
 
 /// Returns the intrinsics of a depth mode from the list of camera calibrations: of the same size, else scaled
 /// from one with the same proportions.
 /// Errors: no list, none that fits, implausible intrinsics.
-config::Result<Pinhole> pinholeOfMode(Bytes list, FrameSize size);
+base::Result<Pinhole> pinholeOfMode(Bytes list, FrameSize size);
 
 /// Returns the baseline in metres from the list of depth calibrations.  Errors: too short, implausible.
-config::Result<double> baseline_mFrom(Bytes list);
+base::Result<double> baseline_mFrom(Bytes list);
 
 struct Version {
   std::string firmware;
@@ -76,6 +76,6 @@ struct Version {
   std::string device;
 };
 /// Errors: too short.
-config::Result<Version> versionFrom(Bytes data);
+base::Result<Version> versionFrom(Bytes data);
 
 }  // namespace hapticd::drivers::orbbec

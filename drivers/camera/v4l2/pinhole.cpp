@@ -29,9 +29,9 @@ bool isWithin(double centre_px, int extent_px) {
 
 }  // namespace
 
-config::Result<Pinhole> plausiblePinhole(const Pinhole& pinhole, FrameSize size, std::string_view where) {
+base::Result<Pinhole> plausiblePinhole(const Pinhole& pinhole, FrameSize size, std::string_view where) {
   const auto refuse = [&](std::string what) {
-    return std::unexpected(config::Error{std::string(where), std::move(what), kRemedy});
+    return std::unexpected(base::Error{std::string(where), std::move(what), kRemedy});
   };
   if (!isPlausibleView(pinhole.fx_px, size.width_px) || !(pinhole.fy_px > 0)) {
     return refuse(fmt::format("the focal length ({}, {}) px is not that of a frame of {} x {} pixels",

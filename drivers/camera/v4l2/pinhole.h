@@ -3,7 +3,7 @@
 
 #include <string_view>
 
-#include "config/error.h"
+#include "config/base/error.h"
 
 namespace hapticd::drivers {
 
@@ -25,7 +25,7 @@ struct Pinhole {
 /// Returns the intrinsics if they can be those of a frame of this size: finite, a field of view between 5 and
 /// 160 degrees, square pixels within a tenth, and the optical centre within the frame. `where`: their source,
 /// for the error.
-config::Result<Pinhole> plausiblePinhole(const Pinhole& pinhole, FrameSize size, std::string_view where);
+base::Result<Pinhole> plausiblePinhole(const Pinhole& pinhole, FrameSize size, std::string_view where);
 
 /// Returns the intrinsics of a frame that shows the same view at another size of the same proportions.
 Pinhole scaled(const Pinhole& pinhole, double factor);

@@ -49,8 +49,8 @@ constexpr double kRowsAboveStrip = 190;
 
 constexpr const char* kUpdate = "update the camera's firmware, or set camera.intrinsics to configured";
 
-std::unexpected<config::Error> refuse(const char* where, std::string what, const char* remedy = kUpdate) {
-  return std::unexpected(config::Error{where, std::move(what), remedy});
+std::unexpected<base::Error> refuse(const char* where, std::string what, const char* remedy = kUpdate) {
+  return std::unexpected(base::Error{where, std::move(what), remedy});
 }
 
 Pinhole pinholeAt(Bytes bytes, std::size_t offset) {
@@ -62,7 +62,7 @@ Pinhole pinholeAt(Bytes bytes, std::size_t offset) {
 
 constexpr const char* kTableName = "RealSense table 25";
 
-config::Result<void> checkTable(Bytes table) {
+base::Result<void> checkTable(Bytes table) {
   if (table.size() < kTableBytes) {
     return refuse(kTableName, fmt::format("has {} bytes instead of {}", table.size(), kTableBytes));
   }
@@ -117,7 +117,7 @@ std::vector<std::byte> encoded(const Request& request) {
   return bytes;
 }
 
-config::Result<std::vector<std::byte>> replyData(Command command, Bytes reply) {
+base::Result<std::vector<std::byte>> replyData(Command command, Bytes reply) {
   constexpr const char* kWhere = "RealSense hardware monitor";
   if (reply.size() != kMonitorBytes) {
     return refuse(kWhere, fmt::format("the reply has {} bytes instead of {}", reply.size(), kMonitorBytes));
@@ -137,7 +137,7 @@ config::Result<std::vector<std::byte>> replyData(Command command, Bytes reply) {
   return std::vector<std::byte>(data.begin(), data.end());
 }
 
-config::Result<std::optional<Pinhole>> pinholeOfMode(Bytes modes, FrameSize size) {
+base::Result<std::optional<Pinhole>> pinholeOfMode(Bytes modes, FrameSize size) {
   constexpr const char* kWhere = "RealSense depth modes";
   if (modes.empty() || modes.size() % kModeBytes != 0) {
     return refuse(kWhere,
@@ -153,7 +153,7 @@ config::Result<std::optional<Pinhole>> pinholeOfMode(Bytes modes, FrameSize size
   return std::nullopt;
 }
 
-config::Result<double> baselineOf(Bytes table) {
+base::Result<double> baselineOf(Bytes table) {
   if (auto intact = checkTable(table); !intact) return std::unexpected(intact.error());
   const double baseline_m = std::abs(static_cast<double>(numberAt<float>(table, kBaselineOffset))) / 1000;
   // the cameras have 18 to 95 mm
@@ -163,7 +163,7 @@ config::Result<double> baselineOf(Bytes table) {
   return baseline_m;
 }
 
-config::Result<Coefficients> coefficientsOf(Bytes table, FrameSize size) {
+base::Result<Coefficients> coefficientsOf(Bytes table, FrameSize size) {
   const auto baseline_m = baselineOf(table);
   if (!baseline_m) return std::unexpected(baseline_m.error());
   const auto pinhole = plausiblePinhole(rectifiedOf(table, size), size, kTableName);
@@ -171,7 +171,7 @@ config::Result<Coefficients> coefficientsOf(Bytes table, FrameSize size) {
   return Coefficients{*pinhole, *baseline_m};
 }
 
-config::Result<DepthTable> depthTableFrom(Bytes data) {
+base::Result<DepthTable> depthTableFrom(Bytes data) {
   constexpr const char* kWhere = "RealSense depth table";
   constexpr std::uint32_t kLargestUnit_um = 100'000;
   if (data.size() < 5 * sizeof(std::uint32_t)) {
@@ -196,7 +196,7 @@ std::vector<std::byte> encoded(const DepthTable& table) {
   return bytes;
 }
 
-config::Result<DeviceData> deviceDataFrom(Bytes data) {
+base::Result<DeviceData> deviceDataFrom(Bytes data) {
   constexpr std::size_t kFirmwareOffset = 12;
   constexpr std::size_t kSerialOffset = 48;
   constexpr std::size_t kSerialBytes = 6;

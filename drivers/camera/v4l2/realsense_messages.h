@@ -40,12 +40,12 @@ std::vector<std::byte> encoded(const Request& request);
 
 /// Returns the data of a reply.
 /// Errors: a reply of another size, to another request, with an error code, or with an impossible length.
-config::Result<std::vector<std::byte>> replyData(Command command, Bytes reply);
+base::Result<std::vector<std::byte>> replyData(Command command, Bytes reply);
 
 /// Returns the intrinsics of a depth mode from the reply to Command::depth_modes; nothing if it does not list
 /// the mode.
 /// Errors: no list of modes, implausible intrinsics.
-config::Result<std::optional<Pinhole>> pinholeOfMode(Bytes modes, FrameSize size);
+base::Result<std::optional<Pinhole>> pinholeOfMode(Bytes modes, FrameSize size);
 
 /// What table 25 says of a mode.
 struct Coefficients {
@@ -56,10 +56,10 @@ struct Coefficients {
 /// Reads table 25 for a depth mode; modes that it does not list are scaled from 1920 x 1080, of which they
 /// show a part.
 /// Errors: wrong size, type or checksum, implausible intrinsics or baseline.
-config::Result<Coefficients> coefficientsOf(Bytes table, FrameSize size);
+base::Result<Coefficients> coefficientsOf(Bytes table, FrameSize size);
 
 /// Reads the baseline of table 25 alone, in metres.
-config::Result<double> baselineOf(Bytes table);
+base::Result<double> baselineOf(Bytes table);
 
 /// The depth table: the unit of raw values, and the mode.
 struct DepthTable {
@@ -70,7 +70,7 @@ struct DepthTable {
   std::int32_t disparity_shift = 0;
 };
 /// Errors: wrong size, a unit outside 1 um to 100 mm.
-config::Result<DepthTable> depthTableFrom(Bytes data);
+base::Result<DepthTable> depthTableFrom(Bytes data);
 std::vector<std::byte> encoded(const DepthTable& table);
 
 /// Firmware and serial number of the depth module.
@@ -79,7 +79,7 @@ struct DeviceData {
   std::string serial;    ///< 12 digits
 };
 /// Errors: too short.
-config::Result<DeviceData> deviceDataFrom(Bytes data);
+base::Result<DeviceData> deviceDataFrom(Bytes data);
 
 /// Returns the temperature of the depth processor in degrees Celsius from its control of 4 bytes; nothing if
 /// the camera does not know it, as while it does not stream.

@@ -7,7 +7,7 @@
 
 namespace hapticd::drivers {
 
-config::Result<void> V4l2Camera::start(FrameSink& sink) {
+base::Result<void> V4l2Camera::start(FrameSink& sink) {
   return thread_.start(std::make_shared<V4l2Worker>(settings_, calls_, root_, sink), "v4l2",
                        [](auto body) { return startThread("camera", std::move(body)); });
 }

@@ -23,7 +23,7 @@ class V4l2Camera final : public Camera {
       : settings_(std::move(settings)), calls_(std::move(calls)), root_(std::move(root)) {}
   ~V4l2Camera() override { stop(); }
 
-  config::Result<void> start(FrameSink& sink) override;
+  base::Result<void> start(FrameSink& sink) override;
   void stop() override;
   CameraStatus status() const override;
 

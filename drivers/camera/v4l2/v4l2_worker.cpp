@@ -6,14 +6,61 @@
 #include <poll.h>
 
 #include <cerrno>
+#include <chrono>
+#include <cstdint>
 #include <cstring>
+#include <functional>
+#include <optional>
+#include <thread>
+#include <utility>
 
+#include "drivers/base/start_thread.h"
+#include "drivers/base/stop_signal.h"
+#include "drivers/camera/v4l2/camera_report.h"
 #include "drivers/camera/v4l2/depth_metadata.h"
-#include "drivers/camera/v4l2/temperature_reader.h"
-#include "rt/clock.h"
+#include "drivers/camera/v4l2/system_calls.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::drivers {
 namespace {
+
+/// Asks a camera for its temperature once in a while. In a thread of its own, because the kernel waits up to
+/// 5 s for a control that a camera does not answer, and frames must not wait for it.
+class TemperatureReader {
+ public:
+  using Report = std::function<void(std::optional<double> temperature_c)>;
+
+  /// `device`: outlives the reader. `report`: is called in the reader's thread, only for cameras that state
+  /// their temperature.
+  TemperatureReader(const OpenDevice& device, std::uint16_t vendor, Report report);
+  /// Waits for the control that is being asked.
+  ~TemperatureReader();
+  TemperatureReader(const TemperatureReader&) = delete;
+  TemperatureReader& operator=(const TemperatureReader&) = delete;
+
+ private:
+  StopSignal stop_signal_;
+  std::thread thread_;  // not joinable: there is nothing to ask, or no thread
+};
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::seconds kPeriod{5};
+
+TemperatureReader::TemperatureReader(const OpenDevice& device, std::uint16_t vendor, Report report) {
+  if (vendor != kRealSenseVendor) return;
+  auto thread = startThread("temperature", [this, &device, vendor, report = std::move(report)] {
+    do {
+      report(temperatureOf(device, vendor));
+    } while (!stop_signal_.waitUntil(Clock::now() + kPeriod));
+  });
+  if (thread) thread_ = std::move(*thread);
+}
+
+TemperatureReader::~TemperatureReader() {
+  stop_signal_.raise();
+  if (thread_.joinable()) thread_.join();
+}
 
 using std::chrono::milliseconds;
 
@@ -23,7 +70,7 @@ constexpr milliseconds kFrameLimit{1000};
 constexpr milliseconds kPollLimit{100};    // how long a stop may go unnoticed
 constexpr std::uint32_t kMostLost = 1000;  // a larger gap is a counter that started anew
 
-config::Error failure(std::string what, std::string remedy) {
+base::Error failure(std::string what, std::string remedy) {
   return {"v4l2", std::move(what), std::move(remedy)};
 }
 
@@ -69,7 +116,7 @@ void V4l2Worker::run() {
 }
 
 /// Shows why the camera cannot be used, if it cannot.
-void V4l2Worker::show(const config::Result<void>& used) {
+void V4l2Worker::show(const base::Result<void>& used) {
   if (used || stop_signal_.raised()) return;
   board_.set(seen_ ? CameraState::lost : CameraState::absent, used.error().text());
 }
@@ -80,10 +127,10 @@ void V4l2Worker::requestStop() {
   stop_requested_ = true;
 }
 
-config::Result<V4l2Worker::Chosen> V4l2Worker::chosenDevice() {
+base::Result<V4l2Worker::Chosen> V4l2Worker::chosenDevice() {
   const auto candidates = candidatesOf(settings_, videoDevices(root_));
   if (!candidates) return std::unexpected(candidates.error());
-  std::optional<config::Error> problem;
+  std::optional<base::Error> problem;
   for (const VideoDevice& video : *candidates) {
     auto device = std::make_unique<OpenDevice>(*calls_, calls_->open(video.node));
     if (device->descriptor() < 0) {
@@ -101,7 +148,7 @@ config::Result<V4l2Worker::Chosen> V4l2Worker::chosenDevice() {
       "connect a depth camera; hapticctl doctor names the cameras that need their vendor's software"));
 }
 
-config::Result<void> V4l2Worker::useCameraOnce() {
+base::Result<void> V4l2Worker::useCameraOnce() {
   auto camera = chosenDevice();
   if (!camera) return std::unexpected(camera.error());
   // first, because it fails while another program streams, whose camera must not be set anew
@@ -142,8 +189,8 @@ std::unique_ptr<V4l2Worker::Metadata> V4l2Worker::startedMetadata(const Chosen& 
   return nullptr;
 }
 
-config::Result<void> V4l2Worker::deliver(const Chosen& camera, const StreamFormat& format,
-                                         const rt::DepthModelParameters& model, std::string advice) {
+base::Result<void> V4l2Worker::deliver(const Chosen& camera, const StreamFormat& format,
+                                       const rt::DepthModelParameters& model, std::string advice) {
   const std::unique_ptr<Metadata> metadata = startedMetadata(camera);
   CaptureStream stream(*camera.device, V4L2_BUF_TYPE_VIDEO_CAPTURE);
   if (auto started = stream.start(); !started) return started;
@@ -156,9 +203,9 @@ config::Result<void> V4l2Worker::deliver(const Chosen& camera, const StreamForma
   return ended;
 }
 
-config::Result<void> V4l2Worker::takeUntilLost(const OpenDevice& device, CaptureStream& stream,
-                                               const StreamFormat& format,
-                                               const rt::DepthModelParameters& model, Metadata* metadata) {
+base::Result<void> V4l2Worker::takeUntilLost(const OpenDevice& device, CaptureStream& stream,
+                                             const StreamFormat& format,
+                                             const rt::DepthModelParameters& model, Metadata* metadata) {
   last_sequence_.reset();
   last_frame_ = Clock::now() + (kFirstFrameLimit - kFrameLimit);
   while (!stop_signal_.raised()) {
@@ -177,8 +224,8 @@ config::Result<void> V4l2Worker::takeUntilLost(const OpenDevice& device, Capture
   return {};
 }
 
-config::Result<void> V4l2Worker::takeFrames(CaptureStream& stream, const StreamFormat& format,
-                                            const rt::DepthModelParameters& model, Metadata* metadata) {
+base::Result<void> V4l2Worker::takeFrames(CaptureStream& stream, const StreamFormat& format,
+                                          const rt::DepthModelParameters& model, Metadata* metadata) {
   const auto taken = stream.take();
   if (!taken) return std::unexpected(taken.error());
   if (!*taken) return {};

@@ -46,17 +46,17 @@ class V4l2Worker {
     Capability capability;
   };
 
-  config::Result<void> useCameraOnce();
-  void show(const config::Result<void>& used);
-  config::Result<Chosen> chosenDevice();
+  base::Result<void> useCameraOnce();
+  void show(const base::Result<void>& used);
+  base::Result<Chosen> chosenDevice();
   std::unique_ptr<Metadata> startedMetadata(const Chosen& camera);
-  config::Result<void> deliver(const Chosen& camera, const StreamFormat& format,
-                               const rt::DepthModelParameters& model, std::string advice);
-  config::Result<void> takeUntilLost(const OpenDevice& device, CaptureStream& stream,
-                                     const StreamFormat& format, const rt::DepthModelParameters& model,
-                                     Metadata* metadata);
-  config::Result<void> takeFrames(CaptureStream& stream, const StreamFormat& format,
-                                  const rt::DepthModelParameters& model, Metadata* metadata);
+  base::Result<void> deliver(const Chosen& camera, const StreamFormat& format,
+                             const rt::DepthModelParameters& model, std::string advice);
+  base::Result<void> takeUntilLost(const OpenDevice& device, CaptureStream& stream,
+                                   const StreamFormat& format, const rt::DepthModelParameters& model,
+                                   Metadata* metadata);
+  base::Result<void> takeFrames(CaptureStream& stream, const StreamFormat& format,
+                                const rt::DepthModelParameters& model, Metadata* metadata);
   void countLostBefore(std::uint32_t sequence);
   void publish(const FilledBuffer& buffer, const StreamFormat& format, const rt::DepthModelParameters& model,
                Metadata* metadata);

@@ -89,10 +89,10 @@ std::vector<VideoDevice> videoDevices(const fs::path& root) {
   return devices;
 }
 
-config::Result<std::vector<VideoDevice>> candidatesOf(const config::CameraSettings& settings,
-                                                      const std::vector<VideoDevice>& devices) {
+base::Result<std::vector<VideoDevice>> candidatesOf(const config::CameraSettings& settings,
+                                                    const std::vector<VideoDevice>& devices) {
   const auto refuse = [](std::string what, std::string remedy) {
-    return std::unexpected(config::Error{"v4l2", std::move(what), std::move(remedy)});
+    return std::unexpected(base::Error{"v4l2", std::move(what), std::move(remedy)});
   };
   if (devices.empty()) return refuse("there is no video device", kConnect);
   std::vector<VideoDevice> candidates = devices;

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
-#include "config/settings.h"
+#include "config/base/error.h"
+#include "config/settings/settings.h"
 
 namespace hapticd::drivers {
 
@@ -30,7 +30,7 @@ std::vector<VideoDevice> videoDevices(const std::filesystem::path& root = "/");
 /// Returns the nodes that the settings allow, in order: that of camera.device, those of camera.serial, or all
 /// of them.
 /// Errors: none; the error names what was found.
-config::Result<std::vector<VideoDevice>> candidatesOf(const config::CameraSettings& settings,
-                                                      const std::vector<VideoDevice>& devices);
+base::Result<std::vector<VideoDevice>> candidatesOf(const config::CameraSettings& settings,
+                                                    const std::vector<VideoDevice>& devices);
 
 }  // namespace hapticd::drivers

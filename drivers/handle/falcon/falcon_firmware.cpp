@@ -10,7 +10,7 @@
 #include <cstring>
 #include <span>
 
-#include "config/file_content.h"
+#include "config/base/file_content.h"
 #include "drivers/handle/falcon/falcon_link.h"
 
 namespace hapticd::drivers {
@@ -34,17 +34,17 @@ constexpr std::array<std::uint8_t, 1> kImageFollows{0x41};
 constexpr const char* kPowerRemedy =
     "unplug its power supply and its USB cable, wait a moment, plug both in again";
 
-config::Error imageError(const std::string& path, std::string what) {
+base::Error imageError(const std::string& path, std::string what) {
   return {path, std::move(what), "set falcon_handle.firmware to the image of Novint's driver"};
 }
 
-config::Error loadError(std::string what) {
+base::Error loadError(std::string what) {
   return {"falcon firmware", std::move(what), kPowerRemedy};
 }
 
 /// Receives until `enough` returns true or `limit` has passed.
 template <typename Enough>
-config::Result<FalconImage> receiveUntil(FtdiPort& port, milliseconds limit, Enough enough) {
+base::Result<FalconImage> receiveUntil(FtdiPort& port, milliseconds limit, Enough enough) {
   constexpr std::size_t kMost = 4096;  // for a device that never stops sending
   FalconImage received;
   const Clock::time_point deadline = Clock::now() + limit;
@@ -56,7 +56,7 @@ config::Result<FalconImage> receiveUntil(FtdiPort& port, milliseconds limit, Eno
   return received;
 }
 
-config::Result<void> resetBootloader(FtdiPort& port) {
+base::Result<void> resetBootloader(FtdiPort& port) {
   if (auto done = port.purge(); !done) return done;
   if (auto done = port.setLatency(kLatencyMs); !done) return done;
   if (auto done = port.setBaud(FtdiPort::Baud::of_bootloader); !done) return done;
@@ -71,7 +71,7 @@ bool holdsGreetingReply(Bytes received) {
   return !std::ranges::search(received, kGreetingReply).empty();
 }
 
-config::Result<void> greetBootloader(FtdiPort& port, const StopSignal& stop) {
+base::Result<void> greetBootloader(FtdiPort& port, const StopSignal& stop) {
   for (int greeting = 0; greeting < kMaxGreetings && !stop.raised(); ++greeting) {
     if (auto sent = port.write(kGreeting, kSendLimit); !sent) return sent;
     const auto reply = receiveUntil(port, kGreetingLimit, holdsGreetingReply);
@@ -82,7 +82,7 @@ config::Result<void> greetBootloader(FtdiPort& port, const StopSignal& stop) {
 }
 
 /// Sends bytes and checks that the bootloader echoes each of them.
-config::Result<void> sendWithEcho(FtdiPort& port, Bytes bytes, const std::string& what) {
+base::Result<void> sendWithEcho(FtdiPort& port, Bytes bytes, const std::string& what) {
   if (auto sent = port.write(bytes, kSendLimit); !sent) return sent;
   const auto echo =
       receiveUntil(port, kEchoLimit, [&](Bytes received) { return received.size() >= bytes.size(); });
@@ -94,7 +94,7 @@ config::Result<void> sendWithEcho(FtdiPort& port, Bytes bytes, const std::string
                                                : fmt::format("{} of {} bytes", echo->size(), bytes.size()))));
 }
 
-config::Result<void> sendImage(FtdiPort& port, Bytes image, const StopSignal& stop) {
+base::Result<void> sendImage(FtdiPort& port, Bytes image, const StopSignal& stop) {
   for (std::size_t at = 0; at < image.size(); at += kChunkBytes) {
     if (stop.raised()) return std::unexpected(loadError("stopped"));
     const Bytes chunk = image.subspan(at, std::min(kChunkBytes, image.size() - at));
@@ -105,9 +105,9 @@ config::Result<void> sendImage(FtdiPort& port, Bytes image, const StopSignal& st
 
 }  // namespace
 
-config::Result<FalconImage> readFalconImage(const std::string& path) {
-  const auto content = config::fileContent(path, {.longest = kLargestFalconImage});
-  if (!content && content.error().reason == config::FileFault::Reason::too_long) {
+base::Result<FalconImage> readFalconImage(const std::string& path) {
+  const auto content = base::fileContent(path, {.longest = kLargestFalconImage});
+  if (!content && content.error().reason == base::FileFault::Reason::too_long) {
     return std::unexpected(
         imageError(path, fmt::format("has more than {} bytes: not a firmware image", kLargestFalconImage)));
   }
@@ -118,7 +118,7 @@ config::Result<FalconImage> readFalconImage(const std::string& path) {
   return image;
 }
 
-config::Result<bool> falconAnswers(FtdiPort& port, const StopSignal& stop) {
+base::Result<bool> falconAnswers(FtdiPort& port, const StopSignal& stop) {
   constexpr int kMaxExchanges = 100;  // exchanges of at most FalconLink::kReplyLimit each
   FalconLink link(port);
   if (auto begun = link.begin(); !begun) return std::unexpected(begun.error());
@@ -131,7 +131,7 @@ config::Result<bool> falconAnswers(FtdiPort& port, const StopSignal& stop) {
   return false;
 }
 
-config::Result<void> loadFalconImage(FtdiPort& port, const FalconImage& image, const StopSignal& stop) {
+base::Result<void> loadFalconImage(FtdiPort& port, const FalconImage& image, const StopSignal& stop) {
   if (auto done = resetBootloader(port); !done) return done;
   if (auto done = greetBootloader(port, stop); !done) return done;
   if (auto done = port.setDtr(false); !done) return done;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
+#include "config/base/error.h"
 #include "drivers/base/stop_signal.h"
 #include "drivers/handle/falcon/ftdi_port.h"
 
@@ -23,13 +23,13 @@ inline constexpr std::size_t kLargestFalconImage = 64 * 1024;
 
 /// Reads a firmware image.
 /// Errors: no such file, not readable, empty, larger than kLargestFalconImage.
-config::Result<FalconImage> readFalconImage(const std::string& path);
+base::Result<FalconImage> readFalconImage(const std::string& path);
 
 /// Returns whether a firmware responds; takes up to 1 s if none does. Returns false if `stop` was raised.
-config::Result<bool> falconAnswers(FtdiPort& port, const StopSignal& stop);
+base::Result<bool> falconAnswers(FtdiPort& port, const StopSignal& stop);
 
 /// Loads the image once, which takes seconds. A bootloader that has just been powered may need several tries.
 /// Errors: the step that failed; `stop` was raised.
-config::Result<void> loadFalconImage(FtdiPort& port, const FalconImage& image, const StopSignal& stop);
+base::Result<void> loadFalconImage(FtdiPort& port, const FalconImage& image, const StopSignal& stop);
 
 }  // namespace hapticd::drivers

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -53,8 +53,8 @@ struct FalconHandle::Session {
   bool force_cut = false;          // since the last report
 };
 
-config::Result<void> FalconHandle::start(HandleChannels& channels) {
-  if (thread_.joinable()) return std::unexpected(config::Error{"falcon", "is already running", ""});
+base::Result<void> FalconHandle::start(HandleChannels& channels) {
+  if (thread_.joinable()) return std::unexpected(base::Error{"falcon", "is already running", ""});
   stop_signal_.reset();
   board_.reset(identityOf(settings_.serial));
   board_.set(HandlePresence::absent, "looking for the Falcon");
@@ -104,7 +104,7 @@ void FalconHandle::useDeviceOnce(HandleChannels& channels) {
   Session session(**port, channels, settings_.falcon.force_share);
   session.advice = std::move(*advice);
 
-  const config::Result<void> lost = exchange(session);
+  const base::Result<void> lost = exchange(session);
   session.link.send({});  // zero force; a device that is gone exerts none
   if (!lost) reportMissing(lost.error());
 }
@@ -112,29 +112,29 @@ void FalconHandle::useDeviceOnce(HandleChannels& channels) {
 /// Loads the firmware if the device has none, as after a power loss; returns advice on its image. The file is
 /// read after the device has been asked, because a disk may stall: asking releases the force that the device
 /// may still hold from before it was lost.
-config::Result<std::string> FalconHandle::ensureFirmware(FtdiPort& port) {
+base::Result<std::string> FalconHandle::ensureFirmware(FtdiPort& port) {
   auto answers = falconAnswers(port, stop_signal_);
   if (!answers) return std::unexpected(answers.error());
   const auto image = readFalconImage(settings_.falcon.firmware);
   if (*answers) return image ? "" : "uses the firmware it already has, but " + image.error().text();
   if (!image) return std::unexpected(image.error());
-  config::Error error{"falcon firmware", "stopped", ""};
+  base::Error error{"falcon firmware", "stopped", ""};
   std::string failure;
   for (int load = 1; load <= kMaxLoads && !stop_signal_.raised(); ++load) {
     board_.set(HandlePresence::calibrating,
                fmt::format("loading the firmware, try {} of {}{}", load, kMaxLoads, failure));
-    const config::Result<void> loaded = loadFalconImage(port, *image, stop_signal_);
+    const base::Result<void> loaded = loadFalconImage(port, *image, stop_signal_);
     answers = loaded ? falconAnswers(port, stop_signal_) : std::unexpected(loaded.error());
     if (answers && *answers) return "";
-    error = answers ? config::Error{"falcon firmware", "it was loaded but does not respond",
-                                    "check that falcon_handle.firmware is an image for the Falcon"}
+    error = answers ? base::Error{"falcon firmware", "it was loaded but does not respond",
+                                  "check that falcon_handle.firmware is an image for the Falcon"}
                     : answers.error();
     failure = "; previous try: " + error.text();
   }
   return std::unexpected(error);
 }
 
-config::Result<void> FalconHandle::exchange(Session& session) {
+base::Result<void> FalconHandle::exchange(Session& session) {
   if (auto begun = session.link.begin(); !begun) return begun;
   frame_->beginSession();
   seen_ = true;
@@ -156,7 +156,7 @@ config::Result<void> FalconHandle::exchange(Session& session) {
       take(session, **reply);
     } else if (now - last_reply > kSilenceLimit) {
       return std::unexpected(
-          config::Error{"falcon", "it has stopped responding", "check its USB cable and its power supply"});
+          base::Error{"falcon", "it has stopped responding", "check its USB cable and its power supply"});
     }
     if (now - last_report < kReportPeriod) continue;
     last_report = now;
@@ -218,7 +218,7 @@ void FalconHandle::report(Session& session) {
   session.force_cut = false;
 }
 
-void FalconHandle::reportMissing(const config::Error& error) {
+void FalconHandle::reportMissing(const base::Error& error) {
   board_.update([&](HandleStatus& status) {
     status.state = seen_ ? HandlePresence::lost : HandlePresence::absent;
     status.detail = error.text();

@@ -7,7 +7,7 @@
 #include <string>
 #include <thread>
 
-#include "config/settings.h"
+#include "config/settings/settings.h"
 #include "drivers/base/status_board.h"
 #include "drivers/base/stop_signal.h"
 #include "drivers/handle/command_gate.h"
@@ -37,7 +37,7 @@ class FalconHandle final : public Handle {
       : settings_(settings), scale_(scale), policy_(policy) {}
   ~FalconHandle() override { stop(); }
 
-  config::Result<void> start(HandleChannels& channels) override;
+  base::Result<void> start(HandleChannels& channels) override;
   void stop() override;
   HandleStatus status() const override;
 
@@ -46,11 +46,11 @@ class FalconHandle final : public Handle {
 
   void run(HandleChannels& channels);
   void useDeviceOnce(HandleChannels& channels);
-  config::Result<std::string> ensureFirmware(FtdiPort& port);
-  config::Result<void> exchange(Session& session);
+  base::Result<std::string> ensureFirmware(FtdiPort& port);
+  base::Result<void> exchange(Session& session);
   void take(Session& session, const FalconReply& reply);
   void report(Session& session);
-  void reportMissing(const config::Error& error);
+  void reportMissing(const base::Error& error);
   std::string identityOf(const std::string& serial) const;
 
   config::HandleSettings settings_;

@@ -4,7 +4,7 @@
 #include <array>
 #include <optional>
 
-#include "rt/vec3.h"
+#include "rt/base/vec3.h"
 
 namespace hapticd::drivers {
 

@@ -11,18 +11,18 @@ constexpr std::uint16_t kLatencyMs = 1;
 
 }  // namespace
 
-config::Result<void> FalconLink::begin() {
+base::Result<void> FalconLink::begin() {
   replies_.reset();
   if (auto done = port_.setLatency(kLatencyMs); !done) return done;
   if (auto done = port_.setBaud(FtdiPort::Baud::of_firmware); !done) return done;
   return port_.purge();
 }
 
-config::Result<void> FalconLink::send(const FalconOrder& order) {
+base::Result<void> FalconLink::send(const FalconOrder& order) {
   return port_.write(frameOf(order), kSendLimit);
 }
 
-config::Result<std::optional<FalconReply>> FalconLink::receive() {
+base::Result<std::optional<FalconReply>> FalconLink::receive() {
   const Clock::time_point deadline = Clock::now() + kReplyLimit;
   std::optional<FalconReply> newest;
   while (!newest && Clock::now() < deadline) {

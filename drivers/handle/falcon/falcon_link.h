@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "config/error.h"
+#include "config/base/error.h"
 #include "drivers/handle/falcon/falcon_packet.h"
 #include "drivers/handle/falcon/ftdi_port.h"
 
@@ -21,14 +21,14 @@ class FalconLink {
   explicit FalconLink(FtdiPort& port) : port_(port) {}
 
   /// Sets the firmware's baud rate and the shortest latency, and discards pending bytes.
-  config::Result<void> begin();
+  base::Result<void> begin();
 
   /// Sends an order.  Errors: the device is gone.
-  config::Result<void> send(const FalconOrder& order);
+  base::Result<void> send(const FalconOrder& order);
 
   /// Waits for the reply to the last order; nothing if no complete reply arrived within kReplyLimit.
   /// Errors: the device is gone.
-  config::Result<std::optional<FalconReply>> receive();
+  base::Result<std::optional<FalconReply>> receive();
 
   /// Returns how often invalid data was received.
   std::uint64_t damaged() const { return replies_.damaged(); }

@@ -39,7 +39,7 @@ constexpr const char* kForbiddenRemedy =
 constexpr const char* kInUseRemedy = "end other programs that use it";
 constexpr const char* kGoneRemedy = "check its USB cable and its power supply";
 
-config::Error failure(std::string what, int status, const char* remedy) {
+base::Error failure(std::string what, int status, const char* remedy) {
   return {"falcon", fmt::format("{} ({})", what, libusb_error_name(status)), remedy};
 }
 
@@ -76,7 +76,7 @@ class Search {
     return false;
   }
 
-  config::Error error() const {
+  base::Error error() const {
     if (refusal_ == LIBUSB_ERROR_ACCESS) {
       return failure("this process may not open the device", refusal_, kForbiddenRemedy);
     }
@@ -101,7 +101,7 @@ class Search {
 
 }  // namespace
 
-config::Result<std::unique_ptr<FtdiPort>> FtdiPort::open(const std::string& serial) {
+base::Result<std::unique_ptr<FtdiPort>> FtdiPort::open(const std::string& serial) {
   std::unique_ptr<FtdiPort> port(new FtdiPort);
   if (auto ready = port->initialise(serial); !ready) return std::unexpected(ready.error());
   if (auto claimed = port->claim(); !claimed) return std::unexpected(claimed.error());
@@ -114,7 +114,7 @@ FtdiPort::~FtdiPort() {
   if (context_ != nullptr) libusb_exit(context_);
 }
 
-config::Result<void> FtdiPort::initialise(const std::string& serial) {
+base::Result<void> FtdiPort::initialise(const std::string& serial) {
   if (const int status = libusb_init(&context_); status < 0) {
     context_ = nullptr;
     return std::unexpected(failure("USB cannot be used", status,
@@ -136,7 +136,7 @@ config::Result<void> FtdiPort::initialise(const std::string& serial) {
   return {};
 }
 
-config::Result<void> FtdiPort::claim() {
+base::Result<void> FtdiPort::claim() {
   if (libusb_kernel_driver_active(device_, kInterface) == 1) {
     libusb_detach_kernel_driver(device_, kInterface);  // if this fails, so does the claim
   }
@@ -147,40 +147,40 @@ config::Result<void> FtdiPort::claim() {
   return {};
 }
 
-config::Result<void> FtdiPort::request(std::uint8_t request, std::uint16_t value, const char* what) {
+base::Result<void> FtdiPort::request(std::uint8_t request, std::uint16_t value, const char* what) {
   const int status = libusb_control_transfer(device_, kToChip, request, value, 0, nullptr, 0,
                                              static_cast<unsigned>(kRequestLimit.count()));
   if (status < 0) return std::unexpected(failure(fmt::format("{} failed", what), status, kGoneRemedy));
   return {};
 }
 
-config::Result<void> FtdiPort::purge() {
+base::Result<void> FtdiPort::purge() {
   if (auto done = request(kReset, kPurgeReceived, "purging what was received"); !done) return done;
   return request(kReset, kPurgeSent, "purging what was sent");
 }
 
-config::Result<void> FtdiPort::setLatency(std::uint16_t latency_ms) {
+base::Result<void> FtdiPort::setLatency(std::uint16_t latency_ms) {
   return request(kLatencyTimer, latency_ms, "setting the latency timer");
 }
 
-config::Result<void> FtdiPort::setBaud(Baud baud) {
+base::Result<void> FtdiPort::setBaud(Baud baud) {
   return request(kBaudDivisor, static_cast<std::uint16_t>(baud), "setting the baud rate");
 }
 
-config::Result<void> FtdiPort::setPlainFormat() {
+base::Result<void> FtdiPort::setPlainFormat() {
   if (auto done = request(kDataFormat, kEightBits, "setting the data format"); !done) return done;
   return request(kFlowControl, 0, "switching flow control off");
 }
 
-config::Result<void> FtdiPort::setRts(bool high) {
+base::Result<void> FtdiPort::setRts(bool high) {
   return request(kModemControl, high ? 0x0202 : 0x0200, "setting RTS");
 }
 
-config::Result<void> FtdiPort::setDtr(bool high) {
+base::Result<void> FtdiPort::setDtr(bool high) {
   return request(kModemControl, high ? 0x0101 : 0x0100, "setting DTR");
 }
 
-config::Result<void> FtdiPort::write(std::span<const std::uint8_t> bytes, std::chrono::milliseconds limit) {
+base::Result<void> FtdiPort::write(std::span<const std::uint8_t> bytes, std::chrono::milliseconds limit) {
   int sent = 0;
   // libusb only reads the buffer of an OUT transfer.
   auto* const data = const_cast<std::uint8_t*>(bytes.data());
@@ -188,13 +188,13 @@ config::Result<void> FtdiPort::write(std::span<const std::uint8_t> bytes, std::c
                                           static_cast<unsigned>(limit.count()));
   if (status < 0) return std::unexpected(failure("sending failed", status, kGoneRemedy));
   if (static_cast<std::size_t>(sent) != bytes.size()) {
-    return std::unexpected(config::Error{
+    return std::unexpected(base::Error{
         "falcon", fmt::format("only {} of {} bytes could be sent", sent, bytes.size()), kGoneRemedy});
   }
   return {};
 }
 
-config::Result<std::span<const std::uint8_t>> FtdiPort::read(std::chrono::milliseconds limit) {
+base::Result<std::span<const std::uint8_t>> FtdiPort::read(std::chrono::milliseconds limit) {
   int received = 0;
   const int status = libusb_bulk_transfer(device_, kBulkIn, received_, static_cast<int>(kReadBytes),
                                           &received, static_cast<unsigned>(limit.count()));

@@ -8,7 +8,7 @@
 #include <span>
 #include <string>
 
-#include "config/error.h"
+#include "config/base/error.h"
 
 struct libusb_context;
 struct libusb_device_handle;
@@ -30,7 +30,7 @@ class FtdiPort {
   /// Opens the Falcon with this serial number, or the first one if it is empty, and detaches the kernel's
   /// serial driver.
   /// Errors: none found, no permission, in use.
-  static config::Result<std::unique_ptr<FtdiPort>> open(const std::string& serial);
+  static base::Result<std::unique_ptr<FtdiPort>> open(const std::string& serial);
 
   ~FtdiPort();
   FtdiPort(const FtdiPort&) = delete;
@@ -40,29 +40,29 @@ class FtdiPort {
   const std::string& serial() const { return serial_; }
 
   /// Discards pending bytes in both directions.
-  config::Result<void> purge();
+  base::Result<void> purge();
   /// Sets how long the chip collects bytes before it sends them: 1..255 ms.
-  config::Result<void> setLatency(std::uint16_t latency_ms);
-  config::Result<void> setBaud(Baud baud);
+  base::Result<void> setLatency(std::uint16_t latency_ms);
+  base::Result<void> setBaud(Baud baud);
   /// Sets eight bits, no parity, one stop bit, no flow control.
-  config::Result<void> setPlainFormat();
-  config::Result<void> setRts(bool high);
-  config::Result<void> setDtr(bool high);
+  base::Result<void> setPlainFormat();
+  base::Result<void> setRts(bool high);
+  base::Result<void> setDtr(bool high);
 
   /// Sends `bytes`.  Errors: also if not all of them could be sent within `limit`.
-  config::Result<void> write(std::span<const std::uint8_t> bytes, std::chrono::milliseconds limit);
+  base::Result<void> write(std::span<const std::uint8_t> bytes, std::chrono::milliseconds limit);
 
   /// Returns received bytes, waiting up to `limit`; empty if there are none. They are valid until the next
   /// call.
-  config::Result<std::span<const std::uint8_t>> read(std::chrono::milliseconds limit);
+  base::Result<std::span<const std::uint8_t>> read(std::chrono::milliseconds limit);
 
  private:
   static constexpr std::size_t kReadBytes = 512;  // whole packets, more than the chip buffers
 
   FtdiPort() = default;
-  config::Result<void> initialise(const std::string& serial);
-  config::Result<void> claim();
-  config::Result<void> request(std::uint8_t request, std::uint16_t value, const char* what);
+  base::Result<void> initialise(const std::string& serial);
+  base::Result<void> claim();
+  base::Result<void> request(std::uint8_t request, std::uint16_t value, const char* what);
 
   libusb_context* context_ = nullptr;
   libusb_device_handle* device_ = nullptr;

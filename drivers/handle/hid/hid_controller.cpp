@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::drivers {
 namespace {

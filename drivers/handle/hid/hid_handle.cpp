@@ -11,9 +11,9 @@ namespace {
 constexpr std::uint16_t kGenericDesktopPage = 0x01;
 constexpr std::uint16_t kMultiAxisController = 0x08;
 
-config::Result<HidSelection> selectionFrom(const config::HandleSettings& settings) {
+base::Result<HidSelection> selectionFrom(const config::HandleSettings& settings) {
   const auto id = config::hidIdFrom(settings.hid.device);
-  if (!id) return std::unexpected(config::Error{"hid_handle.device", id.error().what, id.error().remedy});
+  if (!id) return std::unexpected(base::Error{"hid_handle.device", id.error().what, id.error().remedy});
   if (settings.hid.kind == config::HidKind::spacemouse) {
     return HidSelection{*id, kGenericDesktopPage, kMultiAxisController, settings.serial};
   }
@@ -22,10 +22,10 @@ config::Result<HidSelection> selectionFrom(const config::HandleSettings& setting
 
 }  // namespace
 
-config::Result<void> HidHandle::start(HandleChannels& channels) {
+base::Result<void> HidHandle::start(HandleChannels& channels) {
   const auto selection = selectionFrom(settings_);
   if (!selection) return std::unexpected(selection.error());
-  const auto startThread = [this](auto body) -> config::Result<std::thread> {
+  const auto startThread = [this](auto body) -> base::Result<std::thread> {
     auto started = startHandleThread(policy_, std::move(body));
     if (!started) return std::unexpected(started.error());
     scheduling_ = started->scheduling;

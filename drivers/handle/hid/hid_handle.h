@@ -4,7 +4,7 @@
 #include <atomic>
 #include <chrono>
 
-#include "config/settings.h"
+#include "config/settings/settings.h"
 #include "drivers/base/worker_thread.h"
 #include "drivers/handle/handle.h"
 #include "drivers/handle/handle_thread.h"
@@ -30,7 +30,7 @@ class HidHandle final : public Handle {
   ~HidHandle() override { stop(); }
 
   /// Errors: hid_handle.device names no device, the driver is already running, no thread can be started.
-  config::Result<void> start(HandleChannels& channels) override;
+  base::Result<void> start(HandleChannels& channels) override;
   void stop() override { thread_.stop(kStopLimit); }
   HandleStatus status() const override;
 

@@ -9,8 +9,8 @@
 #include <span>
 #include <string>
 
-#include "config/error.h"
-#include "config/hid_id.h"
+#include "config/base/error.h"
+#include "config/settings/hid_id.h"
 
 namespace hapticd::drivers {
 
@@ -21,12 +21,11 @@ class HidPort {
 
   /// Waits for an input report for at most `wait` and copies it to `buffer`, preceded by its id if it has
   /// one. Returns its length, or 0 if none arrived.  Errors: the device is gone.
-  virtual config::Result<std::size_t> read(std::span<std::uint8_t> buffer,
-                                           std::chrono::milliseconds wait) = 0;
+  virtual base::Result<std::size_t> read(std::span<std::uint8_t> buffer, std::chrono::milliseconds wait) = 0;
 
   /// Sends an output report without an id. A device that does not accept it may block the call for seconds.
   /// Errors: the device is gone or does not accept the report.
-  virtual config::Result<void> write(std::span<const std::uint8_t> report) = 0;
+  virtual base::Result<void> write(std::span<const std::uint8_t> report) = 0;
 };
 
 /// Identifies the requested device.
@@ -45,6 +44,6 @@ struct OpenedHid {
 };
 
 /// Finds and opens a device.  Errors: there is none, or it may not be opened.
-using HidOpener = std::function<config::Result<OpenedHid>(const HidSelection&)>;
+using HidOpener = std::function<base::Result<OpenedHid>(const HidSelection&)>;
 
 }  // namespace hapticd::drivers

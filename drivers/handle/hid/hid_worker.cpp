@@ -5,7 +5,7 @@
 #include <array>
 #include <utility>
 
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -64,7 +64,7 @@ HandleStatus HidWorker::status() const {
   return status;
 }
 
-void HidWorker::reportMissing(const config::Error& error) {
+void HidWorker::reportMissing(const base::Error& error) {
   reported_ = seen_ ? HandlePresence::lost : HandlePresence::absent;
   board_.set(reported_, error.text());
 }
@@ -111,7 +111,7 @@ rt::HandleCommand HidWorker::newestCommand() {
 
 // --- Controller
 
-config::Result<void> HidWorker::useController(HidPort& port) {
+base::Result<void> HidWorker::useController(HidPort& port) {
   controller_.opened(rt::monotonicNow_ns());
   while (!stop_signal_.raised()) {
     const auto taken = takeReports(port);
@@ -135,7 +135,7 @@ config::Result<void> HidWorker::useController(HidPort& port) {
 
 /// Processes all reports that have arrived, after waiting for the first one; returns true if one was
 /// published.
-config::Result<bool> HidWorker::takeReports(HidPort& port) {
+base::Result<bool> HidWorker::takeReports(HidPort& port) {
   std::array<std::uint8_t, kReportBytes + 1>
       buffer{};  // one byte more, so that a longer report is not mistaken for a valid one
   bool any = false;
@@ -151,7 +151,7 @@ config::Result<bool> HidWorker::takeReports(HidPort& port) {
   return any;
 }
 
-config::Result<void> HidWorker::write(HidPort& port, const Report& report) {
+base::Result<void> HidWorker::write(HidPort& port, const Report& report) {
   writing_since_ns_ = rt::monotonicNow_ns();
   auto written = port.write(report);
   writing_since_ns_ = 0;
@@ -162,7 +162,7 @@ config::Result<void> HidWorker::write(HidPort& port, const Report& report) {
 
 /// Its reports arrive only while the cap is deflected, so the device counts as present as long as it can be
 /// read.
-config::Result<void> HidWorker::useSpaceMouse(HidPort& port) {
+base::Result<void> HidWorker::useSpaceMouse(HidPort& port) {
   std::array<std::uint8_t, kReportBytes> buffer{};
   spacemouse_.opened(rt::monotonicNow_ns());
   for (Clock::time_point due = Clock::now(); !stop_signal_.waitUntil(due); due += kSpaceMousePeriod) {

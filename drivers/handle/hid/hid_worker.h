@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "config/settings.h"
+#include "config/settings/settings.h"
 #include "drivers/base/status_board.h"
 #include "drivers/base/stop_signal.h"
 #include "drivers/handle/hid/hid_controller.h"
@@ -40,11 +40,11 @@ class HidWorker {
   using Clock = std::chrono::steady_clock;
 
   void useDeviceOnce();
-  void reportMissing(const config::Error& error);
-  config::Result<void> useController(HidPort& port);
-  config::Result<bool> takeReports(HidPort& port);
-  config::Result<void> write(HidPort& port, const Report& report);
-  config::Result<void> useSpaceMouse(HidPort& port);
+  void reportMissing(const base::Error& error);
+  base::Result<void> useController(HidPort& port);
+  base::Result<bool> takeReports(HidPort& port);
+  base::Result<void> write(HidPort& port, const Report& report);
+  base::Result<void> useSpaceMouse(HidPort& port);
   template <typename Fill>
   void report(HandlePresence presence, Fill fill);
   bool publish(const rt::HandleState& state);

@@ -33,13 +33,13 @@ class HidapiPort final : public HidPort {
   HidapiPort(const HidapiPort&) = delete;
   HidapiPort& operator=(const HidapiPort&) = delete;
 
-  config::Result<std::size_t> read(std::span<std::uint8_t> buffer, std::chrono::milliseconds wait) override {
+  base::Result<std::size_t> read(std::span<std::uint8_t> buffer, std::chrono::milliseconds wait) override {
     const int count = hid_read_timeout(device_, buffer.data(), buffer.size(), static_cast<int>(wait.count()));
     if (count < 0) return failure("reading from");
     return static_cast<std::size_t>(count);
   }
 
-  config::Result<void> write(std::span<const std::uint8_t> report) override {
+  base::Result<void> write(std::span<const std::uint8_t> report) override {
     std::array<std::uint8_t, 1 + kMaxReportBytes> bytes{};  // begins with the report id, 0 if there is none
     const std::size_t size = std::min(report.size(), kMaxReportBytes);
     std::copy_n(report.begin(), size, bytes.begin() + 1);
@@ -48,10 +48,10 @@ class HidapiPort final : public HidPort {
   }
 
  private:
-  std::unexpected<config::Error> failure(const char* what) const {
+  std::unexpected<base::Error> failure(const char* what) const {
     return std::unexpected(
-        config::Error{"hidraw", fmt::format("{} the handle failed ({})", what, plainText(hid_error(device_))),
-                      "check its cable; hapticd searches for it twice a second"});
+        base::Error{"hidraw", fmt::format("{} the handle failed ({})", what, plainText(hid_error(device_))),
+                    "check its cable; hapticd searches for it twice a second"});
   }
 
   hid_device* device_;
@@ -82,7 +82,7 @@ std::vector<std::string> serialsOf(const std::vector<Candidate>& candidates) {
   return serials;
 }
 
-config::Error notFound(const HidSelection& selection, const std::vector<Candidate>& others) {
+base::Error notFound(const HidSelection& selection, const std::vector<Candidate>& others) {
   if (others.empty()) {
     return {"hidraw",
             fmt::format("there is no HID device {} with usage {:04x}:{:04x}", textOf(selection.id),
@@ -96,7 +96,7 @@ config::Error notFound(const HidSelection& selection, const std::vector<Candidat
 }
 
 /// hidapi does not keep errno, so the reason is determined by another attempt to open the device.
-config::Error notOpened(const HidSelection& selection, const Candidate& candidate) {
+base::Error notOpened(const HidSelection& selection, const Candidate& candidate) {
   const std::string what =
       fmt::format("{} cannot be opened ({})", candidate.path, plainText(hid_error(nullptr)));
   if (::access(candidate.path.c_str(), R_OK | W_OK) == 0 || errno != EACCES) {
@@ -118,7 +118,7 @@ std::string adviceOn(const std::vector<Candidate>& candidates, const Candidate& 
 
 }  // namespace
 
-config::Result<OpenedHid> openThroughHidapi(const HidSelection& selection) {
+base::Result<OpenedHid> openThroughHidapi(const HidSelection& selection) {
   const std::vector<Candidate> candidates = candidatesFor(selection);
   const auto chosen = std::ranges::find_if(candidates, [&](const Candidate& candidate) {
     return selection.serial.empty() || candidate.serial == selection.serial;

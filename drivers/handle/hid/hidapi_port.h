@@ -7,6 +7,6 @@ namespace hapticd::drivers {
 
 /// A HidOpener that uses hidapi's hidraw backend. It enumerates all HID devices, which takes milliseconds.
 /// Thread: always the same one, also used for the port.  RT: not safe.
-config::Result<OpenedHid> openThroughHidapi(const HidSelection& selection);
+base::Result<OpenedHid> openThroughHidapi(const HidSelection& selection);
 
 }  // namespace hapticd::drivers

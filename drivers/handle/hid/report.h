@@ -8,7 +8,7 @@
 #include <optional>
 #include <span>
 
-#include "rt/vec3.h"
+#include "rt/base/vec3.h"
 
 namespace hapticd::drivers {
 

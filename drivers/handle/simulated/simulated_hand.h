@@ -3,9 +3,9 @@
 
 #include <array>
 
-#include "config/settings.h"
+#include "config/settings/settings.h"
 #include "drivers/handle/simulated/device_and_hand.h"
-#include "rt/vec3.h"
+#include "rt/base/vec3.h"
 
 namespace hapticd::drivers {
 

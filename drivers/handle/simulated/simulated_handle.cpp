@@ -8,7 +8,7 @@
 #include <ctime>
 
 #include "drivers/handle/velocity_estimator.h"
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -19,12 +19,12 @@ void sleepUntil(std::int64_t when_ns) {
   }
 }
 
-config::Result<void> requireAboveZero(const char* name, double value) {
+base::Result<void> requireAboveZero(const char* name, double value) {
   if (value > 0 && std::isfinite(value)) return {};
-  return std::unexpected(config::Error{name, fmt::format("{} is not above 0", value), ""});
+  return std::unexpected(base::Error{name, fmt::format("{} is not above 0", value), ""});
 }
 
-config::Result<void> check(const config::SimulatedHandleSettings& settings) {
+base::Result<void> check(const config::SimulatedHandleSettings& settings) {
   if (auto ok = requireAboveZero("handle mass", settings.mass_kg); !ok) return ok;
   if (auto ok = requireAboveZero("hand stiffness", settings.hand_stiffness_n_per_m); !ok) return ok;
   if (auto ok = requireAboveZero("stroke period", settings.stroke_period_s); !ok) return ok;
@@ -56,8 +56,8 @@ class Encoders {
 
 }  // namespace
 
-config::Result<void> SimulatedHandle::start(HandleChannels& channels) {
-  if (thread_.joinable()) return std::unexpected(config::Error{"simulated handle", "is already running", ""});
+base::Result<void> SimulatedHandle::start(HandleChannels& channels) {
+  if (thread_.joinable()) return std::unexpected(base::Error{"simulated handle", "is already running", ""});
   if (auto ok = check(settings_); !ok) return ok;
   stop_requested_ = false;
   auto started = startHandleThread(policy_, [this, &channels] { simulate(channels); });

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <thread>
 
-#include "config/settings.h"
+#include "config/settings/settings.h"
 #include "drivers/handle/command_gate.h"
 #include "drivers/handle/handle.h"
 #include "drivers/handle/handle_thread.h"
@@ -27,7 +27,7 @@ class SimulatedHandle final : public Handle {
   ~SimulatedHandle() override { stop(); }
 
   /// Errors: settings that describe no hand (a mass or stiffness that is not above zero, no direction).
-  config::Result<void> start(HandleChannels& channels) override;
+  base::Result<void> start(HandleChannels& channels) override;
   void stop() override;
   HandleStatus status() const override;
 

@@ -7,7 +7,7 @@
 
 #include "drivers/handle/handle.h"
 #include "drivers/handle/udp/packet.h"
-#include "rt/latency_histogram.h"
+#include "rt/base/latency_histogram.h"
 
 namespace hapticd::drivers::udp {
 

@@ -9,21 +9,21 @@
 #include <cerrno>
 #include <cstring>
 
-#include "config/descriptor.h"
+#include "config/base/descriptor.h"
 
 namespace hapticd::drivers::udp {
 namespace {
 
-std::unexpected<config::Error> refused(const std::string& path, std::string what, const char* remedy) {
-  return std::unexpected(config::Error{fmt::format("key file {}", path), std::move(what), remedy});
+std::unexpected<base::Error> refused(const std::string& path, std::string what, const char* remedy) {
+  return std::unexpected(base::Error{fmt::format("key file {}", path), std::move(what), remedy});
 }
 
 }  // namespace
 
-config::Result<std::vector<std::byte>> keyFrom(const std::string& path) {
+base::Result<std::vector<std::byte>> keyFrom(const std::string& path) {
   std::vector<std::byte> key;
   if (path.empty()) return key;
-  const config::Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  const base::Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   struct stat status {};
   if (!file || ::fstat(file.get(), &status) != 0) {
     return refused(path, std::strerror(errno),

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
+#include "config/base/error.h"
 
 namespace hapticd::drivers::udp {
 
@@ -15,6 +15,6 @@ inline constexpr std::size_t kMaxKeyBytes = 1024;
 /// Reads a key: all bytes of the file as they are. An empty path gives an empty key.
 /// Errors: the file cannot be read, users other than its owner and group may read or write it, or its size is
 /// not within kMinKeyBytes to kMaxKeyBytes.
-config::Result<std::vector<std::byte>> keyFrom(const std::string& path);
+base::Result<std::vector<std::byte>> keyFrom(const std::string& path);
 
 }  // namespace hapticd::drivers::udp

@@ -8,7 +8,7 @@
 #include <span>
 #include <string_view>
 
-#include "rt/vec3.h"
+#include "rt/base/vec3.h"
 
 /// The packets of protocol.md as structures, and their encoding.
 namespace hapticd::drivers::udp {

@@ -10,19 +10,19 @@
 #include <memory>
 #include <utility>
 
-#include "config/ipv4_endpoint.h"
+#include "config/settings/ipv4_endpoint.h"
 #include "drivers/handle/udp/key_file.h"
 #include "drivers/handle/udp/udp_worker.h"
 
 namespace hapticd::drivers {
 namespace {
 
-config::Error at(const char* parameter, config::Error error) {
+base::Error at(const char* parameter, base::Error error) {
   error.where = parameter;
   return error;
 }
 
-config::Result<udp::WorkerSettings> workerSettingsFrom(const config::HandleSettings& settings) {
+base::Result<udp::WorkerSettings> workerSettingsFrom(const config::HandleSettings& settings) {
   udp::WorkerSettings worker;
   const auto local = config::ipv4EndpointFrom(settings.udp.address);
   if (!local) return std::unexpected(at("udp_handle.address", local.error()));
@@ -42,14 +42,13 @@ UdpHandle::UdpHandle(const config::HandleSettings& settings, const rt::HandleSca
                      const HandleThreadPolicy& policy)
     : settings_(settings), scale_(scale), policy_(policy) {}
 
-config::Result<void> UdpHandle::start(HandleChannels& channels) {
-  if (thread_.joinable()) return std::unexpected(config::Error{"udp handle", "is already running", ""});
+base::Result<void> UdpHandle::start(HandleChannels& channels) {
+  if (thread_.joinable()) return std::unexpected(base::Error{"udp handle", "is already running", ""});
   auto worker_settings = workerSettingsFrom(settings_);
   if (!worker_settings) return std::unexpected(worker_settings.error());
   stop_event_ = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
   if (stop_event_ < 0) {
-    return std::unexpected(
-        config::Error{"udp handle", std::strerror(errno), "raise the limit of open files"});
+    return std::unexpected(base::Error{"udp handle", std::strerror(errno), "raise the limit of open files"});
   }
   board_.reset("udp " + settings_.udp.peer);
   auto worker = std::make_shared<udp::UdpWorker>(*worker_settings, HandleFrame(settings_, scale_), channels,

@@ -3,7 +3,7 @@
 
 #include <thread>
 
-#include "config/settings.h"
+#include "config/settings/settings.h"
 #include "drivers/base/status_board.h"
 #include "drivers/handle/command_gate.h"
 #include "drivers/handle/handle.h"
@@ -26,7 +26,7 @@ class UdpHandle final : public Handle {
 
   /// Errors: an invalid address or peer, a key file that cannot be used, no thread. An address or port that
   /// is not available yet is not an error: the driver tries again every second.
-  config::Result<void> start(HandleChannels& channels) override;
+  base::Result<void> start(HandleChannels& channels) override;
   void stop() override;
   HandleStatus status() const override;
 

@@ -35,16 +35,16 @@ const char* remedyFor(int failure) {
   }
 }
 
-std::unexpected<config::Error> failed(const config::Ipv4Endpoint& local, int failure) {
-  return std::unexpected(config::Error{fmt::format("UDP {}", config::textOf(local)), std::strerror(failure),
-                                       remedyFor(failure)});
+std::unexpected<base::Error> failed(const config::Ipv4Endpoint& local, int failure) {
+  return std::unexpected(
+      base::Error{fmt::format("UDP {}", config::textOf(local)), std::strerror(failure), remedyFor(failure)});
 }
 
 }  // namespace
 
-config::Result<UdpSocket> UdpSocket::boundTo(const config::Ipv4Endpoint& local) {
+base::Result<UdpSocket> UdpSocket::boundTo(const config::Ipv4Endpoint& local) {
   UdpSocket socket;
-  socket.descriptor_ = config::Descriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  socket.descriptor_ = base::Descriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!socket.descriptor_) return failed(local, errno);
   // Expedited forwarding (RFC 3246): switches and wireless cards that know it let these packets pass first.
   // Networks that do not are no reason to stop.

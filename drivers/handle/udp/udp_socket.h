@@ -5,9 +5,9 @@
 #include <optional>
 #include <span>
 
-#include "config/descriptor.h"
-#include "config/error.h"
-#include "config/ipv4_endpoint.h"
+#include "config/base/descriptor.h"
+#include "config/base/error.h"
+#include "config/settings/ipv4_endpoint.h"
 
 namespace hapticd::drivers::udp {
 
@@ -25,7 +25,7 @@ class UdpSocket {
 
   /// Opens a socket bound to `local`.  Errors: the address is not (yet) this computer's, the port is taken or
   /// not permitted.
-  static config::Result<UdpSocket> boundTo(const config::Ipv4Endpoint& local);
+  static base::Result<UdpSocket> boundTo(const config::Ipv4Endpoint& local);
 
   bool isOpen() const { return static_cast<bool>(descriptor_); }
   /// For poll().
@@ -38,7 +38,7 @@ class UdpSocket {
   int send(std::span<const std::byte> bytes, const config::Ipv4Endpoint& to) const;
 
  private:
-  config::Descriptor descriptor_;
+  base::Descriptor descriptor_;
 };
 
 }  // namespace hapticd::drivers::udp

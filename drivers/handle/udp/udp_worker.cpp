@@ -10,7 +10,7 @@
 #include <cstring>
 #include <utility>
 
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::drivers::udp {
 namespace {

@@ -7,14 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "config/ipv4_endpoint.h"
+#include "config/settings/ipv4_endpoint.h"
 #include "drivers/base/status_board.h"
 #include "drivers/handle/command_gate.h"
 #include "drivers/handle/handle.h"
 #include "drivers/handle/handle_frame.h"
 #include "drivers/handle/udp/conversation.h"
 #include "drivers/handle/udp/cpu_budget.h"
-#include "drivers/handle/udp/delay_estimate.h"
 #include "drivers/handle/udp/packet.h"
 #include "drivers/handle/udp/peer_clock.h"
 #include "drivers/handle/udp/udp_socket.h"

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <system_error>
 
-#include "config/value_text.h"
+#include "config/base/value_text.h"
 #include "drivers/led/gpiod/output_line.h"
 
 namespace hapticd::drivers {
@@ -69,7 +69,7 @@ std::string chipsText(const std::vector<GpioChip>& chips) {
   std::string text;
   for (const auto& [path, label] : chips) {
     text += (text.empty() ? "" : ", ") + fs::path(path).filename().string() + " (";
-    text += label ? config::printable(*label)
+    text += label ? base::printable(*label)
                   : "label not readable: " + std::generic_category().message(label.error());
     text += ")";
   }

@@ -35,12 +35,12 @@ GpiodLeds::GpiodLeds(const config::LedSettings& settings) : chip_(settings.chip)
   status_.state = LedState::absent;
 }
 
-config::Result<void> GpiodLeds::start() {
-  if (thread_.joinable()) return std::unexpected(config::Error{"LEDs", "are already running", ""});
+base::Result<void> GpiodLeds::start() {
+  if (thread_.joinable()) return std::unexpected(base::Error{"LEDs", "are already running", ""});
   for (Output& output : outputs_) {
     if (output.configured.empty()) continue;
     auto address = config::lineAddressFrom(output.configured);
-    if (!address) return std::unexpected(config::Error{"LEDs", address.error().what, address.error().remedy});
+    if (!address) return std::unexpected(base::Error{"LEDs", address.error().what, address.error().remedy});
     output.address = std::move(*address);
   }
   stop_requested_ = false;

@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-#include "config/settings.h"
+#include "config/settings/settings.h"
 #include "drivers/led/gpiod/output_line.h"
 #include "drivers/led/led_panel.h"
 
@@ -24,7 +24,7 @@ class GpiodLeds final : public LedPanel {
   explicit GpiodLeds(const config::LedSettings& settings);
   ~GpiodLeds() override { stop(); }
 
-  config::Result<void> start() override;
+  base::Result<void> start() override;
   void stop() override;
   void show(LedSet lit) override;
   LedStatus status() const override;

@@ -4,13 +4,13 @@
 #include <cerrno>
 #include <system_error>
 
-#include "config/value_text.h"
+#include "config/base/value_text.h"
 
 namespace hapticd::drivers {
 namespace {
 
-using config::Error;
-using config::inQuotes;
+using base::Error;
+using base::inQuotes;
 
 constexpr const char* kNoAccess =
     "restart hapticd.service, for which udev then opens the chip that /etc/hapticd/hapticd.yaml names; for "

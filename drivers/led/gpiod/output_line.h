@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "config/line_address.h"
+#include "config/settings/line_address.h"
 
 namespace hapticd::drivers {
 

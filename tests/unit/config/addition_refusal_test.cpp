@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "config/fixture_settings.h"
+#include "config/settings/fixture_settings.h"
 
 namespace hapticd::config {
 namespace {

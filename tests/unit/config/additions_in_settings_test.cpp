@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "config/law_choice.h"
-#include "config/parameter_table.h"
+#include "config/settings/law_choice.h"
+#include "config/settings/parameter_table.h"
 #include "config/settings_summary.h"
 #include "config/yaml_loader.h"
 #include "tests/support/temporary_folder.h"
@@ -21,7 +21,7 @@ constexpr const char* kStandoff = "fixtures: [{name: nerve, kind: standoff, clea
 std::vector<std::string> textsFor(const std::string& yaml) {
   std::vector<std::string> texts;
   if (const auto settings = settingsFromText(yaml, "a.yaml"); !settings) {
-    for (const Error& error : settings.error()) texts.push_back(error.text());
+    for (const base::Error& error : settings.error()) texts.push_back(error.text());
   }
   return texts;
 }
@@ -71,7 +71,7 @@ TEST(AdditionsInSettings, AreRefusedIfTheyAreNoLists) {
 TEST(AdditionsInSettings, AreCountedInTheSummary) {
   const test::TemporaryFolder folder;
   const auto text = [&folder](const std::string& yaml) {
-    const auto loaded = loadConfiguration(folder.write("a.yaml", yaml), {}, FileKind::regular);
+    const auto loaded = loadConfiguration(folder.write("a.yaml", yaml), {}, base::FileKind::regular);
     return loaded ? summaryOf(*loaded).text() : loaded.error().front().text();
   };
   EXPECT_EQ(text(kStandoff), "0 parameters set, 1 fixture, none differs from the defaults");

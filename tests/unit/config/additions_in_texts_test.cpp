@@ -7,7 +7,7 @@
 #include <sstream>
 #include <string>
 
-#include "config/addition_fields.h"
+#include "config/additions/addition_fields.h"
 #include "tests/support/file_content.h"
 
 namespace hapticd::config {

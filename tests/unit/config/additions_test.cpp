@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "config/addition_fields.h"
-#include "config/fixture_settings.h"
+#include "config/additions/addition_fields.h"
+#include "config/settings/fixture_settings.h"
 
 namespace hapticd::config {
 namespace {

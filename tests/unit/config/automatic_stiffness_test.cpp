@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "config/parameter_table.h"
+#include "config/settings/parameter_table.h"
+#include "config/settings/yaml_text.h"
 #include "config/yaml_loader.h"
-#include "config/yaml_text.h"
 
 namespace hapticd::config {
 namespace {
@@ -16,7 +16,7 @@ namespace {
 Settings with(const std::vector<std::string>& changes) {
   Settings settings;
   for (const std::string& change : changes) {
-    const Result<void> result = setFromText(settings, change);
+    const base::Result<void> result = setFromText(settings, change);
     EXPECT_TRUE(result) << result.error().text();
   }
   return settings;

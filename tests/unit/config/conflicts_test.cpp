@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "config/parameter_table.h"
-#include "rt/law_table.h"
-#include "rt/scene_builder.h"
+#include "config/settings/parameter_table.h"
+#include "rt/laws/law_table.h"
+#include "rt/modelling/scene_builder.h"
 
 namespace hapticd::config {
 namespace {
@@ -20,7 +20,7 @@ using Texts = std::vector<std::string>;
 Settings with(const Texts& changes) {
   Settings settings;
   for (const std::string& change : changes) {
-    const Result<void> result = setFromText(settings, change);
+    const base::Result<void> result = setFromText(settings, change);
     EXPECT_TRUE(result) << result.error().text();
   }
   return settings;
@@ -28,7 +28,7 @@ Settings with(const Texts& changes) {
 
 Texts textsFor(const Texts& changes) {
   Texts texts;
-  for (const Error& error : checkTogether(with(changes))) texts.push_back(error.text());
+  for (const base::Error& error : checkTogether(with(changes))) texts.push_back(error.text());
   return texts;
 }
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "config/parameter_table.h"
+#include "config/settings/parameter_table.h"
 #include "config/yaml_loader.h"
 #include "tests/support/file_content.h"
 #include "tests/support/temporary_folder.h"
@@ -19,11 +19,11 @@ std::string repeated(std::string_view piece, std::size_t length) {
 }
 
 // A loader may only return settings that the table and the rules accept, or errors with a text.
-void expectSettingsOrErrors(const std::expected<Settings, std::vector<Error>>& settings) {
+void expectSettingsOrErrors(const std::expected<Settings, std::vector<base::Error>>& settings) {
   if (!settings) {
     EXPECT_FALSE(settings.error().empty());
     EXPECT_LE(settings.error().size(), 101U);
-    for (const Error& error : settings.error()) {
+    for (const base::Error& error : settings.error()) {
       EXPECT_FALSE(error.where.empty());
       EXPECT_FALSE(error.what.empty());
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/file_content.h"
+#include "config/base/file_content.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -11,14 +11,14 @@
 namespace hapticd::config {
 namespace {
 
-using Reason = FileFault::Reason;
+using Reason = base::FileFault::Reason;
 
 TEST(FileContent, IsAllOfTheFileUpToTheLongestAllowed) {
   const test::TemporaryFolder folder;
   const std::string long_text(200'000, 'x');
-  EXPECT_EQ(fileContent(folder.write("a", long_text), {.longest = 200'000}).value_or(""), long_text);
-  EXPECT_EQ(fileContent(folder.write("b", ""), {.longest = 0}).value_or("?"), "");
-  const auto longer = fileContent(folder.write("c", long_text + "x"), {.longest = 200'000});
+  EXPECT_EQ(base::fileContent(folder.write("a", long_text), {.longest = 200'000}).value_or(""), long_text);
+  EXPECT_EQ(base::fileContent(folder.write("b", ""), {.longest = 0}).value_or("?"), "");
+  const auto longer = base::fileContent(folder.write("c", long_text + "x"), {.longest = 200'000});
   ASSERT_FALSE(longer);
   EXPECT_EQ(longer.error().reason, Reason::too_long);
   EXPECT_EQ(longer.error().text(), "is longer than 200000 bytes");
@@ -30,29 +30,30 @@ TEST(FileContent, OfAPipeIsRefusedWithoutWaitingWhereARegularFileIsRequired) {
   const std::filesystem::path pipe = folder.path() / "pipe";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   for (const std::filesystem::path& file : {pipe, std::filesystem::path("/dev/zero")}) {
-    const auto content = fileContent(file, {.longest = 10});
+    const auto content = base::fileContent(file, {.longest = 10});
     ASSERT_FALSE(content) << file;
     EXPECT_EQ(content.error().text(), "is not a regular file");
   }
 }
 
 TEST(FileContent, OfADeviceIsReadWhereAnyKindIsAllowed) {
-  EXPECT_EQ(fileContent("/dev/null", {.longest = 10, .kind = FileKind::any}).value_or("?"), "");
+  EXPECT_EQ(base::fileContent("/dev/null", {.longest = 10, .kind = base::FileKind::any}).value_or("?"), "");
 }
 
 TEST(FileContent, OfALinkIsReadUnlessLinksAreNotFollowed) {
   const test::TemporaryFolder folder;
   std::filesystem::create_symlink(folder.write("a", "text"), folder.path() / "link");
-  EXPECT_EQ(fileContent(folder.path() / "link", {.longest = 10}).value_or("?"), "text");
-  const auto refused = fileContent(folder.path() / "link", {.longest = 10, .follow_link = false});
+  EXPECT_EQ(base::fileContent(folder.path() / "link", {.longest = 10}).value_or("?"), "text");
+  const auto refused = base::fileContent(folder.path() / "link", {.longest = 10, .follow_link = false});
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().error_number, ELOOP);
 }
 
 TEST(FileContent, OfAFolderOrOfNothingIsNone) {
   const test::TemporaryFolder folder;
-  EXPECT_EQ(fileContent(folder.path(), {.longest = 10}).error().text(), "cannot be read: Is a directory");
-  EXPECT_EQ(fileContent(folder.path() / "none", {.longest = 10}).error().error_number, ENOENT);
+  EXPECT_EQ(base::fileContent(folder.path(), {.longest = 10}).error().text(),
+            "cannot be read: Is a directory");
+  EXPECT_EQ(base::fileContent(folder.path() / "none", {.longest = 10}).error().error_number, ENOENT);
 }
 
 }  // namespace

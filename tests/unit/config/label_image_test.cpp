@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/label_image.h"
+#include "config/settings/label_image.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 namespace hapticd::config {
 namespace {
 
-Result<LabelImage> loaded(const std::string& content) {
+base::Result<LabelImage> loaded(const std::string& content) {
   const test::TemporaryFolder folder;
   return loadLabelImage(folder.write("labels.pgm", content));
 }

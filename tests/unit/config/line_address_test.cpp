@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "config/line_address.h"
+#include "config/settings/line_address.h"
 #include "config/yaml_loader.h"
 #include "tests/support/temporary_folder.h"
 
@@ -13,13 +13,13 @@ namespace hapticd::config {
 namespace {
 
 void expectAddress(std::string_view text, const LineAddress& expected) {
-  const Result<LineAddress> line = lineAddressFrom(text);
+  const base::Result<LineAddress> line = lineAddressFrom(text);
   ASSERT_TRUE(line) << text << ": " << line.error().text();
   EXPECT_EQ(*line, expected) << text;
 }
 
 std::string refusalOf(std::string_view text) {
-  const Result<LineAddress> line = lineAddressFrom(text);
+  const base::Result<LineAddress> line = lineAddressFrom(text);
   return line ? std::string("not refused") : line.error().text();
 }
 

@@ -9,7 +9,7 @@
 #include <random>
 #include <set>
 
-#include "config/fixture_settings.h"
+#include "config/settings/fixture_settings.h"
 
 namespace hapticd::config {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/parameter_table.h"
+#include "config/settings/parameter_table.h"
 
 #include <gtest/gtest.h>
 
@@ -109,7 +109,7 @@ TEST(ParameterTable, TheUnitIsAtTheEndOfTheName) {
 
 TEST(ParameterTable, EveryDefaultIsAllowed) {
   for (const Parameter& parameter : allParameters()) {
-    const Result<Value> checked = parameter.check(parameter.defaultValue());
+    const base::Result<Value> checked = parameter.check(parameter.defaultValue());
     ASSERT_TRUE(checked) << parameter.name << ": " << checked.error().text();
     EXPECT_EQ(*checked, parameter.defaultValue()) << parameter.name;
   }
@@ -118,7 +118,7 @@ TEST(ParameterTable, EveryDefaultIsAllowed) {
 
 TEST(ParameterTable, EveryDefaultReadsBackFromItsText) {
   for (const Parameter& parameter : allParameters()) {
-    const Result<Value> read = parameter.parse(toText(parameter.defaultValue()));
+    const base::Result<Value> read = parameter.parse(toText(parameter.defaultValue()));
     ASSERT_TRUE(read) << parameter.name << ": " << read.error().text();
     EXPECT_EQ(*read, parameter.defaultValue()) << parameter.name;
   }

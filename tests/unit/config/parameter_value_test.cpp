@@ -6,24 +6,24 @@
 #include <string>
 #include <vector>
 
-#include "config/parameter_table.h"
+#include "config/settings/parameter_table.h"
 
 namespace hapticd::config {
 namespace {
 
 std::string textOfSetting(std::string_view name_and_value) {
   Settings settings;
-  const Result<void> result = setFromText(settings, name_and_value);
+  const base::Result<void> result = setFromText(settings, name_and_value);
   return result ? "accepted" : result.error().text();
 }
 
 std::string textOfCheck(std::string_view name, const Value& value) {
-  const Result<Value> result = findParameter(name)->check(value);
+  const base::Result<Value> result = findParameter(name)->check(value);
   return result ? "accepted" : result.error().text();
 }
 
 double numberFrom(std::string_view text) {
-  const Result<Value> value = findParameter("camera.position_x_m")->parse(text);
+  const base::Result<Value> value = findParameter("camera.position_x_m")->parse(text);
   return value ? std::get<double>(*value) : std::nan("");
 }
 
@@ -45,7 +45,7 @@ TEST(ParameterValue, ANegativeZeroBecomesZero) {
 TEST(ParameterValue, AnythingButADecimalNumberIsRefused) {
   for (const char* text : {"",   " 1", "1 ", "+-1", "-+1", "--1", "0x10", "1_000", "1,5",      "0.04 m",
                            "e5", "1e", ".",  "-",   "+",   "one", "nan",  "inf",   "infinity", "1\n"}) {
-    const Result<Value> value = findParameter("camera.position_x_m")->parse(text);
+    const base::Result<Value> value = findParameter("camera.position_x_m")->parse(text);
     ASSERT_FALSE(value) << '"' << text << '"';
     EXPECT_TRUE(value.error().text().ends_with("(allowed: -10..10 m)")) << value.error().text();
   }

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "config/parameter_table.h"
+#include "config/settings/parameter_table.h"
 #include "tests/support/file_content.h"
 
 namespace hapticd::config {

@@ -2,8 +2,8 @@
 // What the configuration makes of the cameras that the driver `synthetic` plays.
 #include <gtest/gtest.h>
 
-#include "config/settings.h"
-#include "rt/depth_model.h"
+#include "config/settings/settings.h"
+#include "rt/depth/depth_model.h"
 
 namespace hapticd::config {
 namespace {

@@ -13,10 +13,10 @@
 #include <string_view>
 #include <vector>
 
-#include "config/parameter_table.h"
+#include "config/settings/parameter_table.h"
+#include "config/settings/yaml_text.h"
+#include "config/yaml/yaml_reader.h"
 #include "config/yaml_loader.h"
-#include "config/yaml_reader.h"
-#include "config/yaml_text.h"
 #include "tests/support/file_content.h"
 #include "tests/unit/config/libyaml_reader.h"
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "config/parameter_table.h"
+#include "config/settings/parameter_table.h"
 #include "config/yaml_loader.h"
 #include "tests/support/file_content.h"
 #include "tests/support/temporary_folder.h"
@@ -78,7 +78,7 @@ void expectLoads(const std::filesystem::path& file, Settings& settings) {
     settings = *loaded;
     return;
   }
-  for (const Error& error : loaded.error()) ADD_FAILURE() << error.text();
+  for (const base::Error& error : loaded.error()) ADD_FAILURE() << error.text();
 }
 
 TEST(ShippedFiles, HapticdYamlNamesEveryParameterInTheOrderOfTheTable) {

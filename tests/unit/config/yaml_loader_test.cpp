@@ -7,7 +7,7 @@
 
 #include <map>
 
-#include "config/parameter_table.h"
+#include "config/settings/parameter_table.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::config {
@@ -18,7 +18,7 @@ Settings load(std::string_view yaml, const std::vector<std::string>& overrides =
   const test::TemporaryFolder folder;
   const auto settings = loadSettings(folder.write("good.yaml", yaml), overrides);
   if (settings) return *settings;
-  for (const Error& error : settings.error()) ADD_FAILURE() << error.text();
+  for (const base::Error& error : settings.error()) ADD_FAILURE() << error.text();
   return Settings{};
 }
 
@@ -182,7 +182,7 @@ TEST(LoadConfiguration, OfAPipeIsRefusedWhereARegularFileIsRequired) {
   const test::TemporaryFolder folder;
   const std::filesystem::path pipe = folder.path() / "pipe.yaml";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
-  const auto loaded = loadConfiguration(pipe, {}, FileKind::regular);
+  const auto loaded = loadConfiguration(pipe, {}, base::FileKind::regular);
   ASSERT_FALSE(loaded);
   EXPECT_EQ(loaded.error().front().text(),
             pipe.string() + ": is not a regular file (put a regular file there, or name another one)");

@@ -28,7 +28,7 @@ std::vector<std::string> textsOf(const Refusal& refusal) {
   if (settings) return {};
   std::vector<std::string> texts;
   const std::string prefix = folder.path().string() + "/";
-  for (const Error& error : settings.error()) {
+  for (const base::Error& error : settings.error()) {
     const std::string text = error.text();
     texts.push_back(text.starts_with(prefix) ? text.substr(prefix.size()) : text);
   }

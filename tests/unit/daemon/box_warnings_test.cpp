@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "rt/words.h"
+#include "rt/base/words.h"
 
 namespace hapticd::daemon {
 namespace {

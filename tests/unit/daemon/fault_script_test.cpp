@@ -8,7 +8,7 @@
 namespace hapticd::daemon {
 namespace {
 
-config::Result<std::vector<ScriptedFault>> scriptOf(const std::string& text) {
+base::Result<std::vector<ScriptedFault>> scriptOf(const std::string& text) {
   const test::TemporaryFolder folder;
   return readFaultScript(folder.write("faults", text));
 }

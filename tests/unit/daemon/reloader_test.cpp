@@ -1,19 +1,247 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a reload loosens while the box is engaged waits for a person; everything else does not.
-#include "daemon/reloader.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <random>
 #include <string>
 #include <vector>
 
+#include "config/settings/parameter_table.h"
+#include "daemon/reloader.h"
 #include "daemon/running_box.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 
+// Changes of the configuration that a running daemon applies when it is read again.
+// What a reload loosens while the box is engaged waits for a person; everything else does not.
 namespace hapticd::daemon {
 namespace {
+
+config::Settings with(const std::vector<std::string>& assignments) {
+  config::Settings settings;
+  for (const std::string& assignment : assignments) {
+    EXPECT_TRUE(config::setFromText(settings, assignment)) << assignment;
+  }
+  return settings;
+}
+
+std::string valueOf(const config::Settings& settings, std::string_view name) {
+  return config::toText(config::findParameter(name)->get(settings));
+}
+
+using Names = std::vector<std::string_view>;
+
+/// The parameters whose values differ.
+Names changed(const config::Settings& before, const config::Settings& after) {
+  Names names;
+  for (const config::Parameter& parameter : config::allParameters()) {
+    if (parameter.get(before) != parameter.get(after)) names.push_back(parameter.name);
+  }
+  return names;
+}
+
+TEST(Reload, TakesLiveParameters) {
+  const auto reload = reloaded(with({}), with({"force.stiffness_n_per_m=321"}));
+  ASSERT_TRUE(reload);
+  EXPECT_EQ(changed(with({}), reload->settings), Names{"force.stiffness_n_per_m"});
+  EXPECT_EQ(valueOf(reload->settings, "force.stiffness_n_per_m"), "321");
+}
+
+TEST(Reload, TakesBackWhatAClientHasSet) {
+  const auto reload = reloaded(with({"safety.max_force_n=2"}), with({}));
+  ASSERT_TRUE(reload);
+  EXPECT_EQ(valueOf(reload->settings, "safety.max_force_n"), "4");
+}
+
+TEST(Reload, LeavesParametersThatNeedARestartAndNamesThem) {
+  const auto reload = reloaded(with({}), with({"loop.priority=70", "camera.driver=synthetic"}));
+  ASSERT_TRUE(reload);
+  EXPECT_EQ(reload->waiting, (std::vector<std::string_view>{"camera.driver", "loop.priority"}));
+  EXPECT_EQ(valueOf(reload->settings, "loop.priority"), "80");
+  EXPECT_EQ(valueOf(reload->settings, "camera.driver"), "freenect");
+}
+
+TEST(Reload, IsRefusedWhenTheNewLiveParametersContradictWhatCannotChangeNow) {
+  // A radius that the depth unit of the file holds, but not the finer one of the running daemon.
+  const config::Settings loaded =
+      with({"camera.driver=v4l2", "force.law=nearest_springs", "force.radius_m=0.06"});
+  ASSERT_TRUE(config::checkTogether(loaded).empty());
+  const auto reload = reloaded(
+      with({"camera.driver=v4l2", "camera.unit_um=70", "force.law=nearest_springs", "force.radius_m=0.03"}),
+      loaded);
+  ASSERT_FALSE(reload);
+  EXPECT_NE(reload.error().front().text().find("force.radius_m"), std::string::npos)
+      << reload.error().front().text();
+}
+
+TEST(Reload, KnowsEveryParameterOfTheTable) {
+  config::Settings loaded;
+  std::size_t different = 0;
+  for (const config::Parameter& parameter : config::allParameters()) {
+    if (parameter.kind != config::Kind::boolean) continue;
+    parameter.set(loaded, !std::get<bool>(parameter.get(loaded)));
+    ++different;
+  }
+  const auto reload = reloaded(config::Settings{}, loaded);
+  ASSERT_TRUE(reload);
+  EXPECT_EQ(changed(config::Settings{}, reload->settings).size() + reload->waiting.size(), different);
+  EXPECT_GT(different, 0U);
+}
+
+// --- Fixtures and regions
+
+using config::Origin;
+
+config::FixtureSettings fixture(const std::string& name, Origin origin, double radius_m = 0.01) {
+  config::FixtureSettings fixture{.name = name};
+  fixture.radius_m = radius_m;
+  fixture.origin.value = origin;
+  return fixture;
+}
+
+config::RegionSettings region(const std::string& name, Origin origin) {
+  config::RegionSettings region{.name = name};
+  region.radius_m = 0.01;
+  region.origin.value = origin;
+  return region;
+}
+
+config::Settings with(const std::vector<config::FixtureSettings>& fixtures) {
+  config::Settings settings;
+  settings.additions.fixtures = fixtures;
+  return settings;
+}
+
+/// "name origin radius" of each.
+std::vector<std::string> shown(const std::vector<config::FixtureSettings>& fixtures) {
+  std::vector<std::string> texts;
+  for (const config::FixtureSettings& fixture : fixtures) {
+    texts.push_back(fixture.name + " " + std::string(rt::wordOf(fixture.origin.value)) + " " +
+                    config::toText(fixture.radius_m));
+  }
+  return texts;
+}
+
+using Texts = std::vector<std::string>;
+constexpr Origin kFile = Origin::configuration, kClient = Origin::client, kProfile = Origin::profile;
+
+TEST(Reload, LeavesFixturesOfClientsAndProfiles) {
+  const auto reload = reloaded(with({fixture("a", kFile), fixture("b", kClient), fixture("c", kProfile)}),
+                               with({fixture("a", kFile, 0.02)}));
+  ASSERT_TRUE(reload);
+  EXPECT_EQ(shown(reload->settings.additions.fixtures),
+            (Texts{"a configuration 0.02", "b client 0.01", "c profile 0.01"}));
+  EXPECT_TRUE(reload->hidden.empty());
+}
+
+TEST(Reload, TakesBackWhatAClientHasChangedOrRemovedOfTheConfiguration) {
+  const auto reload =
+      reloaded(with({fixture("a", kFile, 0.05)}), with({fixture("a", kFile), fixture("b", kFile)}));
+  ASSERT_TRUE(reload);
+  EXPECT_EQ(shown(reload->settings.additions.fixtures),
+            (Texts{"a configuration 0.01", "b configuration 0.01"}));
+}
+
+TEST(Reload, LeavesANameToTheClientOrProfileThatHasItAndSaysSo) {
+  const auto reload =
+      reloaded(with({fixture("a", kClient, 0.05), fixture("b", kProfile, 0.05), fixture("c", kClient)}),
+               with({fixture("a", kFile), fixture("b", kFile), fixture("c", kFile)}));
+  ASSERT_TRUE(reload);
+  EXPECT_EQ(shown(reload->settings.additions.fixtures),
+            (Texts{"a client 0.05", "b profile 0.05", "c client 0.01"}));
+  EXPECT_EQ(reload->hidden, (Texts{"fixture a", "fixture b"})) << "c is the same";
+}
+
+// As after a start with a boot profile, whose list has taken the place of the file's.
+TEST(Reload, DoesNotBringBackWhatAClientHasRemovedOfAProfile) {
+  const auto reload =
+      reloaded(with({fixture("a", kProfile)}), with({fixture("a", kProfile), fixture("b", kProfile)}));
+  ASSERT_TRUE(reload);
+  EXPECT_EQ(shown(reload->settings.additions.fixtures), Texts{"a profile 0.01"});
+}
+
+TEST(Reload, KeepsTheOrderOfRegionsOfWhichTheLastOneCounts) {
+  const auto orderOf = [](const Texts& running, const Texts& loaded) {
+    config::Settings before;
+    config::Settings file;
+    for (const std::string& name : running)
+      before.additions.regions.push_back(region(name, name < "n" ? kFile : kClient));
+    for (const std::string& name : loaded) file.additions.regions.push_back(region(name, kFile));
+    const auto reload = reloaded(before, file);
+    EXPECT_TRUE(reload);
+    Texts names;
+    for (const config::RegionSettings& region : reload->settings.additions.regions)
+      names.push_back(region.name);
+    return names;
+  };
+  EXPECT_EQ(orderOf({"a", "x", "b", "y"}, {"a", "b"}), (Texts{"a", "x", "b", "y"}));
+  EXPECT_EQ(orderOf({"a", "x", "b", "y"}, {"b", "a"}), (Texts{"b", "x", "a", "y"}));
+  EXPECT_EQ(orderOf({"a", "x", "b", "y"}, {"a", "c", "b", "d"}), (Texts{"a", "x", "c", "b", "d", "y"}));
+  EXPECT_EQ(orderOf({"a", "x", "b", "y"}, {}), (Texts{"x", "y"}));
+  EXPECT_EQ(orderOf({"x", "y"}, {"a", "b"}), (Texts{"a", "b", "x", "y"}));
+}
+
+TEST(Reload, ChangesNothingTheSecondTimeOnRandomLists) {
+  std::mt19937 random(1);
+  for (int trial = 0; trial < 2000; ++trial) {
+    const auto randomList = [&random](bool of_file) {
+      std::vector<config::FixtureSettings> list;
+      for (const std::string name : {"a", "b", "c", "d", "e"}) {
+        if (random() % 2 == 0) continue;
+        const Origin origin = of_file ? kFile : static_cast<Origin>(random() % 3);
+        list.push_back(fixture(name, origin, 0.01 * static_cast<double>(1 + random() % 3)));
+      }
+      std::ranges::shuffle(list, random);
+      return list;
+    };
+    const config::Settings running = with(randomList(false));
+    const config::Settings file = with(randomList(true));
+    const auto first = reloaded(running, file);
+    ASSERT_TRUE(first);
+    const auto second = reloaded(first->settings, file);
+    ASSERT_TRUE(second);
+    EXPECT_EQ(shown(second->settings.additions.fixtures), shown(first->settings.additions.fixtures));
+    EXPECT_EQ(second->hidden, first->hidden);
+    // Each is there exactly where its definition asks for it.
+    for (const std::string name : {"a", "b", "c", "d", "e"}) {
+      const auto in = [&name](const config::Settings& settings) {
+        const auto& list = settings.additions.fixtures;
+        const auto found = std::ranges::find(list, name, &config::FixtureSettings::name);
+        return found == list.end() ? nullptr : &*found;
+      };
+      const auto* const before = in(running);
+      const auto* const wanted = in(file);
+      const bool others = before != nullptr && before->origin.value != kFile;
+      const auto* const expected = others ? before : wanted;
+      const auto* const after = in(first->settings);
+      ASSERT_EQ(after != nullptr, expected != nullptr) << name;
+      if (after == nullptr) continue;
+      EXPECT_EQ(shown({*after}), shown({*expected}));
+    }
+    if (HasFailure()) return;
+  }
+}
+
+TEST(Reload, IsRefusedWhereThereWouldBeTooManyFixtures) {
+  std::vector<config::FixtureSettings> running;
+  for (int i = 0; i < 16; ++i) running.push_back(fixture("c" + std::to_string(i), kClient));
+  const auto reload = reloaded(with(running), with({fixture("a", kFile)}));
+  ASSERT_FALSE(reload);
+  EXPECT_NE(reload.error().front().text().find("is one of 17 fixtures, and 16 are possible"),
+            std::string::npos);
+}
+
+TEST(Reload, LeavesTheLabelImageOfAProfile) {
+  config::Settings running;
+  running.additions.label_image = "profile.pgm";
+  running.additions.label_image_origin.value = kProfile;
+  config::Settings file;
+  EXPECT_EQ(reloaded(running, file)->settings.additions.label_image, "profile.pgm");
+  file.additions.label_image = "file.pgm";
+  EXPECT_EQ(reloaded(running, file)->hidden, Texts{"label_image"});
+  running.additions.label_image_origin.value = kFile;
+  EXPECT_EQ(reloaded(running, file)->settings.additions.label_image, "file.pgm");
+}
 
 using Texts = std::vector<std::string>;
 

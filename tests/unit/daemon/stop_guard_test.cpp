@@ -11,7 +11,6 @@
 #include <string>
 
 #include "daemon/journal.h"
-#include "daemon/stop_limits.h"
 #include "drivers/base/stop_signal.h"
 
 namespace hapticd::daemon {

@@ -28,7 +28,7 @@ constexpr std::string_view kGood =
 
 class CameraDescriptionFile : public testing::Test {
  protected:
-  config::Result<CameraDescription> read(std::string_view text) const {
+  base::Result<CameraDescription> read(std::string_view text) const {
     return readCameraDescription(folder.write("camera.yaml", text));
   }
   std::string errorOf(std::string_view text) const {

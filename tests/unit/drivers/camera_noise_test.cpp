@@ -9,7 +9,7 @@
 #include <cmath>
 #include <vector>
 
-#include "drivers/camera/synthetic/nothing_seen.h"
+#include "drivers/camera/synthetic/projector_shadow.h"
 
 namespace hapticd::drivers {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <string>
 
-#include "rt/depth_model.h"
+#include "rt/depth/depth_model.h"
 
 namespace hapticd::drivers {
 namespace {

@@ -48,8 +48,8 @@ std::unique_ptr<DepthRegionWriter> makeWriter() {
   return std::move(*writer);
 }
 
-config::Descriptor copyOf(const DepthRegionWriter& writer) {
-  return config::Descriptor(::fcntl(writer.descriptor(), F_DUPFD_CLOEXEC, 0));
+base::Descriptor copyOf(const DepthRegionWriter& writer) {
+  return base::Descriptor(::fcntl(writer.descriptor(), F_DUPFD_CLOEXEC, 0));
 }
 
 DepthRegionReader openReader(const DepthRegionWriter& writer) {
@@ -134,7 +134,7 @@ TEST(DepthRegion, IgnoresAFrameThatIsTooLarge) {
 
 TEST(DepthRegion, CannotBeChangedByWhomItIsHandedTo) {
   const auto writer = makeWriter();
-  const config::Descriptor memory = copyOf(*writer);
+  const base::Descriptor memory = copyOf(*writer);
   EXPECT_EQ(MAP_FAILED, ::mmap(nullptr, 4096, PROT_READ | PROT_WRITE, MAP_SHARED, memory.get(), 0));
   EXPECT_EQ(-1, ::pwrite(memory.get(), "x", 1, 0));
   EXPECT_EQ(EPERM, errno);
@@ -144,8 +144,8 @@ TEST(DepthRegion, CannotBeChangedByWhomItIsHandedTo) {
 }
 
 /// A memory file with the first bytes `head`, sealed as `seals` says.
-config::Descriptor memoryWith(const void* head, std::size_t bytes, std::size_t size, int seals) {
-  config::Descriptor memory(::memfd_create("test", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+base::Descriptor memoryWith(const void* head, std::size_t bytes, std::size_t size, int seals) {
+  base::Descriptor memory(::memfd_create("test", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   EXPECT_EQ(0, ::ftruncate(memory.get(), static_cast<off_t>(size)));
   EXPECT_EQ(static_cast<ssize_t>(bytes), ::pwrite(memory.get(), head, bytes, 0));
   EXPECT_EQ(0, ::fcntl(memory.get(), F_ADD_SEALS, seals));
@@ -161,7 +161,7 @@ class DepthRegionRefusal : public testing::Test {
     head_.image_offset = 320;
   }
   std::string fault(std::size_t size = 4096 + 2 * 8192, int seals = F_SEAL_SHRINK) const {
-    const config::Descriptor memory = memoryWith(&head_, std::min(sizeof(head_), size), size, seals);
+    const base::Descriptor memory = memoryWith(&head_, std::min(sizeof(head_), size), size, seals);
     const auto reader = DepthRegionReader::open(memory);
     return reader ? "" : reader.error().text();
   }

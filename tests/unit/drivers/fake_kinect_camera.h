@@ -6,8 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/support/kinect/depth_packets.h"
-#include "tests/support/kinect/kinect_commands.h"
+#include "tests/support/kinect/kinect_protocol.h"
 
 namespace hapticd::test {
 

@@ -18,11 +18,11 @@
 #include <vector>
 
 #include "child_process.h"
-#include "config/descriptor.h"
-#include "drivers/make_handle.h"
+#include "config/base/descriptor.h"
+#include "drivers/make_devices.h"
 #include "fake_falcon.h"
 #include "frame_collector.h"
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::drivers {
@@ -316,7 +316,7 @@ class StalledFile {
   bool works() const { return works_; }
 
  private:
-  config::Descriptor group_;  // nobody answers what it asks; closing it lets all pass
+  base::Descriptor group_;  // nobody answers what it asks; closing it lets all pass
   bool works_ = false;
 };
 

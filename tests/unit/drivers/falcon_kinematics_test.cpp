@@ -9,7 +9,7 @@
 #include <limits>
 #include <numbers>
 
-#include "drivers/handle/falcon/falcon_forces.h"
+#include "drivers/handle/falcon/falcon_tracker.h"
 
 namespace hapticd::drivers {
 namespace {

@@ -19,7 +19,7 @@ class FrameList : public testing::Test {
     folder.write("a.pgm", "");
     folder.write("b.png", "");
   }
-  config::Result<std::vector<RecordedFrame>> read(std::string_view text) const {
+  base::Result<std::vector<RecordedFrame>> read(std::string_view text) const {
     folder.write("frames.csv", text);
     return readFrameList(folder.path(), cut_off);
   }

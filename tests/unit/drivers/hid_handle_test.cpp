@@ -19,7 +19,7 @@
 
 #include "drivers/handle/hid/hid_controller.h"
 #include "frame_collector.h"
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::drivers {
 namespace {
@@ -27,7 +27,7 @@ namespace {
 using std::chrono::milliseconds;
 using test::eventually;
 
-config::Error gone() {
+base::Error gone() {
   return {"hidraw", "gone", "plug it in again"};
 }
 
@@ -36,7 +36,7 @@ class SocketPort final : public HidPort {
   explicit SocketPort(int socket) : socket_(socket) {}
   ~SocketPort() override { ::close(socket_); }
 
-  config::Result<std::size_t> read(std::span<std::uint8_t> buffer, milliseconds wait) override {
+  base::Result<std::size_t> read(std::span<std::uint8_t> buffer, milliseconds wait) override {
     pollfd waiting{socket_, POLLIN, 0};
     if (::poll(&waiting, 1, static_cast<int>(wait.count())) == 0) return 0;
     const ssize_t count = ::recv(socket_, buffer.data(), buffer.size(), 0);
@@ -44,7 +44,7 @@ class SocketPort final : public HidPort {
     return static_cast<std::size_t>(count);
   }
 
-  config::Result<void> write(std::span<const std::uint8_t> report) override {
+  base::Result<void> write(std::span<const std::uint8_t> report) override {
     if (::send(socket_, report.data(), report.size(), MSG_NOSIGNAL) < 0) return std::unexpected(gone());
     return {};
   }
@@ -78,9 +78,9 @@ class Socket {
   }
 
   HidOpener opener() {
-    return [this](const HidSelection& selection) -> config::Result<OpenedHid> {
+    return [this](const HidSelection& selection) -> base::Result<OpenedHid> {
       const std::lock_guard lock(mutex_);
-      if (computer_ < 0) return std::unexpected(config::Error{"hidraw", "not there", "connect it"});
+      if (computer_ < 0) return std::unexpected(base::Error{"hidraw", "not there", "connect it"});
       return OpenedHid{std::make_unique<SocketPort>(std::exchange(computer_, -1)), "S7",
                        selection.serial.empty() ? "two are there" : ""};
     };
@@ -258,13 +258,13 @@ TEST_F(HidHandleTest, StopsStartsAndRefusesSettingsThatDescribeNoDevice) {
 class HangingPort final : public HidPort {
  public:
   explicit HangingPort(std::shared_ptr<std::atomic<bool>> released) : released_(std::move(released)) {}
-  config::Result<std::size_t> read(std::span<std::uint8_t> buffer, milliseconds) override {
+  base::Result<std::size_t> read(std::span<std::uint8_t> buffer, milliseconds) override {
     InputReport input;
     input.sequence = ++sequence_;
     std::ranges::copy(encode(input), buffer.begin());
     return sequence_ == 1 ? kReportBytes : 0;
   }
-  config::Result<void> write(std::span<const std::uint8_t>) override {
+  base::Result<void> write(std::span<const std::uint8_t>) override {
     eventually([this] { return released_->load(); });
     return std::unexpected(gone());
   }
@@ -279,7 +279,7 @@ TEST(HidHandle, AbandonsAThreadBlockedByAFailingDevice) {
   auto channels = std::make_unique<HandleChannels>();
   auto handle =
       std::make_unique<HidHandle>(config::HandleSettings{}, rt::HandleScaleParameters{},
-                                  [released](const HidSelection&) -> config::Result<OpenedHid> {
+                                  [released](const HidSelection&) -> base::Result<OpenedHid> {
                                     return OpenedHid{std::make_unique<HangingPort>(released), "", ""};
                                   });
   ASSERT_TRUE(handle->start(*channels));

@@ -9,11 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "config/hid_id.h"
-#include "drivers/handle/hid/device_clock.h"
+#include "config/settings/hid_id.h"
+#include "drivers/handle/hid/hid_controller.h"
+#include "drivers/handle/hid/hid_spacemouse.h"
 #include "drivers/handle/hid/report.h"
-#include "drivers/handle/hid/spacemouse_motion.h"
-#include "drivers/handle/hid/spacemouse_report.h"
 
 namespace hapticd::drivers {
 namespace {

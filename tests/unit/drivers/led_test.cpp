@@ -11,7 +11,7 @@
 #include "drivers/led/gpiod/chip_path.h"
 #include "drivers/led/gpiod/gpiod_leds.h"
 #include "drivers/led/gpiod/line_error.h"
-#include "drivers/make_led_panel.h"
+#include "drivers/make_devices.h"
 #include "frame_collector.h"
 #include "tests/support/temporary_folder.h"
 
@@ -88,7 +88,7 @@ TEST(GpiodLeds, RefuseALineThatCannotBeRead) {
   config::LedSettings settings = settingsOf("gpiochip-none");
   settings.camera_line = "99999";
   GpiodLeds leds(settings);
-  const config::Result<void> started = leds.start();
+  const base::Result<void> started = leds.start();
   ASSERT_FALSE(started);
   EXPECT_NE(started.error().what.find("\"99999\""), std::string::npos) << started.error().text();
 }

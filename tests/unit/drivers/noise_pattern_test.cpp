@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "drivers/camera/kinect_image.h"
-#include "rt/depth_frame.h"
+#include "rt/depth/depth_frame.h"
 
 namespace hapticd::drivers {
 namespace {

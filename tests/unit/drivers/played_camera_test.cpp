@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "config/settings.h"
+#include "config/settings/settings.h"
 #include "drivers/camera/synthetic/analytic_scene.h"
 
 namespace hapticd::drivers {

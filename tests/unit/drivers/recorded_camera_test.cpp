@@ -9,7 +9,7 @@
 
 #include "drivers/camera/kinect_image.h"
 #include "frame_collector.h"
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 #include "tests/support/scratch_recording.h"
 
 namespace hapticd::drivers {

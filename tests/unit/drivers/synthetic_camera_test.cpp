@@ -7,7 +7,7 @@
 #include <cmath>
 #include <memory>
 
-#include "drivers/make_camera.h"
+#include "drivers/make_devices.h"
 #include "frame_collector.h"
 
 namespace hapticd::drivers {

@@ -11,9 +11,9 @@
 #include <memory>
 #include <numbers>
 
-#include "drivers/make_handle.h"
+#include "drivers/make_devices.h"
 #include "frame_collector.h"
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 #include "tests/support/temporary_folder.h"
 #include "udp_test_peer.h"
 

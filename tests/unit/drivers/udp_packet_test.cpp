@@ -11,7 +11,6 @@
 #include <set>
 
 #include "drivers/handle/udp/conversation.h"
-#include "drivers/handle/udp/delay_estimate.h"
 #include "drivers/handle/udp/packet.h"
 #include "drivers/handle/udp/peer_clock.h"
 #include "udp_test_peer.h"

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "rt/vec3.h"
+#include "rt/base/vec3.h"
 
 /// The peer of the UDP handle, implemented from protocol.md only: it shares no code with the driver.
 namespace hapticd::test {

@@ -9,9 +9,9 @@
 #include <random>
 #include <vector>
 
-#include "rt/depth_model.h"
-#include "rt/disparity_image.h"
-#include "rt/occlusion_memory.h"
+#include "rt/depth/depth_model.h"
+#include "rt/depth/disparity_image.h"
+#include "rt/modelling/occlusion_memory.h"
 #include "tools/lib/offline/offline_box.h"
 #include "tools/lib/oracle/spring_oracle.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/depth_model.h"
+#include "rt/depth/depth_model.h"
 #include "drivers/camera/kinect_image.h"
 #include "tools/lib/oracle/reference_camera.h"
 

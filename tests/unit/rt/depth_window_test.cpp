@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "drivers/camera/kinect_image.h"
-#include "rt/depth_model.h"
+#include "rt/depth/depth_model.h"
 #include "tools/lib/oracle/reference_camera.h"
 
 namespace hapticd::rt {

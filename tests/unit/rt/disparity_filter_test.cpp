@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/disparity_filter.h"
+#include "rt/depth/disparity_filter.h"
 
 #include <gtest/gtest.h>
 

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "drivers/camera/kinect_image.h"
-#include "rt/scene.h"
-#include "rt/surface_builder.h"
-#include "rt/visible_surface.h"
+#include "rt/modelling/surface_builder.h"
+#include "rt/scene/scene.h"
+#include "rt/scene/visible_surface.h"
 
 namespace hapticd {
 namespace {

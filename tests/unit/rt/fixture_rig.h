@@ -6,8 +6,8 @@
 #include <random>
 #include <vector>
 
-#include "rt/fixture_forces.h"
-#include "rt/fixture_path.h"
+#include "rt/fixtures/fixture_forces.h"
+#include "rt/fixtures/fixture_path.h"
 
 namespace hapticd::test {
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <memory>
 
-#include "rt/depth_model.h"
-#include "rt/tissue_contact.h"
+#include "rt/depth/depth_model.h"
+#include "rt/tissue/tissue_contact.h"
 
 namespace hapticd::test {
 

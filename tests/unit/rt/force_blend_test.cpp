@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/force_blend.h"
+#include "rt/laws/force_blend.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/half_spaces.h"
+#include "rt/fixtures/half_spaces.h"
 
 #include <gtest/gtest.h>
 

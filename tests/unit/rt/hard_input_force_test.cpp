@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "drivers/camera/kinect_image.h"
-#include "rt/nearest_springs.h"
+#include "rt/laws/nearest_springs.h"
 #include "tests/unit/rt/built_scene.h"
 #include "tests/unit/rt/made_up_frame.h"
 #include "tests/unit/rt/rounding_tolerance.h"

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "drivers/camera/kinect_image.h"
-#include "rt/vec3.h"
+#include "rt/base/vec3.h"
 
 namespace hapticd::test {
 namespace {

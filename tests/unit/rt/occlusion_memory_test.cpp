@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/occlusion_memory.h"
+#include "rt/modelling/occlusion_memory.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "drivers/camera/kinect_image.h"
-#include "rt/occlusion_memory.h"
+#include "rt/modelling/occlusion_memory.h"
 #include "tests/unit/rt/simd_targets.h"
 
 // The oracle implements OcclusionMemory's rules pixel by pixel, without vectors, tables and flags.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/palpation_cue.h"
+#include "rt/tissue/palpation_cue.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "drivers/camera/kinect_image.h"
-#include "rt/nearest_springs.h"
+#include "rt/laws/nearest_springs.h"
 #include "tests/unit/rt/built_scene.h"
 #include "tests/unit/rt/closed_forms.h"
 #include "tests/unit/rt/made_up_frame.h"

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "drivers/camera/kinect_image.h"
-#include "rt/scene_builder.h"
-#include "tests/unit/rt/built_scene_check.h"
+#include "rt/modelling/scene_builder.h"
+#include "tests/unit/rt/built_scene.h"
 #include "tests/unit/rt/made_up_frame.h"
 #include "tests/unit/rt/simd_targets.h"
 

@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "rt/realtime_thread.h"
+#include "rt/base/realtime_thread.h"
 
 namespace hapticd::rt {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "rt/parameters.h"
+#include "rt/base/parameters.h"
 #include "tools/lib/oracle/spring_oracle.h"
 
 namespace hapticd::test {

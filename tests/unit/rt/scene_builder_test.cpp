@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/scene_builder.h"
+#include "rt/modelling/scene_builder.h"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,6 @@
 
 #include "drivers/camera/kinect_image.h"
 #include "tests/unit/rt/built_scene.h"
-#include "tests/unit/rt/built_scene_check.h"
 #include "tests/unit/rt/made_up_frame.h"
 #include "tests/unit/rt/simd_targets.h"
 #include "tools/lib/oracle/reference_camera.h"

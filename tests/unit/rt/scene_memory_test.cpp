@@ -7,7 +7,6 @@
 
 #include "drivers/camera/kinect_image.h"
 #include "tests/unit/rt/built_scene.h"
-#include "tests/unit/rt/built_scene_check.h"
 #include "tests/unit/rt/made_up_frame.h"
 #include "tests/unit/rt/simd_targets.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/smooth_springs.h"
+#include "rt/laws/smooth_springs.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <memory>
 
 #include "drivers/camera/kinect_image.h"
-#include "rt/depth_model.h"
-#include "rt/force_laws.h"
+#include "rt/depth/depth_model.h"
+#include "rt/laws/force_laws.h"
 #include "tests/unit/rt/built_scene.h"
 
 namespace hapticd::test {

@@ -32,7 +32,7 @@ HWY_AFTER_NAMESPACE();
 #include <limits>
 #include <thread>
 
-#include "rt/realtime_thread.h"
+#include "rt/base/realtime_thread.h"
 #include "tests/support/flush_to_zero.h"
 #include "tests/unit/rt/simd_targets.h"
 

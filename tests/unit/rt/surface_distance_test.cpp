@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/surface_distance.h"
+#include "rt/fixtures/surface_distance.h"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "drivers/camera/kinect_image.h"
-#include "rt/depth_model.h"
-#include "rt/disparity_frame.h"
+#include "rt/depth/depth_model.h"
+#include "rt/depth/disparity_frame.h"
 #include "tests/unit/rt/fixture_rig.h"
 
 // The distance from the visible surface, and stand-offs above it, with exact facets: no pixels, no rounding.

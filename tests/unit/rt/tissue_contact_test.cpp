@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/tissue_contact.h"
+#include "rt/tissue/tissue_contact.h"
 
 #include <gtest/gtest.h>
 

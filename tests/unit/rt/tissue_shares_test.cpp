@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/tissue_shares.h"
+#include "rt/tissue/tissue_shares.h"
 
 #include <gtest/gtest.h>
 

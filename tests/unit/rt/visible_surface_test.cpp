@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/visible_surface.h"
+#include "rt/scene/visible_surface.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <numbers>
 
 #include "drivers/camera/kinect_image.h"
-#include "rt/scene.h"
-#include "rt/surface_builder.h"
+#include "rt/modelling/surface_builder.h"
+#include "rt/scene/scene.h"
 
 namespace hapticd {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The automatic stiffness against closed forms, on scenes whose noise and limits are known.
-#include "rt/automatic_stiffness.h"
+#include "rt/laws/automatic_stiffness.h"
 
 #include <gtest/gtest.h>
 
@@ -9,9 +9,9 @@
 #include <memory>
 #include <vector>
 
-#include "rt/stiffness_limit.h"
+#include "rt/safety/stiffness_limit.h"
 #include "tools/lib/offline/offline_box.h"
-#include "tools/lib/truth/fine_depth_model.h"
+#include "tools/lib/truth/any_camera.h"
 #include "tools/lib/truth/true_scene.h"
 
 namespace hapticd::tools {

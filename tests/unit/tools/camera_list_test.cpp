@@ -38,7 +38,7 @@ class CameraListing : public testing::Test {
   test::MadeUpMachine files;
   config::CameraSettings settings;
   std::string depth_node = "/dev/video0";
-  DepthProbe probe = [this](const drivers::VideoDevice& video) -> config::Result<std::uint32_t> {
+  DepthProbe probe = [this](const drivers::VideoDevice& video) -> base::Result<std::uint32_t> {
     return video.node == depth_node ? V4L2_PIX_FMT_Z16 : 0;
   };
 };
@@ -77,8 +77,8 @@ TEST_F(CameraListing, SaysThatACameraDeliversNoDepth) {
 
 TEST_F(CameraListing, ShowsWhyADeviceCannotBeOpened) {
   test::addNode(files.root(), {});
-  probe = [](const drivers::VideoDevice&) -> config::Result<std::uint32_t> {
-    return std::unexpected(config::Error{"v4l2", "the camera cannot be opened: Permission denied", ""});
+  probe = [](const drivers::VideoDevice&) -> base::Result<std::uint32_t> {
+    return std::unexpected(base::Error{"v4l2", "the camera cannot be opened: Permission denied", ""});
   };
   EXPECT_EQ(only().suitability, Suitability::unusable);
   EXPECT_EQ(only().note, "v4l2: the camera cannot be opened: Permission denied");

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "tools/hapticctl/force_history.h"
-#include "tools/hapticctl/glance_text.h"
-#include "tools/hapticctl/status_text.h"
+#include "tools/hapticctl/text/glance_text.h"
+#include "tools/hapticctl/text/status_text.h"
+#include "tools/hapticctl/watch.h"
 
 namespace hapticd::tools {
 namespace {

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-#include "rt/pose.h"
+#include "rt/base/pose.h"
 #include "tools/lib/registration/model_landmarks.h"
 
 namespace hapticd::tools {

@@ -10,7 +10,7 @@
 #include <memory>
 
 #include "drivers/camera/kinect_image.h"
-#include "rt/force_law.h"
+#include "rt/laws/force_law.h"
 
 namespace hapticd::tools {
 namespace {

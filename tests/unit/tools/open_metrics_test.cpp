@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticctl/open_metrics.h"
+#include "tools/hapticctl/text/open_metrics.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <set>
 #include <sstream>
 
-#include "tools/hapticctl/http_reply.h"
+#include "tools/hapticctl/metrics_command.h"
 
 namespace hapticd::tools {
 namespace {

@@ -13,14 +13,13 @@
 #include "drivers/camera/kinect_image.h"
 #include "drivers/trace/trace_reader.h"
 #include "drivers/trace/trace_writer.h"
-#include "rt/depth_model.h"
-#include "rt/haptic_core.h"
-#include "rt/scene_builder.h"
-#include "rt/tissue.h"
+#include "rt/depth/depth_model.h"
+#include "rt/loop/haptic_core.h"
+#include "rt/modelling/scene_builder.h"
+#include "rt/tissue/tissue.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/lib/palpation/palpation_map.h"
-#include "tools/lib/palpation/stiffness_estimate.h"
 
 namespace hapticd::tools {
 namespace {

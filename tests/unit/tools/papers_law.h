@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "config/settings.h"
+#include "config/settings/settings.h"
 
 namespace hapticd::tools {
 

@@ -63,8 +63,8 @@ std::string errorOfJoining(const std::vector<PartFile>& parts) {
   return joined ? "" : joined.error().text();
 }
 
-config::Result<PartFile> readBack(const PartFile& file, const std::string& program = kProgram,
-                                  const std::string& version = kVersion) {
+base::Result<PartFile> readBack(const PartFile& file, const std::string& program = kProgram,
+                                const std::string& version = kVersion) {
   return parsePartFile(file.name, partText(file), program, version);
 }
 

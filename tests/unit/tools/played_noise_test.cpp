@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <memory>
 
-#include "config/settings.h"
+#include "config/settings/settings.h"
 #include "drivers/camera/synthetic/analytic_scene.h"
 #include "drivers/camera/synthetic/sensor_noise.h"
 #include "tools/lib/depth_noise/depth_noise.h"

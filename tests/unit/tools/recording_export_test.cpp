@@ -55,7 +55,7 @@ class RecordingExport : public testing::Test {
     return path("a.mcap");
   }
   fs::path path(const char* name) const { return folder_.path() / name; }
-  static std::string errorOf(const config::Result<std::uint64_t>& result) {
+  static std::string errorOf(const base::Result<std::uint64_t>& result) {
     return result ? "" : result.error().text();
   }
 

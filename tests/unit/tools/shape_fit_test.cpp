@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-#include "rt/pose.h"
+#include "rt/base/pose.h"
 
 namespace hapticd::tools {
 namespace {

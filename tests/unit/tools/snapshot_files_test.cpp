@@ -5,10 +5,9 @@
 #include <cmath>
 #include <cstring>
 
-#include "config/base64.h"
+#include "config/base/base64.h"
 #include "drivers/camera/kinect_image.h"
 #include "tools/hapticctl/snapshot/depth_picture.h"
-#include "tools/hapticctl/snapshot/depth_scale.h"
 #include "tools/hapticctl/snapshot/point_cloud.h"
 #include "tools/hapticctl/snapshot/snapshot.h"
 
@@ -159,10 +158,10 @@ TEST(Base64, DecodesTheVectorsOfItsStandard) {
                                                                                     {"Zm9v", "foo"},
                                                                                     {"Zm9vYg==", "foob"},
                                                                                     {"Zm9vYmFy", "foobar"}}) {
-    EXPECT_EQ(config::base64Decoded(text), bytes) << text;
+    EXPECT_EQ(base::base64Decoded(text), bytes) << text;
   }
   for (const char* bad : {"Zg=", "Z", "Zm9*", "Zg==Zg==", "===="})
-    EXPECT_FALSE(config::base64Decoded(bad)) << bad;
+    EXPECT_FALSE(base::base64Decoded(bad)) << bad;
 }
 
 Json headerReply() {

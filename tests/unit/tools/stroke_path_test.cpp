@@ -7,8 +7,8 @@
 #include <numbers>
 #include <random>
 
-#include "config/addition_checks.h"
-#include "rt/fixture.h"
+#include "config/additions/addition_checks.h"
+#include "rt/fixtures/fixture.h"
 
 namespace hapticd::tools {
 namespace {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <sstream>
 
-#include "tools/hapticctl/table.h"
-#include "tools/hapticctl/terminal_text.h"
-#include "tools/hapticctl/time_text.h"
+#include "tools/hapticctl/text/table.h"
+#include "tools/hapticctl/text/terminal_text.h"
+#include "tools/hapticctl/text/time_text.h"
 
 namespace hapticd::tools {
 namespace {

@@ -12,12 +12,12 @@
 #include <string>
 #include <utility>
 
-#include "config/label_image.h"
-#include "config/yaml_text.h"
+#include "config/settings/label_image.h"
+#include "config/settings/yaml_text.h"
 #include "drivers/camera/common_depth_header.h"
 #include "drivers/trace/depth_codec.h"
-#include "rt/depth_model.h"
-#include "rt/scene_builder.h"
+#include "rt/depth/depth_model.h"
+#include "rt/modelling/scene_builder.h"
 #include "tests/support/made_up_scene.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/support/temporary_folder.h"
@@ -161,7 +161,7 @@ struct RecordedLabels {
     config::toTissueMap({}, {}, image, settings.camera.pose, *sent);
     record = drivers::recordOf({}, *std::make_unique<rt::FixtureSet>(), *sent, 0);
   }
-  config::Result<void> restore() const {
+  base::Result<void> restore() const {
     return drivers::restore(record, settings.camera.pose, "a.mcap", *back);
   }
 

@@ -14,7 +14,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/tools/exported_trace.h"
 #include "tools/lib/trace/csv_export.h"
-#include "tools/lib/trace/peaks.h"
+#include "tools/lib/trace/selected_trace.h"
 #include "tools/lib/trace/trace_plot.h"
 #include "tools/lib/trace/trace_summary.h"
 

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "drivers/camera/kinect_image.h"
-#include "tools/lib/truth/fine_depth_model.h"
+#include "tools/lib/truth/any_camera.h"
 
 namespace hapticd::tools {
 namespace {

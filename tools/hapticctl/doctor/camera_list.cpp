@@ -3,18 +3,68 @@
 
 #include <fmt/format.h>
 #include <linux/videodev2.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <optional>
 
-#include "config/value_text.h"
+#include "config/base/value_text.h"
 #include "drivers/camera/v4l2/capture_stream.h"
 #include "drivers/camera/v4l2/system_calls.h"
-#include "tools/hapticctl/doctor/known_cameras.h"
 #include "tools/hapticctl/doctor/usb_device.h"
 
 namespace hapticd::tools {
+namespace {
+
+constexpr const char* kDepthByVendor =
+    "it delivers infrared images, and its vendor's software computes the depth";
+constexpr const char* kOwnProtocol = "it is not a video device: its vendor's software talks to it";
+constexpr const char* kTwoViews =
+    "it delivers two colour images, and its vendor's software computes the depth";
+constexpr const char* kLibfreenect2 = "it needs libfreenect2, which hapticd does not use";
+
+// Ids of RealSense: librealsense, src/ds/d400/d400-private.h; of Orbbec: OrbbecSDK_v2; of the others: the
+// udev rules of their vendors' software.
+constexpr std::array<KnownCamera, 26> kCameras{{
+    {0x8086, 0x0ad1, "Intel RealSense D400", ""},
+    {0x8086, 0x0ad2, "Intel RealSense D410", ""},
+    {0x8086, 0x0ad3, "Intel RealSense D415", ""},
+    {0x8086, 0x0ad4, "Intel RealSense D430", ""},
+    {0x8086, 0x0b07, "Intel RealSense D435", ""},
+    {0x8086, 0x0b3a, "Intel RealSense D435i", ""},
+    {0x8086, 0x0b5b, "Intel RealSense D405", ""},
+    {0x8086, 0x0b5c, "Intel RealSense D455", ""},
+    {0x8086, 0x1155, "Intel RealSense D421", ""},
+    {0x8086, 0x1156, "Intel RealSense D436", ""},
+    {0x2bc5, 0x0800, "Orbbec Gemini 335", ""},
+    {0x2bc5, 0x0801, "Orbbec Gemini 330", ""},
+    {0x2bc5, 0x0803, "Orbbec Gemini 336", ""},
+    {0x2bc5, 0x0804, "Orbbec Gemini 335L", ""},
+    {0x2bc5, 0x0807, "Orbbec Gemini 336L", ""},
+    {0x2bc5, 0x0669, "Orbbec Femto Mega", ""},
+    {0x2bc5, 0x066b, "Orbbec Femto Bolt", kDepthByVendor},
+    {0x045e, 0x097c, "Azure Kinect", kDepthByVendor},
+    {0x045e, 0x097d, "Azure Kinect, colour camera", "it delivers no depth"},
+    {0x045e, 0x02c4, "Kinect v2", kLibfreenect2},
+    {0x045e, 0x02d8, "Kinect v2", kLibfreenect2},
+    {0x03e7, 0x2485, "Luxonis OAK-D", kOwnProtocol},
+    {0x03e7, 0xf63b, "Luxonis OAK-D", kOwnProtocol},
+    {0x03e7, 0xf63c, "Luxonis OAK-D", kOwnProtocol},
+    {0x03e7, 0xf63d, "Luxonis OAK-D", kOwnProtocol},
+    {0x2b03, kAnyProduct, "Stereolabs ZED", kTwoViews},
+}};
+
+}  // namespace
+
+const KnownCamera* knownCamera(std::uint16_t vendor, std::uint16_t product) {
+  const auto* const known = std::ranges::find_if(kCameras, [&](const KnownCamera& it) {
+    return it.vendor == vendor && (it.product == kAnyProduct || it.product == product);
+  });
+  return known == kCameras.end() ? nullptr : known;
+}
+
 namespace {
 
 using config::CameraDriver;
@@ -72,10 +122,10 @@ Examined examined(const Nodes& device, const DepthProbe& probe) {
   Examined result;
   ConnectedCamera& camera = result.camera;
   camera.is_known = known != nullptr;
-  camera.name = config::printable(known ? known->name : first.name);
+  camera.name = base::printable(known ? known->name : first.name);
   camera.place = first.node;
   camera.usb = device.usb;
-  camera.serial = config::printable(first.serial);
+  camera.serial = base::printable(first.serial);
   camera.note = "it delivers no depth in the formats Z16 and Y16";
   if (!probe && known && *known->obstacle == '\0') result.depth_node = first.node;
   for (const VideoDevice& video : device.videos) {
@@ -179,7 +229,7 @@ std::string remedyFor(const ConnectedCamera& camera, const config::CameraSetting
 
 }  // namespace
 
-config::Result<std::uint32_t> depthFormatOf(const VideoDevice& video) {
+base::Result<std::uint32_t> depthFormatOf(const VideoDevice& video) {
   drivers::KernelCalls calls;
   const drivers::OpenDevice device(calls, calls.open(video.node));
   if (device.descriptor() < 0) return std::unexpected(drivers::callFailure("open", device.descriptor()));
@@ -214,6 +264,42 @@ CameraList listCameras(const Machine& machine, const config::CameraSettings& set
     }
   }
   return list;
+}
+
+namespace {
+
+std::string lineOf(const ConnectedCamera& camera) {
+  std::string text = fmt::format("{:<9} {}: {}", rt::wordOf(camera.suitability), camera.place, camera.name);
+  if (!camera.serial.empty()) text += ", serial number " + camera.serial;
+  if (!camera.format.empty()) text += ", depth in " + camera.format;
+  if (!camera.note.empty()) text += fmt::format(" ({})", camera.note);
+  return text + "\n";
+}
+
+}  // namespace
+
+std::string textOf(const CameraList& list) {
+  std::string text;
+  for (const ConnectedCamera& camera : list.cameras) text += lineOf(camera);
+  if (list.cameras.empty()) text += "no camera is connected\n";
+  return text + (list.problem.empty() ? fmt::format("hapticd takes its depth from {}\n", list.source)
+                                      : fmt::format("hapticd finds no camera: {}\n", list.problem));
+}
+
+std::string jsonOf(const CameraList& list) {
+  nlohmann::ordered_json cameras = nlohmann::ordered_json::array();
+  for (const ConnectedCamera& camera : list.cameras) {
+    cameras.push_back({{"suitability", rt::wordOf(camera.suitability)},
+                       {"name", camera.name},
+                       {"place", camera.place},
+                       {"driver", camera.driver},
+                       {"serial", camera.serial},
+                       {"format", camera.format},
+                       {"note", camera.note}});
+  }
+  return nlohmann::ordered_json{{"cameras", cameras}, {"source", list.source}, {"problem", list.problem}}
+             .dump(2, ' ', false, nlohmann::json::error_handler_t::replace) +
+         "\n";
 }
 
 }  // namespace hapticd::tools

@@ -6,13 +6,26 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
-#include "config/settings.h"
+#include "config/base/error.h"
+#include "config/settings/settings.h"
 #include "drivers/camera/v4l2/video_devices.h"
-#include "rt/words.h"
+#include "rt/base/words.h"
 #include "tools/hapticctl/doctor/machine.h"
 
 namespace hapticd::tools {
+
+/// A depth camera by the ids of its USB device.
+struct KnownCamera {
+  std::uint16_t vendor;
+  std::uint16_t product;  ///< kAnyProduct: all of the vendor
+  const char* name;
+  const char* obstacle;  ///< why hapticd cannot use it; empty: it can
+};
+
+inline constexpr std::uint16_t kAnyProduct = 0;
+
+/// Returns the depth camera with these ids; null for other devices.
+const KnownCamera* knownCamera(std::uint16_t vendor, std::uint16_t product);
 
 /// What a connected camera is to hapticd with its configuration.
 enum class Suitability : std::uint8_t {
@@ -45,10 +58,10 @@ struct CameraList {
 };
 
 /// Returns the depth format of a video device, 0 for none. Errors: it cannot be opened or does not respond.
-using DepthProbe = std::function<config::Result<std::uint32_t>(const drivers::VideoDevice&)>;
+using DepthProbe = std::function<base::Result<std::uint32_t>(const drivers::VideoDevice&)>;
 
 /// Opens video devices of this machine, which also works while another program streams from them.
-config::Result<std::uint32_t> depthFormatOf(const drivers::VideoDevice& video);
+base::Result<std::uint32_t> depthFormatOf(const drivers::VideoDevice& video);
 
 /// `probe`: none where the devices belong to another machine; then the first node of a known depth camera is
 /// taken for its depth.

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "tools/hapticctl/doctor/examination.h"
-#include "tools/hapticctl/doctor/finding.h"
+#include "tools/hapticctl/doctor/findings.h"
 
 namespace hapticd::tools {
 
@@ -22,7 +22,7 @@ Findings checkSibling(const Examination& box);
 Findings checkGovernor(const Examination& box);
 Findings checkIdleStates(const Examination& box);
 
-// right_checks.cpp
+// service_checks.cpp
 Findings checkLimits(const Examination& box);
 Findings checkAccounts(const Examination& box);
 Findings checkCaller(const Examination& box);
@@ -35,7 +35,7 @@ Findings checkHid(const Examination& box);
 // gpio_check.cpp
 Findings checkGpio(const Examination& box);
 
-// kinect_check.cpp
+// camera_check.cpp
 Findings checkKinect(const Examination& box);
 
 // camera_check.cpp
@@ -44,7 +44,7 @@ Findings checkCameras(const Examination& box);
 // handle_check.cpp
 Findings checkHandle(const Examination& box);
 
-// trace_checks.cpp
+// storage_check.cpp
 Findings checkTraces(const Examination& box);
 Findings checkGnuplot(const Examination& box);
 

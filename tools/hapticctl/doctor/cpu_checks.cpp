@@ -2,18 +2,57 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <set>
 #include <sstream>
+#include <string>
 
 #include "drivers/base/cpu_list.h"
 #include "tools/hapticctl/doctor/checks.h"
-#include "tools/hapticctl/doctor/cpu_kinds.h"
 #include "tools/hapticctl/doctor/findings.h"
+#include "tools/hapticctl/doctor/machine.h"
 
 namespace hapticd::tools {
 namespace {
+
+using drivers::CpuSet;
+
+/// How fast each CPU of a machine is, for boards that have big and little ones.
+struct CpuKinds {
+  std::map<int, std::int64_t> speed;  ///< by CPU; empty where it is not known of every CPU
+  std::string measure;                ///< "cpu_capacity" or "cpuinfo_max_freq"
+};
+
+/// Reads the capacity of each CPU, which ARM kernels state, or its largest frequency.
+CpuKinds readCpuKinds(const Machine& machine, const CpuSet& online) {
+  static constexpr std::array kMeasures{"cpu_capacity", "cpufreq/cpuinfo_max_freq"};
+  for (const std::string file : kMeasures) {
+    CpuKinds kinds{{}, file.substr(file.find('/') + 1)};
+    for (const int cpu : online) {
+      const auto speed = machine.readNumber(fmt::format("sys/devices/system/cpu/cpu{}/{}", cpu, file));
+      if (speed && *speed > 0) kinds.speed[cpu] = *speed;
+    }
+    if (kinds.speed.size() == online.size()) return kinds;
+  }
+  return {};
+}
+
+/// The CPUs with at least nine tenths of the speed of the fastest: CPUs of one kind may differ by a few per
+/// cent. CPU 0 is left out, because it cannot be kept free. All CPUs but 0 where their speeds are not known.
+/// hapticd-realtime-setup chooses among the same CPUs.
+CpuSet bigCpus(const CpuKinds& kinds, const CpuSet& online) {
+  CpuSet cpus = online;
+  cpus.erase(0);
+  if (kinds.speed.empty()) return cpus;
+  std::int64_t most = 0;
+  for (const int cpu : cpus) most = std::max(most, kinds.speed.at(cpu));
+  std::erase_if(cpus, [&](int cpu) { return kinds.speed.at(cpu) * 10 < most * 9; });
+  return cpus;
+}
 
 using drivers::common;
 using drivers::cpuListText;

@@ -2,7 +2,9 @@
 #include "tools/hapticctl/doctor/examination.h"
 
 #include <fcntl.h>
+#include <linux/gpio.h>
 #include <pwd.h>
+#include <sys/ioctl.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/utsname.h>
@@ -10,13 +12,36 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <chrono>
+#include <cstring>
 #include <sstream>
 
-#include "config/descriptor.h"
+#include "config/base/descriptor.h"
+#include "config/yaml_loader.h"
 #include "tools/lib/child/child_process.h"
 
 namespace hapticd::tools {
+
+Configuration readConfiguration(const std::filesystem::path& root) {
+  const std::filesystem::path file = root / "etc/hapticd/hapticd.yaml";
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored)) return {};
+  auto settings = config::loadSettings(file);
+  if (!settings) return {{}, settings.error().front().text()};
+  return {std::move(*settings), {}};
+}
+
+std::expected<std::string, int> gpioLabelOf(const std::string& path) {
+  const int chip = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (chip < 0) return std::unexpected(errno);
+  gpiochip_info info{};
+  const int error = ::ioctl(chip, GPIO_GET_CHIPINFO_IOCTL, &info) == 0 ? 0 : errno;
+  ::close(chip);
+  if (error != 0) return std::unexpected(error);
+  return std::string(info.label, ::strnlen(info.label, sizeof info.label));
+}
+
 namespace {
 
 std::uint64_t limitOf(decltype(RLIMIT_RTPRIO) resource) {
@@ -45,8 +70,8 @@ std::string contentOf(int file) {
 
 /// The output of a command; nothing if it fails or takes longer than 5 seconds.
 std::optional<std::string> outputOf(const std::vector<std::string>& command) {
-  const config::Descriptor output(::memfd_create("output", MFD_CLOEXEC));
-  const config::Descriptor nowhere(::open("/dev/null", O_WRONLY | O_CLOEXEC));
+  const base::Descriptor output(::memfd_create("output", MFD_CLOEXEC));
+  const base::Descriptor nowhere(::open("/dev/null", O_WRONLY | O_CLOEXEC));
   auto process = ChildProcess::start(command, {.output = output.get(), .errors = nowhere.get()}, "");
   if (!process) return std::nullopt;
   const auto ending = process->waitFor(std::chrono::seconds(5));

@@ -4,18 +4,35 @@
 #include <sys/types.h>
 
 #include <cstdint>
+#include <expected>
+#include <filesystem>
+#include <functional>
 #include <limits>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "config/settings/settings.h"
 #include "tools/hapticctl/doctor/camera_list.h"
-#include "tools/hapticctl/doctor/configuration.h"
-#include "tools/hapticctl/doctor/gpio_label.h"
 #include "tools/hapticctl/doctor/machine.h"
 
 namespace hapticd::tools {
+
+/// The configuration of hapticd, as far as it can be read.
+struct Configuration {
+  config::Settings settings;  ///< the defaults if there is no file, or one that cannot be used
+  std::string problem;        ///< why an existing file cannot be used; empty: nothing is wrong
+};
+
+/// Reads etc/hapticd/hapticd.yaml below the folder `root`.
+Configuration readConfiguration(const std::filesystem::path& root);
+
+/// Returns the label of the GPIO chip with a device file, or errno.
+using GpioLabel = std::function<std::expected<std::string, int>(const std::string& path)>;
+
+/// Asks the kernel for the label of a chip of this machine.
+std::expected<std::string, int> gpioLabelOf(const std::string& path);
 
 inline constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
 

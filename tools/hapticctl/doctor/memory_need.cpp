@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "rt/loop_state.h"
-#include "rt/realtime_thread.h"
+#include "rt/base/realtime_thread.h"
+#include "rt/loop/loop_state.h"
 
 namespace hapticd::tools {
 namespace {

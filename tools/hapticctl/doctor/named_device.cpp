@@ -3,8 +3,8 @@
 
 #include <filesystem>
 
-#include "config/hid_id.h"
-#include "tools/hapticctl/doctor/uevent.h"
+#include "config/settings/hid_id.h"
+#include "tools/hapticctl/doctor/usb_device.h"
 
 namespace hapticd::tools {
 

@@ -2,12 +2,20 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "config/settings/hid_id.h"
 #include "tools/hapticctl/doctor/machine.h"
 
 namespace hapticd::tools {
+
+/// The value of a variable in a uevent file; empty if it is absent.
+std::string variableOf(const std::string& uevent, const std::string& name);
+
+/// Vendor and product in the uevent of a HID device, "HID_ID=0003:0000046D:0000C626"; nothing if absent.
+std::optional<config::HidId> hidIdIn(const std::string& uevent);
 
 inline constexpr const char* kKinectVendor = "045e";
 inline constexpr std::array kKinectCameras{"02ae", "02bf"};

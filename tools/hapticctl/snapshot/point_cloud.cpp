@@ -6,8 +6,8 @@
 #include <bit>
 #include <cstring>
 
-#include "rt/depth_model.h"
-#include "tools/hapticctl/snapshot/colour_ramp.h"
+#include "rt/depth/depth_model.h"
+#include "tools/hapticctl/snapshot/depth_picture.h"
 
 namespace hapticd::tools {
 namespace {

@@ -5,14 +5,14 @@
 
 #include <cmath>
 
-#include "config/base64.h"
-#include "rt/depth_model.h"
+#include "config/base/base64.h"
+#include "rt/depth/depth_model.h"
 
 namespace hapticd::tools {
 namespace {
 
-using config::Error;
-using config::Result;
+using base::Error;
+using base::Result;
 
 Error unfitting(const std::string& what) {
   return {"snapshot", what, "is hapticd of another version than hapticctl? See 'hapticctl version'"};
@@ -93,7 +93,7 @@ Result<void> SnapshotAssembler::add(const Json& reply) {
   }
   const Json* rows = fieldAt(reply, "rows");
   const auto bytes =
-      rows && rows->is_string() ? config::base64Decoded(rows->get_ref<const std::string&>()) : std::nullopt;
+      rows && rows->is_string() ? base::base64Decoded(rows->get_ref<const std::string&>()) : std::nullopt;
   const auto width = static_cast<std::size_t>(snapshot_.depth_model.width_px);
   const std::size_t row_bytes = 2 * width;
   if (!bytes || bytes->size() % row_bytes != 0)

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
-#include "rt/depth_frame.h"
-#include "rt/parameters.h"
-#include "rt/vec3.h"
+#include "config/base/error.h"
+#include "rt/base/parameters.h"
+#include "rt/base/vec3.h"
+#include "rt/depth/depth_frame.h"
 #include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
@@ -28,13 +28,13 @@ struct Snapshot {
 /// Errors: what the replies lack, or what does not fit a Kinect's frame.
 class SnapshotAssembler {
  public:
-  config::Result<void> add(const Json& reply);
+  base::Result<void> add(const Json& reply);
   /// The number of rows received so far, of depth_model.height_px.
   int rows() const noexcept { return rows_; }
-  config::Result<Snapshot> finish();
+  base::Result<Snapshot> finish();
 
  private:
-  config::Result<void> addHeader(const Json& header);
+  base::Result<void> addHeader(const Json& header);
 
   Snapshot snapshot_;
   bool has_header_ = false;

@@ -2,6 +2,7 @@
 #include "tools/hapticd-view/box_link/box_source.h"
 
 #include <fmt/format.h>
+#include <boost/asio/post.hpp>
 
 #include <algorithm>
 #include <array>
@@ -17,12 +18,120 @@
 namespace hapticd::tools::view {
 namespace {
 
+/// A daemon that does not answer for so long hangs; the replies of streams come several times a second.
+constexpr std::chrono::seconds kSilence{3};
+
+}  // namespace
+
+AdditionsFetch::AdditionsFetch(boost::asio::io_context& context, std::string socket, OnChange on_change)
+    : context_(context), pause_(context), socket_(std::move(socket)), on_change_(std::move(on_change)) {}
+
+void AdditionsFetch::forget() {
+  pause_.cancel();
+  pausing_ = false;
+  for (List* const list : {&fixtures_, &regions_}) {
+    if (list->call) list->call->stop();
+    *list = {list->method, list->member};
+  }
+}
+
+void AdditionsFetch::onTick(const rt::Tick& tick) {
+  fixtures_.current = tick.fixture_generation;
+  regions_.current = tick.tissue_generation;
+  fetchWhatChanged();
+}
+
+void AdditionsFetch::fetchWhatChanged() {
+  const bool changed = fixtures_.current != fixtures_.known || regions_.current != regions_.known;
+  if (!changed || pausing_ || fixtures_.call || regions_.call) return;
+  for (List* const list : {&fixtures_, &regions_}) {
+    if (list->current != list->known) fetch(*list);
+  }
+  pausing_ = true;
+  pause_.expires_after(kPause);
+  pause_.async_wait([this](const boost::system::error_code& cancelled) {
+    if (!cancelled) pausing_ = false;  // the next tick asks again where that is needed
+  });
+}
+
+void AdditionsFetch::fetch(List& list) {
+  list.call = std::make_shared<VarlinkStream>(context_, kSilence);
+  const auto on_reply = [this, &list](const Json& reply, const base::Descriptor&) { take(list, reply); };
+  const auto on_end = [&list](const ClientError&) { list.call.reset(); };
+  list.call->start(socket_, list.method, Json::object(), /*more=*/false, {on_reply, on_end});
+}
+
+void AdditionsFetch::take(List& list, const Json& reply) {
+  // the list may be newer than the tick: then the next ticks are of that generation too
+  const Json* const generation = fieldAt(reply, "generation");
+  if (generation == nullptr || !generation->is_number_unsigned()) return;
+  list.known = generation->get<std::uint64_t>();
+  list.entries = listAt(reply, list.member);
+  on_change_({{fixtures_.member, fixtures_.entries}, {regions_.member, regions_.entries}});
+}
+
+namespace {
+
+/// So long the end of the thread may take, in which other clients wait.
+constexpr std::chrono::milliseconds kLongestWait{50};
+
+}  // namespace
+
+DepthFrames::DepthFrames(boost::asio::io_context& context, drivers::DepthRegionReader region, Take take,
+                         std::function<void()> closed)
+    : shared_(std::make_shared<Shared>()), region_(std::move(region)) {
+  shared_->take = std::move(take);
+  shared_->closed = std::move(closed);
+  thread_ = std::thread([this, &context] { run(context, region_, shared_); });
+}
+
+DepthFrames::~DepthFrames() {
+  shared_->stopped = true;
+  thread_.join();
+}
+
+/// Whether there is a new frame that the other thread does not know of yet.
+bool DepthFrames::readNewest(const drivers::DepthRegionReader& region,
+                             const std::shared_ptr<Shared>& shared) {
+  auto picture = std::make_shared<DepthPicture>();
+  if (!region.read(picture->header, picture->image)) return false;
+  // the memory is written by another process
+  const bool good = rt::faultOf(picture->header) == rt::DepthHeaderFault::none &&
+                    picture->image.size() == picture->header.imageBytes();
+  if (!good) return false;
+  const std::lock_guard lock(shared->mutex);
+  return std::exchange(shared->newest, std::move(picture)) == nullptr;
+}
+
+void DepthFrames::run(boost::asio::io_context& context, const drivers::DepthRegionReader& region,
+                      const std::shared_ptr<Shared>& shared) {
+  // a frame that was published before is shown at once
+  std::uint32_t seen = region.changes() - 1;
+  while (!shared->stopped && !region.closed()) {
+    if (!region.wait(seen, kLongestWait)) continue;
+    seen = region.changes();
+    if (!readNewest(region, shared)) continue;
+    boost::asio::post(context, [shared] {
+      std::shared_ptr<const DepthPicture> newest;
+      {
+        const std::lock_guard lock(shared->mutex);
+        newest = std::exchange(shared->newest, nullptr);
+      }
+      if (!shared->stopped && newest) shared->take(std::move(newest));
+    });
+  }
+  if (shared->stopped) return;
+  boost::asio::post(context, [shared] {
+    if (!shared->stopped) shared->closed();
+  });
+}
+
+namespace {
+
 using namespace std::chrono_literals;
 
 constexpr int kTickIntervalMs = 16;
 constexpr int kStatusIntervalMs = 200;
-/// Replies come several times a second: a daemon that is silent for so long hangs.
-constexpr std::chrono::milliseconds kSilence = 3s;
 
 /// All of the status but `tick`, which the stream of ticks brings.
 Json statusFields() {
@@ -62,21 +171,21 @@ BoxSource::BoxSource(boost::asio::io_context& context, const std::string& socket
       version_(std::move(version)),
       monitor_(context, socket, "io.hapticd.Status.Monitor",
                {{"intervalMs", kStatusIntervalMs}, {"fields", statusFields()}}, kSilence,
-               {[this](const Json& reply, const config::Descriptor&) { onStatus(reply); },
+               {[this](const Json& reply, const base::Descriptor&) { onStatus(reply); },
                 [this](const ClientError& error) { setBox(false, textOf(error)); }}),
       ticks_(context, socket, "io.hapticd.Status.Ticks",
              {{"fields", allTickFields()}, {"intervalMs", kTickIntervalMs}}, kSilence,
-             {[this](const Json& reply, const config::Descriptor&) { onTicks(reply); },
+             {[this](const Json& reply, const base::Descriptor&) { onTicks(reply); },
               [this](const ClientError& error) {
                 ticks_lost_ = 0;
                 if (reachable_ == true && error.kind == ClientError::Kind::error_reply)
                   setBox(true, "no forces: " + textOf(error));
               }}),
       events_(context, socket, "io.hapticd.Status.Events", Json::object(), 0s,
-              {[this](const Json& reply, const config::Descriptor&) { onEvent(reply); },
+              {[this](const Json& reply, const base::Descriptor&) { onEvent(reply); },
                [](const ClientError&) {}}),
       depth_(context, socket, "io.hapticd.Status.ShareDepth", Json::object(), 0s,
-             {[this](const Json&, const config::Descriptor& memory) {
+             {[this](const Json&, const base::Descriptor& memory) {
                 if (memory) onDepthShared(memory);
               },
               [this](const ClientError& error) {
@@ -179,7 +288,7 @@ void BoxSource::onEvent(const Json& reply) {
   if (reachable_ == true && changesParameters(textAt(*event, "kind"))) fetchParameters();
 }
 
-void BoxSource::onDepthShared(const config::Descriptor& memory) {
+void BoxSource::onDepthShared(const base::Descriptor& memory) {
   auto region = drivers::DepthRegionReader::open(memory);
   if (!region) return setDepth(false, region.error().text());
   const auto take = [this](std::shared_ptr<const DepthPicture> picture) {
@@ -229,7 +338,7 @@ void BoxSource::fetchParameters() {
     if (parameters_changed_) fetchParameters();
   };
   parameters_call_->start(socket_, "io.hapticd.Status.GetParameters", Json::object(), /*more=*/false,
-                          {[this](const Json& reply, const config::Descriptor&) { onParameters(reply); },
+                          {[this](const Json& reply, const base::Descriptor&) { onParameters(reply); },
                            [done](const ClientError&) { done(); }});
 }
 

@@ -2,18 +2,99 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
-#include "tools/hapticd-view/box_link/additions_fetch.h"
-#include "tools/hapticd-view/box_link/depth_frames.h"
-#include "tools/hapticd-view/box_link/lasting_stream.h"
+#include "drivers/depth_region/depth_region.h"
+#include "rt/loop/loop_state.h"
+#include "tools/hapticd-view/box_link/varlink_stream.h"
 #include "tools/hapticd-view/live/recent_events.h"
 #include "tools/hapticd-view/live/source.h"
 
 namespace hapticd::tools::view {
+
+/// Asks a box for its fixtures and tissue regions whenever a tick was computed with others than those known.
+/// Thread: the io_context's.
+class AdditionsFetch {
+ public:
+  /// An estimator may change the regions many times a second.
+  static constexpr std::chrono::milliseconds kPause{500};
+  /// Receives {"fixtures": [...], "regions": [...]}: entries of ListFixtures and ListRegions.
+  using OnChange = std::function<void(const Json& additions)>;
+
+  AdditionsFetch(boost::asio::io_context& context, std::string socket, OnChange on_change);
+  ~AdditionsFetch() { forget(); }
+  AdditionsFetch(const AdditionsFetch&) = delete;
+  AdditionsFetch& operator=(const AdditionsFetch&) = delete;
+
+  void onTick(const rt::Tick& tick);
+  /// Ends what is under way; nothing is known afterwards.
+  void forget();
+
+ private:
+  /// One of the two lists.
+  struct List {
+    const char* method;
+    const char* member;
+    std::uint64_t current = 0;  ///< generation in the newest tick; 0: none, which needs no call
+    std::uint64_t known = 0;    ///< generation of `entries`
+    Json entries = Json::array();
+    std::shared_ptr<VarlinkStream> call = {};
+  };
+
+  void fetchWhatChanged();
+  void fetch(List& list);
+  void take(List& list, const Json& reply);
+
+  boost::asio::io_context& context_;
+  boost::asio::steady_timer pause_;
+  bool pausing_ = false;
+  std::string socket_;
+  OnChange on_change_;
+  List fixtures_{"io.hapticd.Status.ListFixtures", "fixtures"};
+  List regions_{"io.hapticd.Status.ListRegions", "regions"};
+};
+
+/// Waits in a thread of its own for frames in the memory that the daemon shares, and hands each to the thread
+/// of the io_context; where that is late only the newest.  Thread of all functions: the io_context's.
+class DepthFrames {
+ public:
+  using Take = std::function<void(std::shared_ptr<const DepthPicture>)>;
+
+  /// Both are called by the io_context, until the object dies. `closed`: no frame follows in this memory.
+  DepthFrames(boost::asio::io_context& context, drivers::DepthRegionReader region, Take take,
+              std::function<void()> closed);
+  /// Waits at most kLongestWait for the thread.
+  ~DepthFrames();
+
+ private:
+  /// Shared with the thread and with what it has posted.
+  struct Shared {
+    std::mutex mutex;
+    std::shared_ptr<const DepthPicture> newest;  // guarded by mutex; null: taken
+    std::atomic<bool> stopped = false;
+    Take take;
+    std::function<void()> closed;
+  };
+
+  static bool readNewest(const drivers::DepthRegionReader& region, const std::shared_ptr<Shared>& shared);
+  static void run(boost::asio::io_context& context, const drivers::DepthRegionReader& region,
+                  const std::shared_ptr<Shared>& shared);
+
+  std::shared_ptr<Shared> shared_;
+  drivers::DepthRegionReader region_;
+  std::thread thread_;
+};
 
 /// A running box as a source, through the daemon's reading socket. It is connected only while there are
 /// viewers, and fetches only what one of them wants.  Thread: the io_context's.
@@ -31,7 +112,7 @@ class BoxSource final : public Source {
   void onStatus(const Json& reply);
   void onTicks(const Json& reply);
   void onEvent(const Json& reply);
-  void onDepthShared(const config::Descriptor& memory);
+  void onDepthShared(const base::Descriptor& memory);
   void setBox(bool reachable, const std::string& reason);
   void setDepth(bool available, const std::string& reason);
   void setAdditions(const Json& additions);

@@ -28,7 +28,7 @@ void OpenToEverybody::ask(Answer answer) {
   call_ = std::make_shared<VarlinkStream>(context_, kSilence);
   call_->start(socket_, "io.hapticd.Status.GetParameters", {{"names", Json::array({kParameter})}},
                /*more=*/false,
-               {[this](const Json& reply, const config::Descriptor&) {
+               {[this](const Json& reply, const base::Descriptor&) {
                   const Json& rows = listAt(reply, "parameters");
                   is_open_ = rows.size() == 1 && flagAt(rows[0], "value");
                 },

@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/trace/fields.h"
-#include "rt/words.h"
+#include "drivers/trace/format/fields.h"
+#include "rt/base/words.h"
 #include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools::view {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <functional>
 
-#include "rt/loop_state.h"
+#include "rt/loop/loop_state.h"
 #include "tools/lib/client/varlink_client.h"
 
 namespace hapticd::tools::view {

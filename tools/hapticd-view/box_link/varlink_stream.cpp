@@ -3,10 +3,10 @@
 
 #include <fmt/format.h>
 #include <sys/socket.h>
-
-#include <array>
 #include <boost/asio/post.hpp>
 #include <boost/asio/write.hpp>
+
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <utility>
@@ -62,7 +62,7 @@ ClientError errorReply(const Json& reply) {
 }
 
 /// Takes what has come and at most one descriptor; further ones are closed.
-ssize_t receive(int socket, std::array<char, 65536>& chunk, config::Descriptor& descriptor) {
+ssize_t receive(int socket, std::array<char, 65536>& chunk, base::Descriptor& descriptor) {
   constexpr std::size_t kMostDescriptors = 4;  // room for all, so that none stays open unseen
   iovec bytes{chunk.data(), chunk.size()};
   alignas(cmsghdr) std::array<char, CMSG_SPACE(kMostDescriptors * sizeof(int))> control{};
@@ -79,7 +79,7 @@ ssize_t receive(int socket, std::array<char, 65536>& chunk, config::Descriptor& 
     for (std::size_t i = 0; i < descriptors; ++i) {
       int number = -1;
       std::memcpy(&number, CMSG_DATA(header) + i * sizeof(int), sizeof number);
-      config::Descriptor received(number);
+      base::Descriptor received(number);
       if (!descriptor) descriptor = std::move(received);
     }
   }
@@ -175,7 +175,7 @@ void VarlinkStream::takeReply(const std::string& message) {
     return end(errorReply(reply));
   const Json* parameters = fieldAt(reply, "parameters");
   static const Json none = Json::object();
-  const config::Descriptor descriptor = std::exchange(received_, config::Descriptor());
+  const base::Descriptor descriptor = std::exchange(received_, base::Descriptor());
   handler_.on_reply(parameters && parameters->is_object() ? *parameters : none, descriptor);
   if (!stopped_ && !flagAt(reply, "continues")) end(brokenLink(path_ + ": hapticd has ended the stream"));
 }
@@ -195,6 +195,52 @@ void VarlinkStream::end(ClientError error) {
   stop();
   const Handler handler = std::exchange(handler_, {});
   handler.on_end(error);
+}
+
+LastingStream::LastingStream(boost::asio::io_context& context, std::string path, std::string method,
+                             Json parameters, std::chrono::milliseconds silence,
+                             VarlinkStream::Handler handler)
+    : context_(context),
+      pause_(context),
+      path_(std::move(path)),
+      method_(std::move(method)),
+      parameters_(std::move(parameters)),
+      silence_(silence),
+      handler_(std::move(handler)) {}
+
+void LastingStream::open() {
+  if (open_) return;
+  open_ = true;
+  call();
+}
+
+void LastingStream::close() {
+  open_ = false;
+  pause_.cancel();
+  if (stream_) stream_->stop();
+  stream_.reset();
+}
+
+void LastingStream::callAgain() {
+  if (!open_) return;
+  stream_->stop();
+  callAfterPause();
+}
+
+void LastingStream::call() {
+  stream_ = std::make_shared<VarlinkStream>(context_, silence_);
+  const auto on_end = [this](const ClientError& error) {
+    callAfterPause();
+    handler_.on_end(error);
+  };
+  stream_->start(path_, method_, parameters_, /*more=*/true, {handler_.on_reply, on_end});
+}
+
+void LastingStream::callAfterPause() {
+  pause_.expires_after(kPause);
+  pause_.async_wait([this](const boost::system::error_code& cancelled) {
+    if (!cancelled && open_) call();
+  });
 }
 
 }  // namespace hapticd::tools::view

@@ -4,12 +4,13 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
 #include <boost/asio/steady_timer.hpp>
+
 #include <chrono>
 #include <functional>
 #include <memory>
 #include <string>
 
-#include "config/descriptor.h"
+#include "config/base/descriptor.h"
 #include "tools/lib/client/varlink_client.h"
 
 namespace hapticd::tools::view {
@@ -21,7 +22,7 @@ class VarlinkStream : public std::enable_shared_from_this<VarlinkStream> {
  public:
   struct Handler {
     /// The parameters of a reply, and the descriptor that came with it, if any.
-    std::function<void(const Json& parameters, const config::Descriptor& descriptor)> on_reply;
+    std::function<void(const Json& parameters, const base::Descriptor& descriptor)> on_reply;
     /// The stream has ended: a last reply came, or an error, or the connection broke.
     std::function<void(const ClientError& error)> on_end;
   };
@@ -54,9 +55,44 @@ class VarlinkStream : public std::enable_shared_from_this<VarlinkStream> {
   std::string call_;
   std::string input_;
   std::size_t searched_ = 0;  // of input_, without finding the end of a message
-  config::Descriptor received_;
+  base::Descriptor received_;
   Handler handler_;
   bool stopped_ = true;
+};
+
+/// A VarlinkStream that is called again one second after it has ended, for as long as it is open.
+/// Thread: the io_context's.
+class LastingStream {
+ public:
+  static constexpr std::chrono::seconds kPause{1};
+
+  /// `handler`: its functions are called between open() and close(); on_end before each pause.
+  LastingStream(boost::asio::io_context& context, std::string path, std::string method, Json parameters,
+                std::chrono::milliseconds silence, VarlinkStream::Handler handler);
+  ~LastingStream() { close(); }
+  LastingStream(const LastingStream&) = delete;
+  LastingStream& operator=(const LastingStream&) = delete;
+
+  /// Does nothing if it is open.
+  void open();
+  void close();
+  /// Ends the present call and calls after a pause, because what it brought is of no use any longer.
+  void callAgain();
+  bool isOpen() const { return open_; }
+
+ private:
+  void call();
+  void callAfterPause();
+
+  boost::asio::io_context& context_;
+  boost::asio::steady_timer pause_;
+  std::string path_;
+  std::string method_;
+  Json parameters_;
+  std::chrono::milliseconds silence_;
+  VarlinkStream::Handler handler_;
+  std::shared_ptr<VarlinkStream> stream_;
+  bool open_ = false;
 };
 
 }  // namespace hapticd::tools::view

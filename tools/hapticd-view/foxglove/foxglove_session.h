@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -12,16 +13,42 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/trace/depth_points.h"
-#include "drivers/trace/foxglove_scene.h"
+#include "drivers/trace/format/messages.h"
+#include "drivers/trace/foxglove/depth_points.h"
+#include "drivers/trace/foxglove/foxglove_scene.h"
 #include "drivers/trace/tick_window.h"
-#include "tools/hapticd-view/foxglove/channels.h"
 #include "tools/hapticd-view/foxglove/client_request.h"
 #include "tools/hapticd-view/live/message_sink.h"
 #include "tools/hapticd-view/live/recent_events.h"
 #include "tools/hapticd-view/live/source.h"
+#include "tools/lib/client/varlink_client.h"
 
 namespace hapticd::tools::view {
+
+/// What the Foxglove protocol offers, with the schemas of traces. Thread: any.
+enum class FoxgloveChannel : std::uint8_t {
+  tick,
+  scene,
+  transforms,
+  cloud,
+  cloud_reach,
+  depth_image,
+  camera_calibration,
+  events,
+};
+inline constexpr std::size_t kFoxgloveChannels = 8;
+
+/// Topic and schema of a channel.
+drivers::ChannelName nameOf(FoxgloveChannel channel);
+
+/// Its id in the protocol, from 1 on.
+constexpr std::uint32_t idOf(FoxgloveChannel channel) {
+  return static_cast<std::uint32_t>(channel) + 1;
+}
+std::optional<FoxgloveChannel> foxgloveChannelOf(std::uint64_t id);
+
+/// The message `advertise` with all of them.
+Json advertisement();
 
 /// One client of the Foxglove WebSocket protocol: Foxglove, Lichtblick, PlotJuggler.
 ///

@@ -5,13 +5,55 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <variant>
 
+#include "rt/loop/loop_state.h"
 #include "tools/hapticd-view/live/message_sink.h"
 #include "tools/hapticd-view/live/source.h"
-#include "tools/hapticd-view/live/tick_summary.h"
 
 namespace hapticd::tools::view {
+
+/// The client wants at most that many depth frames a second; 0: none.
+struct DepthRate {
+  double max_hz = 30;
+};
+
+/// The client has drawn the newest depth frame that it got.
+struct Drawn {};
+
+/// What a client of `/live` may ask for.
+using ClientMessage = std::variant<DepthRate, Drawn>;
+
+/// Parses a text message from a client; nothing: it is none of these, or a number is out of range.
+std::optional<ClientMessage> parseClientMessage(std::string_view text);
+
+/// Sums up ticks for one message `window`: the newest tick as it is, of the others the largest values, so
+/// that no peak is lost however few messages a client takes.  Thread: one at a time.
+class TickSummary {
+ public:
+  void add(const rt::Tick& tick);
+  void addLost(std::uint64_t ticks) { lost_ += ticks; }
+
+  bool empty() const { return ticks_ == 0 && lost_ == 0; }
+  /// The message, JSON. A number that is not finite is null.
+  std::string message() const;
+  void clear() { *this = TickSummary(); }
+
+ private:
+  rt::Tick newest_;
+  std::uint64_t ticks_ = 0;
+  std::uint64_t lost_ = 0;
+  std::uint64_t contact_ticks_ = 0;
+  std::uint32_t fixture_contacts_ = 0;  // bit n: fixture n acted
+  double max_force_n_ = 0;
+  double max_penetration_m_ = 0;
+  bool has_penetration_ = false;  // a law with a proxy was in use
+  std::int64_t max_scene_age_ns_ = 0;
+  std::int64_t max_wakeup_latency_ns_ = 0;
+};
 
 /// One client of `/live`, the protocol of the page (tools/hapticd-view/README.md). Thread: the io_context's.
 class LiveSession final : public Session {

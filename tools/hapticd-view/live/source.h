@@ -1,9 +1,65 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "tools/hapticd-view/live/viewer.h"
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rt/depth/depth_frame_header.h"
+#include "rt/loop/loop_state.h"
+#include "tools/lib/client/varlink_client.h"
 
 namespace hapticd::tools::view {
+
+/// A raw depth frame. All clients share one, so it does not change once it has been handed out.
+struct DepthPicture {
+  rt::DepthFrameHeader header = {};   ///< faultOf() has been checked
+  std::vector<std::byte> image = {};  ///< header.imageBytes() bytes
+};
+
+/// Receives what a Source has to show. Thread: the io_context's.
+class Viewer {
+ public:
+  virtual ~Viewer() = default;
+
+  /// Each tick that the source delivers, in order.
+  virtual void onTick(const rt::Tick&) {}
+  /// So many ticks are missing before the next one.
+  virtual void onTicksLost(std::uint64_t) {}
+  /// The ticks that came together have been delivered.
+  virtual void onBatchEnd() {}
+  /// The Status object of io.hapticd.Status without `tick`, 5 times a second.
+  virtual void onStatus(const Json&) {}
+  /// All parameters, name to value, at the start and after each change.
+  virtual void onParameters(const Json&) {}
+  /// All fixtures and tissue regions, at the start and after each change: `fixtures` and `regions`, lists of
+  /// FixtureEntry and RegionEntry of io.hapticd.Status in the order of their sets.
+  virtual void onAdditions(const Json&) {}
+  /// An Event object of io.hapticd.Status.
+  virtual void onEvent(const Json&) {}
+  /// Each depth frame; only the newest where several came together.
+  virtual void onDepth(const std::shared_ptr<const DepthPicture>&) {}
+  /// Depth frames can be had, or cannot. reason: for people, with the remedy; empty when available.
+  virtual void onDepthState(bool /*available*/, const std::string& /*reason*/) {}
+  /// The connection to the box came or went. reason: for people, with the remedy; empty when reachable.
+  virtual void onBox(bool /*reachable*/, const std::string& /*reason*/) {}
+
+  /// What the source needs to fetch for this viewer. After a change call Source::wantsChanged().
+  virtual bool wantsTicks() const = 0;
+  virtual bool wantsDepth() const = 0;
+};
+
+/// A viewer at the other end of a WebSocket.
+class Session : public Viewer {
+ public:
+  /// A complete text message from the client. Errors: an invalid one is ignored, or MessageSink::close().
+  virtual void onText(std::string_view message) = 0;
+  /// The longest message that the client may send, bytes; a longer one closes the connection.
+  virtual std::size_t longestMessage() const { return 4096; }
+};
 
 /// Where pictures come from. Thread: the io_context's.
 class Source {

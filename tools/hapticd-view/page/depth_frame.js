@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A depth frame as the bridge sends it: rt::DepthFrameHeader (rt/depth_frame_header.h) and the raw image.
+// A depth frame as the bridge sends it: rt::DepthFrameHeader (rt/depth/depth_frame_header.h) and the raw image.
 
 import { add, rotate } from './vectors.js';
 

@@ -7,7 +7,7 @@
 #include <array>
 #include <cctype>
 
-#include "config/value_text.h"
+#include "config/base/value_text.h"
 #include "tools/hapticd-view/server/token.h"
 
 namespace hapticd::tools::view {
@@ -17,7 +17,7 @@ constexpr std::size_t kLongestQuote = 80;
 
 /// Part of a request as the log shows it: printable and short.
 std::string shortQuote(std::string_view text) {
-  return config::inQuotes(config::printable(text.substr(0, kLongestQuote)));
+  return base::inQuotes(base::printable(text.substr(0, kLongestQuote)));
 }
 
 std::string lower(std::string_view text) {
@@ -75,7 +75,7 @@ Refusal refused(unsigned status, std::string reason) {
 }  // namespace
 
 std::string pathOf(std::string_view target) {
-  return config::printable(target.substr(0, std::min(target.find('?'), kLongestQuote)));
+  return base::printable(target.substr(0, std::min(target.find('?'), kLongestQuote)));
 }
 
 std::optional<std::string> tokenInQuery(std::string_view target) {

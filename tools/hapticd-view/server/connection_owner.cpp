@@ -15,7 +15,7 @@
 #include <cstring>
 #include <optional>
 
-#include "config/descriptor.h"
+#include "config/base/descriptor.h"
 
 namespace hapticd::tools::view {
 namespace {
@@ -70,7 +70,7 @@ std::optional<uid_t> userIn(const std::byte* answer, std::size_t bytes) {
 }
 
 std::optional<uid_t> userAt(const tcp::endpoint& remote, const tcp::endpoint& local) {
-  const config::Descriptor socket(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_SOCK_DIAG));
+  const base::Descriptor socket(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_SOCK_DIAG));
   if (!socket) return std::nullopt;
   const Question question = questionAbout(plainAddress(remote.address()), remote.port(),
                                           plainAddress(local.address()), local.port());

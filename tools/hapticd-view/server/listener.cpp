@@ -10,7 +10,7 @@
 #include <optional>
 #include <utility>
 
-#include "config/value_text.h"
+#include "config/base/value_text.h"
 #include "tools/hapticd-view/server/http_connection.h"
 
 namespace hapticd::tools::view {
@@ -39,11 +39,11 @@ std::optional<tcp::endpoint> endpointFrom(const std::string& text) {
 
 }  // namespace
 
-config::Result<Listener> Listener::at(Server& server, const std::string& endpoint) {
+base::Result<Listener> Listener::at(Server& server, const std::string& endpoint) {
   const auto parsed = endpointFrom(endpoint);
   if (!parsed) {
     return std::unexpected(
-        config::Error{"--listen", config::inQuotes(endpoint) + " is not an address and a port", kForm});
+        base::Error{"--listen", base::inQuotes(endpoint) + " is not an address and a port", kForm});
   }
   Listener listener(server);
   auto& acceptor = listener.state_->acceptor;
@@ -52,11 +52,11 @@ config::Result<Listener> Listener::at(Server& server, const std::string& endpoin
   if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
   if (!error) acceptor.bind(*parsed, error);
   if (!error) acceptor.listen(static_cast<int>(Server::kConnectionLimits.all), error);
-  if (error) return std::unexpected(config::Error{"--listen", endpoint + ": " + error.message(), kForm});
+  if (error) return std::unexpected(base::Error{"--listen", endpoint + ": " + error.message(), kForm});
   return listener;
 }
 
-config::Result<Listener> Listener::of(Server& server, int descriptor) {
+base::Result<Listener> Listener::of(Server& server, int descriptor) {
   Listener listener(server);
   sockaddr_storage address{};
   socklen_t size = sizeof address;
@@ -66,8 +66,8 @@ config::Result<Listener> Listener::of(Server& server, int descriptor) {
   if (known && (is_v6 || address.ss_family == AF_INET))
     listener.state_->acceptor.assign(is_v6 ? tcp::v6() : tcp::v4(), descriptor, error);
   if (!listener.state_->acceptor.is_open()) {
-    return std::unexpected(config::Error{"the service manager's socket", "is not one of TCP",
-                                         "see ListenStream= in 'systemctl cat hapticd-view.socket'"});
+    return std::unexpected(base::Error{"the service manager's socket", "is not one of TCP",
+                                       "see ListenStream= in 'systemctl cat hapticd-view.socket'"});
   }
   return listener;
 }

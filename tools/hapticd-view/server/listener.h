@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "config/error.h"
+#include "config/base/error.h"
 #include "tools/hapticd-view/server/server.h"
 
 namespace hapticd::tools::view {
@@ -15,9 +15,9 @@ namespace hapticd::tools::view {
 class Listener {
  public:
   /// Opens a socket at "ADDRESS:PORT", "[IPv6]:PORT"; port 0: any free one.
-  static config::Result<Listener> at(Server& server, const std::string& endpoint);
+  static base::Result<Listener> at(Server& server, const std::string& endpoint);
   /// Takes over a socket that the service manager has opened.
-  static config::Result<Listener> of(Server& server, int descriptor);
+  static base::Result<Listener> of(Server& server, int descriptor);
 
   void start();
   void stop();

@@ -2,20 +2,86 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
+
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <list>
+#include <map>
+#include <optional>
+#include <span>
 #include <string>
 
+#include "config/base/error.h"
 #include "tools/hapticd-view/live/source.h"
 #include "tools/hapticd-view/server/access.h"
-#include "tools/hapticd-view/server/admission.h"
 #include "tools/hapticd-view/server/outbox.h"
-#include "tools/hapticd-view/server/page_files.h"
-#include "tools/hapticd-view/server/server_log.h"
 
 namespace hapticd::tools::view {
+
+/// The files of the page, read once at the start: no request reaches the disk, and none can name another
+/// file.
+class PageFiles {
+ public:
+  struct File {
+    std::string type;  ///< media type
+    std::string content;
+  };
+
+  /// The files directly in that folder with an ending that a page has.
+  /// Errors: no index.html, a file that is unreadable or too long.
+  static base::Result<PageFiles> in(const std::filesystem::path& folder);
+
+  /// `path`: of the request, "/" for index.html; null: there is no such file.
+  const File* find(const std::string& path) const;
+
+ private:
+  std::map<std::string, File> files_;  // by path
+};
+
+/// Lines on standard error, which systemd takes into the journal. Refusals are limited, so that nobody fills
+/// the disk by being refused. Thread: the io_context's.
+class ServerLog {
+ public:
+  static constexpr int kMostAtOnce = 20;    ///< refusals in a row
+  static constexpr int kMostPerSecond = 1;  ///< on average after that
+
+  /// A line, whatever came before.
+  void write(const std::string& line);
+  /// A line about a refusal, unless there were too many; those left out are counted in a later one.
+  void refuse(const std::string& who, const std::string& reason);
+
+ private:
+  std::chrono::steady_clock::time_point refilled_{};
+  double allowed_ = kMostAtOnce;
+  std::uint64_t left_out_ = 0;
+};
+
+/// A connection on which no WebSocket is open yet.
+struct OpenConnection {
+  std::string owner;         ///< who is at the other end (connectionOwner())
+  bool is_admitted = false;  ///< its request has been accepted, and is being answered
+};
+
+/// How many connections there may be at once.
+struct ConnectionLimits {
+  std::size_t all = 0;
+  std::size_t per_owner = 0;
+};
+
+/// What becomes of a new connection.
+struct Admission {
+  bool is_served = true;
+  std::optional<std::size_t> gives_way = {};  ///< the one to be closed before, a place in the list
+};
+
+/// Decides about a new connection of `owner` beside those that are open, the oldest first. Where there are
+/// too many, the oldest one that has not been admitted gives way: of the same owner if he has his share, else
+/// of the owner who has most such connections. So connections that send nothing keep nobody out.
+Admission admissionOf(std::span<const OpenConnection> open, const std::string& owner,
+                      const ConnectionLimits& limits);
 
 /// A connection before its WebSocket is open, as the rest of the program sees it.
 class WaitingConnection {

@@ -14,8 +14,8 @@
 #include <cstdint>
 #include <cstring>
 
-#include "config/descriptor.h"
-#include "config/file_content.h"
+#include "config/base/descriptor.h"
+#include "config/base/file_content.h"
 
 namespace hapticd::tools::view {
 namespace {
@@ -23,7 +23,7 @@ namespace {
 constexpr const char* kGroup = "haptic-view";
 constexpr mode_t kMode = 0640;
 
-using config::Error;
+using base::Error;
 
 bool isHexadecimal(std::string_view text) {
   return std::ranges::all_of(
@@ -47,9 +47,9 @@ void giveToGroup(int descriptor) {
 }
 
 /// Writes a draft beside the file and gives it the file's name, so that no reader finds half a token.
-config::Result<void> writeToken(const std::filesystem::path& file, const std::string& token) {
+base::Result<void> writeToken(const std::filesystem::path& file, const std::string& token) {
   std::string draft = file.string() + ".XXXXXX";
-  const config::Descriptor descriptor(::mkostemp(draft.data(), O_CLOEXEC));  // of mode 0600
+  const base::Descriptor descriptor(::mkostemp(draft.data(), O_CLOEXEC));  // of mode 0600
   if (!descriptor) return systemError(file, "cannot be made");
   const std::string line = token + "\n";
   giveToGroup(descriptor.get());
@@ -63,13 +63,13 @@ config::Result<void> writeToken(const std::filesystem::path& file, const std::st
   return {};
 }
 
-config::Result<std::string> readToken(const std::filesystem::path& file) {
+base::Result<std::string> readToken(const std::filesystem::path& file) {
   struct stat status {};
   if (::stat(file.c_str(), &status) == 0 && (status.st_mode & S_IRWXO) != 0) {
     return std::unexpected(Error{file.string(), "others than owner and group may use this token",
                                  fmt::format("remove the file, so that a new one is made")});
   }
-  const auto content = config::fileContent(file, {.longest = 1024});
+  const auto content = base::fileContent(file, {.longest = 1024});
   if (!content) return std::unexpected(Error{file.string(), content.error().text(), ""});
   const std::string token = content->substr(0, content->find('\n'));
   if (token.size() == kTokenDigits && isHexadecimal(token)) return token;
@@ -79,7 +79,7 @@ config::Result<std::string> readToken(const std::filesystem::path& file) {
 
 }  // namespace
 
-config::Result<std::string> newToken() {
+base::Result<std::string> newToken() {
   std::array<std::uint8_t, kTokenDigits / 2> bytes{};
   // never interrupted, and never less, for so few bytes: getrandom(2)
   if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
@@ -89,7 +89,7 @@ config::Result<std::string> newToken() {
   return token;
 }
 
-config::Result<std::string> tokenOf(const std::filesystem::path& file) {
+base::Result<std::string> tokenOf(const std::filesystem::path& file) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) {
     const auto token = newToken();

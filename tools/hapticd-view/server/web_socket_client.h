@@ -12,7 +12,7 @@
 #include <string>
 
 #include "tools/hapticd-view/live/message_sink.h"
-#include "tools/hapticd-view/live/viewer.h"
+#include "tools/hapticd-view/live/source.h"
 #include "tools/hapticd-view/server/outbox.h"
 #include "tools/hapticd-view/server/server.h"
 

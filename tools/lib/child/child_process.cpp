@@ -69,8 +69,8 @@ std::string ChildEnding::text() const {
   return fmt::format("{} {}", exited ? "exit status" : "signal", code);
 }
 
-config::Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& command,
-                                                 const Options& options, const std::string& remedy) {
+base::Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& command,
+                                               const Options& options, const std::string& remedy) {
   const std::vector<char*> arguments = pointersTo(command);
   const std::vector<std::string> variables = environmentWith(options.environment);
   const std::vector<char*> environment = pointersTo(variables);
@@ -86,7 +86,7 @@ config::Result<ChildProcess> ChildProcess::start(const std::vector<std::string>&
   ::close(nowhere);
   if (child > 0) return ChildProcess(child);
   return std::unexpected(
-      config::Error{command.front(), fmt::format("cannot be started: {}", std::strerror(error)), remedy});
+      base::Error{command.front(), fmt::format("cannot be started: {}", std::strerror(error)), remedy});
 }
 
 ChildProcess::ChildProcess(ChildProcess&& other) noexcept

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
+#include "config/base/error.h"
 
 namespace hapticd::tools {
 
@@ -34,8 +34,8 @@ class ChildProcess {
 
   /// `command`: the program, looked for in $PATH, and its arguments.
   /// Errors: it cannot be started; `remedy` ends the message.
-  static config::Result<ChildProcess> start(const std::vector<std::string>& command, const Options& options,
-                                            const std::string& remedy);
+  static base::Result<ChildProcess> start(const std::vector<std::string>& command, const Options& options,
+                                          const std::string& remedy);
   ChildProcess(ChildProcess&& other) noexcept;
   ChildProcess& operator=(ChildProcess&&) = delete;
   ~ChildProcess();

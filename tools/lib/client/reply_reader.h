@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "config/value_text.h"
+#include "config/base/value_text.h"
 #include "tools/lib/client/varlink_client.h"
 
 namespace hapticd::tools {
@@ -37,6 +37,6 @@ std::string duration(double nanoseconds);
 /// A parameter's value as people write it: "500", "true", "surface".
 std::string valueText(const Json& value);
 
-using config::printable;
+using base::printable;
 
 }  // namespace hapticd::tools

@@ -4,7 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "rt/parameters.h"
+#include "rt/base/parameters.h"
 #include "tools/lib/depth_noise/depth_noise.h"
 
 namespace hapticd::tools {

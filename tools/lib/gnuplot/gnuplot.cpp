@@ -10,7 +10,7 @@
 #include <cerrno>
 #include <string_view>
 
-#include "config/descriptor.h"
+#include "config/base/descriptor.h"
 #include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {
@@ -44,7 +44,7 @@ class MemoryFile {
   }
 
  private:
-  config::Descriptor descriptor_;
+  base::Descriptor descriptor_;
 };
 
 bool succeeds(const MemoryFile& script, const MemoryFile& image) {
@@ -77,17 +77,17 @@ const char* gnuplotTerminal(const std::filesystem::path& image) {
   return checkEnding(image, kPng) ? "pngcairo" : "svg";
 }
 
-config::Result<std::string> drawnByGnuplot(const std::string& script, const std::string& remedy) {
+base::Result<std::string> drawnByGnuplot(const std::string& script, const std::string& remedy) {
   MemoryFile text, image;
   if (text.fill(script) && succeeds(text, image)) {
     std::string content = image.content();
     if (!content.empty()) return content;
   }
-  return std::unexpected(config::Error{"gnuplot", "draws nothing", "is gnuplot installed? " + remedy});
+  return std::unexpected(base::Error{"gnuplot", "draws nothing", "is gnuplot installed? " + remedy});
 }
 
-config::Result<void> runGnuplot(const std::string& script, const std::filesystem::path& image,
-                                const std::string& remedy) {
+base::Result<void> runGnuplot(const std::string& script, const std::filesystem::path& image,
+                              const std::string& remedy) {
   const auto drawn = drawnByGnuplot(script, remedy);
   if (!drawn) return std::unexpected(drawn.error());
   return writeWholeFile(image, *drawn, IfExists::replace);

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "config/error.h"
+#include "config/base/error.h"
 
 namespace hapticd::tools {
 
@@ -16,10 +16,10 @@ const char* gnuplotTerminal(const std::filesystem::path& image);
 
 /// The image that gnuplot makes of `script`, which sets a terminal and leaves the output at standard output.
 /// Errors: gnuplot is not installed, refuses the script or makes nothing; `remedy` ends the message.
-config::Result<std::string> drawnByGnuplot(const std::string& script, const std::string& remedy);
+base::Result<std::string> drawnByGnuplot(const std::string& script, const std::string& remedy);
 
 /// Writes that image to a file, completely or not at all; an existing file is replaced.
-config::Result<void> runGnuplot(const std::string& script, const std::filesystem::path& image,
-                                const std::string& remedy);
+base::Result<void> runGnuplot(const std::string& script, const std::filesystem::path& image,
+                              const std::string& remedy);
 
 }  // namespace hapticd::tools

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "rt/realtime_thread.h"
+#include "rt/base/realtime_thread.h"
 
 namespace hapticd::tools {
 

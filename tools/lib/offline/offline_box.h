@@ -3,11 +3,11 @@
 
 #include <cstdint>
 
-#include "rt/depth_frame.h"
-#include "rt/depth_model.h"
-#include "rt/haptic_core.h"
-#include "rt/parameters.h"
-#include "rt/scene_builder.h"
+#include "rt/base/parameters.h"
+#include "rt/depth/depth_frame.h"
+#include "rt/depth/depth_model.h"
+#include "rt/loop/haptic_core.h"
+#include "rt/modelling/scene_builder.h"
 
 namespace hapticd::tools {
 

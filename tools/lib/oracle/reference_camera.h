@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "rt/parameters.h"
-#include "rt/vec3.h"
+#include "rt/base/parameters.h"
+#include "rt/base/vec3.h"
 
 namespace hapticd::tools {
 

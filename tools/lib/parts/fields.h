@@ -2,24 +2,28 @@
 #pragma once
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <bit>
 #include <charconv>
 #include <cmath>
+#include <concepts>
 #include <cstdint>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <tuple>
+#include <type_traits>
 #include <vector>
-
-#include "tools/lib/parts/is.h"
 
 /// Results as JSON that reads back to the same bits. A structure takes part by a function template fieldsOf()
 /// beside it, which names all its members in a structured binding and returns std::tie() of those that are
 /// kept: a member more or less then no longer compiles.
 namespace hapticd::tools {
+
+/// `Type` is `Wanted`, const or not. What a fieldsOf() takes.
+template <typename Type, typename Wanted>
+concept Is = std::same_as<std::remove_const_t<Type>, Wanted>;
 
 template <typename Type>
 concept HasFields = requires(Type& value) {

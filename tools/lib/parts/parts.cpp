@@ -8,8 +8,8 @@
 #include <iterator>
 #include <map>
 
-#include "config/value_text.h"
-#include "tools/lib/options/within.h"
+#include "config/base/value_text.h"
+#include "tools/lib/options/option_checks.h"
 
 namespace hapticd::tools {
 namespace {
@@ -18,8 +18,8 @@ using Json = nlohmann::json;
 
 constexpr const char* kComputeAgain = "compute the part again with --part";
 
-std::unexpected<config::Error> refuse(const std::string& where, std::string what, std::string remedy) {
-  return std::unexpected(config::Error{where, std::move(what), std::move(remedy)});
+std::unexpected<base::Error> refuse(const std::string& where, std::string what, std::string remedy) {
+  return std::unexpected(base::Error{where, std::move(what), std::move(remedy)});
 }
 
 std::size_t casesOf(const Part& part, std::size_t all) {
@@ -48,7 +48,7 @@ std::string nameOf(const Part& part) {
   return fmt::format("{}/{}", part.number, part.count);
 }
 
-config::Result<Part> parsePart(const std::string& text) {
+base::Result<Part> parsePart(const std::string& text) {
   const std::size_t slash = text.find('/');
   const auto number = wholeNumber<std::size_t>(text.substr(0, slash));
   const auto count =
@@ -56,8 +56,8 @@ config::Result<Part> parsePart(const std::string& text) {
   if (number && count && *number >= 1 && *number <= *count && *count <= kMostParts)
     return Part{*number, *count};
   return refuse("",
-                fmt::format("{} is not K/N with whole numbers N in 1..{} and K in 1..N",
-                            config::inQuotes(text), kMostParts),
+                fmt::format("{} is not K/N with whole numbers N in 1..{} and K in 1..N", base::inQuotes(text),
+                            kMostParts),
                 "for example --part 3/8");
 }
 
@@ -69,8 +69,8 @@ std::string partText(const PartFile& file) {
   return document.dump(-1) + "\n";
 }
 
-config::Result<PartFile> parsePartFile(const std::string& name, const std::string& text,
-                                       const std::string& program, const std::string& version) {
+base::Result<PartFile> parsePartFile(const std::string& name, const std::string& text,
+                                     const std::string& program, const std::string& version) {
   try {
     const Json document = Json::parse(text);
     PartFile file{.name = name};
@@ -104,7 +104,7 @@ config::Result<PartFile> parsePartFile(const std::string& name, const std::strin
   }
 }
 
-config::Result<PartFile> joinParts(const std::vector<PartFile>& parts) {
+base::Result<PartFile> joinParts(const std::vector<PartFile>& parts) {
   const PartFile& first = parts.at(0);
   std::map<std::size_t, const PartFile*> by_number;
   for (const PartFile& file : parts) {
@@ -138,8 +138,8 @@ config::Result<PartFile> joinParts(const std::vector<PartFile>& parts) {
   return whole;
 }
 
-config::Result<PartFile> joinFiles(const std::vector<std::string>& names, const std::string& program,
-                                   const std::string& version) {
+base::Result<PartFile> joinFiles(const std::vector<std::string>& names, const std::string& program,
+                                 const std::string& version) {
   std::vector<PartFile> parts;
   for (const std::string& name : names) {
     std::ifstream stream(name);

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
+#include "config/base/error.h"
 
 /// A run over many independent cases, divided so that several computers can share it: each computes a part
 /// of the cases and writes a file; the files joined hold what the undivided run computes, to the bit.
@@ -33,7 +33,7 @@ inline constexpr std::size_t kMostParts = 100'000;
 std::string nameOf(const Part& part);
 
 /// Reads what nameOf() writes.  Errors: not of that form or out of range, with the range.
-config::Result<Part> parsePart(const std::string& text);
+base::Result<Part> parsePart(const std::string& text);
 
 /// The run that a part is of. Parts of different runs cannot be joined.
 struct DividedRun {
@@ -58,17 +58,17 @@ std::string partText(const PartFile& file);
 
 /// Reads what partText() has written. `name`: of the file, for errors.
 /// Errors: it is no part of such a run by this program and version, or is not whole.
-config::Result<PartFile> parsePartFile(const std::string& name, const std::string& text,
-                                       const std::string& program, const std::string& version);
+base::Result<PartFile> parsePartFile(const std::string& name, const std::string& text,
+                                     const std::string& program, const std::string& version);
 
 /// The whole run from all its parts, in any order.
 /// Errors: names the file that is of another run, of another division or there twice, or the parts that are
 /// missing.
-config::Result<PartFile> joinParts(const std::vector<PartFile>& parts);
+base::Result<PartFile> joinParts(const std::vector<PartFile>& parts);
 
 /// Reads and joins the files.  Errors: those of the two functions above; a file cannot be read.
-config::Result<PartFile> joinFiles(const std::vector<std::string>& names, const std::string& program,
-                                   const std::string& version);
+base::Result<PartFile> joinFiles(const std::vector<std::string>& names, const std::string& program,
+                                 const std::string& version);
 
 /// What the options --part and --join request.
 struct Division {

@@ -29,11 +29,11 @@ std::vector<std::uint16_t> rawsAbout(const Landmark& landmark, std::span<const s
 
 }  // namespace
 
-config::Result<rt::Vec3> positionInCamera(const Landmark& landmark, std::span<const std::uint16_t> frame,
-                                          const rt::DepthModelParameters& parameters) {
+base::Result<rt::Vec3> positionInCamera(const Landmark& landmark, std::span<const std::uint16_t> frame,
+                                        const rt::DepthModelParameters& parameters) {
   const rt::DepthModel model(parameters, {});  // a camera at the world's origin: world and camera frame agree
   if (landmark.column_px >= parameters.width_px || landmark.row_px >= parameters.height_px) {
-    return std::unexpected(config::Error{
+    return std::unexpected(base::Error{
         landmark.name,
         fmt::format("column {}, row {} lies outside the image, which has {} x {} pixels", landmark.column_px,
                     landmark.row_px, parameters.width_px, parameters.height_px),
@@ -42,7 +42,7 @@ config::Result<rt::Vec3> positionInCamera(const Landmark& landmark, std::span<co
   std::size_t looked_at = 0;
   std::vector<std::uint16_t> raws = rawsAbout(landmark, frame, model, looked_at);
   if (2 * raws.size() < looked_at) {
-    return std::unexpected(config::Error{
+    return std::unexpected(base::Error{
         landmark.name,
         fmt::format("{} of {} pixels about column {}, row {} have a depth, at least half are needed",
                     raws.size(), looked_at, landmark.column_px, landmark.row_px),

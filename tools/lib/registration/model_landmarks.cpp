@@ -7,15 +7,15 @@
 #include <cmath>
 #include <optional>
 
-#include "config/addition_reader.h"
-#include "config/value_text.h"
-#include "config/yaml_reader.h"
-#include "config/yaml_text.h"
+#include "config/additions/addition_reader.h"
+#include "config/base/value_text.h"
+#include "config/settings/yaml_text.h"
+#include "config/yaml/yaml_reader.h"
 
 namespace hapticd::tools {
 namespace {
 
-using config::Error;
+using base::Error;
 using config::YamlMember;
 using config::YamlNode;
 
@@ -50,13 +50,13 @@ class Reader {
     if (item.type != YamlNode::Type::map) return report(item.line, "a landmark is not a mapping", kForm);
     for (const YamlMember& member : item.members) {
       if (member.name == "name" || member.name == "position_m") continue;
-      report(member.line, fmt::format("there is no member {}", config::inQuotes(member.name)), kForm);
+      report(member.line, fmt::format("there is no member {}", base::inQuotes(member.name)), kForm);
     }
     const YamlMember* const name = item.find("name");
     const YamlMember* const position = item.find("position_m");
     if (name == nullptr || name->value.type != YamlNode::Type::scalar || name->value.text.empty())
       return report(item.line, "a landmark has no name", kForm);
-    const std::string quoted = config::inQuotes(name->value.text);
+    const std::string quoted = base::inQuotes(name->value.text);
     if (std::ranges::find(landmarks_, name->value.text, &PlacedLandmark::name) != landmarks_.end())
       return report(item.line, fmt::format("{} is there twice", quoted), "rename one of the two");
     const auto place = position != nullptr ? vectorIn(position->value) : std::nullopt;
@@ -75,7 +75,7 @@ class Reader {
     for (std::size_t i = 0; i < 3; ++i) {
       const YamlNode& item = node.items[i];
       if (item.type != YamlNode::Type::scalar || item.quoted) return std::nullopt;
-      const auto number = config::yamlNumberFrom(item.text);
+      const auto number = base::yamlNumberFrom(item.text);
       // written so that a value that is not a number is out of range
       if (!number || !(std::abs(*number) <= kFarthest_m)) return std::nullopt;
       numbers[i] = *number;
@@ -101,7 +101,7 @@ FileOf<PlacedLandmark> landmarksFromText(std::string_view text, const std::strin
     reader.report(problem.line, problem.what, problem.remedy);
   for (const config::YamlGroup& group : yaml.groups) {
     if (group.name == config::kLandmarkGroup || config::isAdditionGroup(group.name)) continue;
-    reader.report(group.line, fmt::format("{} is not one of the lists", config::inQuotes(group.name)),
+    reader.report(group.line, fmt::format("{} is not one of the lists", base::inQuotes(group.name)),
                   "the landmarks are below `landmarks:`");
   }
   const auto list = std::ranges::find(yaml.lists, config::kLandmarkGroup, &config::YamlList::name);
@@ -118,17 +118,17 @@ std::string textOf(const std::vector<PlacedLandmark>& landmarks) {
   std::string text = "landmarks:\n";
   for (const PlacedLandmark& landmark : landmarks) {
     text += fmt::format("  - name: {}\n    position_m: [{}, {}, {}]\n", config::quotedText(landmark.name),
-                        config::numberText(landmark.position_m.x), config::numberText(landmark.position_m.y),
-                        config::numberText(landmark.position_m.z));
+                        base::numberText(landmark.position_m.x), base::numberText(landmark.position_m.y),
+                        base::numberText(landmark.position_m.z));
   }
   return text;
 }
 
-config::Result<std::vector<PointPair>> pairsOf(const std::vector<PlacedLandmark>& model,
-                                               const std::vector<PlacedLandmark>& measured) {
+base::Result<std::vector<PointPair>> pairsOf(const std::vector<PlacedLandmark>& model,
+                                             const std::vector<PlacedLandmark>& measured) {
   for (const PlacedLandmark& landmark : measured) {
     if (std::ranges::find(model, landmark.name, &PlacedLandmark::name) != model.end()) continue;
-    return std::unexpected(Error{config::printable(landmark.name), "the model has no landmark of this name",
+    return std::unexpected(Error{base::printable(landmark.name), "the model has no landmark of this name",
                                  "give it the name that it has in the model"});
   }
   std::vector<PointPair> pairs;

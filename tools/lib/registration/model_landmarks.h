@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "config/error.h"
-#include "rt/vec3.h"
+#include "config/base/error.h"
+#include "rt/base/vec3.h"
 #include "tools/lib/registration/point_files.h"
 #include "tools/lib/registration/rigid_fit.h"
 
@@ -28,7 +28,7 @@ std::string textOf(const std::vector<PlacedLandmark>& landmarks);
 
 /// Pairs of the landmarks of a model that were measured, in the model's order; the model takes the place of
 /// the camera. Errors: a measured landmark that the model does not have.
-config::Result<std::vector<PointPair>> pairsOf(const std::vector<PlacedLandmark>& model,
-                                               const std::vector<PlacedLandmark>& measured);
+base::Result<std::vector<PointPair>> pairsOf(const std::vector<PlacedLandmark>& model,
+                                             const std::vector<PlacedLandmark>& measured);
 
 }  // namespace hapticd::tools

@@ -9,13 +9,13 @@
 #include <cmath>
 #include <numbers>
 
-#include "rt/pose.h"
-#include "tools/lib/registration/pose_angles.h"
+#include "rt/base/pose.h"
+#include "tools/lib/registration/rigid_fit.h"
 
 namespace hapticd::tools {
 namespace {
 
-using config::Error;
+using base::Error;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using rt::FixtureKind;
@@ -92,8 +92,8 @@ Vec3 meanOf(std::span<const Vec3> points_m) {
 
 }  // namespace
 
-config::Result<config::SceneAdditions> movedToWorld(const config::SceneAdditions& of_model,
-                                                    const rt::PoseParameters& T_world_model) {
+base::Result<config::SceneAdditions> movedToWorld(const config::SceneAdditions& of_model,
+                                                  const rt::PoseParameters& T_world_model) {
   const Motion motion(T_world_model);
   config::SceneAdditions moved = of_model;
   for (config::FixtureSettings& fixture : moved.fixtures) {

@@ -4,9 +4,9 @@
 #include <optional>
 #include <span>
 
-#include "config/error.h"
-#include "config/fixture_settings.h"
-#include "rt/parameters.h"
+#include "config/base/error.h"
+#include "config/settings/fixture_settings.h"
+#include "rt/base/parameters.h"
 #include "tools/lib/registration/rigid_fit.h"
 
 /// Fixtures and regions that were made in the frame of a model, such as a pre-operative image, in the world.
@@ -17,8 +17,8 @@ namespace hapticd::tools {
 /// a stand-off, stays as it is.
 /// Errors: a fixture or region in the frame `camera`, a region with a label of the label image: neither is in
 /// the frame of the model.
-config::Result<config::SceneAdditions> movedToWorld(const config::SceneAdditions& of_model,
-                                                    const rt::PoseParameters& T_world_model);
+base::Result<config::SceneAdditions> movedToWorld(const config::SceneAdditions& of_model,
+                                                  const rt::PoseParameters& T_world_model);
 
 /// Mean of the centres of fixtures and regions; nothing where none has a place.
 std::optional<rt::Vec3> centreOf(const config::SceneAdditions& additions);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/lib/registration/point_files.h"
 
-#include "rt/depth_frame.h"
+#include "rt/depth/depth_frame.h"
 #include "tools/lib/registration/point_table.h"
 
 namespace hapticd::tools {

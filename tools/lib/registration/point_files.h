@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
+#include "config/base/error.h"
 #include "tools/lib/registration/rigid_fit.h"
 
 namespace hapticd::tools {
@@ -23,7 +23,7 @@ inline constexpr const char* kPairsHeader =
 inline constexpr const char* kLandmarksHeader = "name,column_px,row_px";
 
 template <typename T>
-using FileOf = std::expected<std::vector<T>, std::vector<config::Error>>;
+using FileOf = std::expected<std::vector<T>, std::vector<base::Error>>;
 
 // Both read a CSV file with the header above and one point per line, as PointTable does. Errors: every bad
 // line, with its number, value and allowed range.

@@ -9,8 +9,8 @@
 #include <optional>
 #include <utility>
 
-#include "config/csv_names.h"
-#include "config/value_text.h"
+#include "config/base/csv_names.h"
+#include "config/base/value_text.h"
 
 namespace hapticd::tools {
 namespace {
@@ -56,9 +56,9 @@ void PointTable::readInto(const std::function<void(const Fields&)>& take) {
   bool in_header = true;
   for (std::string line; std::getline(in, line);) {
     ++line_;
-    const std::string_view row = trimmed(line_ == 1 ? config::withoutByteOrderMark(line) : line);
+    const std::string_view row = trimmed(line_ == 1 ? base::withoutByteOrderMark(line) : line);
     if (row.empty() || row.starts_with('#')) continue;
-    if (in_header && config::csvNames(row) != config::csvNames(header_)) break;
+    if (in_header && base::csvNames(row) != base::csvNames(header_)) break;
     if (!in_header) takeRow(row, take);
     in_header = false;
   }
@@ -81,7 +81,7 @@ T PointTable::numberIn(std::size_t column, const Fields& fields, T lowest, T hig
   // written so that a value that is not a number is out of range
   if (value && *value >= lowest && *value <= highest) return *value;
   report(fmt::format("{}: {} is {} (allowed: {}..{}{}{})", fieldsOf(header_)[column],
-                     config::inQuotes(fields[column]), value ? "out of range" : "no number", lowest, highest,
+                     base::inQuotes(fields[column]), value ? "out of range" : "no number", lowest, highest,
                      unit.empty() ? "" : " ", unit));
   return {};
 }
@@ -89,7 +89,7 @@ T PointTable::numberIn(std::size_t column, const Fields& fields, T lowest, T hig
 std::string PointTable::name(std::string_view text) {
   if (text.empty()) report("the name is missing");
   if (std::ranges::find(names_, text) != names_.end())
-    report(fmt::format("{} is there twice", config::inQuotes(text)));
+    report(fmt::format("{} is there twice", base::inQuotes(text)));
   return names_.emplace_back(text);
 }
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "config/error.h"
+#include "config/base/error.h"
 
 namespace hapticd::tools {
 
@@ -32,7 +32,7 @@ class PointTable {
   /// The field as a name that no other line has.
   std::string name(std::string_view text);
 
-  std::vector<config::Error>& errors() { return errors_; }
+  std::vector<base::Error>& errors() { return errors_; }
 
  private:
   template <typename T>
@@ -45,7 +45,7 @@ class PointTable {
   std::string remedy_;
   std::size_t line_ = 0;
   std::vector<std::string> names_;
-  std::vector<config::Error> errors_;
+  std::vector<base::Error> errors_;
 };
 
 }  // namespace hapticd::tools

@@ -9,12 +9,31 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/lib/registration/pose_angles.h"
-
 namespace hapticd::tools {
 namespace {
 
-using config::Error;
+/// Cosine of a pitch at which roll and yaw can no longer be told apart.
+constexpr double kGimbalLock = 1e-9;
+
+}  // namespace
+
+rt::PoseParameters poseOf(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation_m) {
+  rt::PoseParameters pose;
+  pose.position_m = {translation_m.x(), translation_m.y(), translation_m.z()};
+  const double cosine_of_pitch = std::hypot(rotation(0, 0), rotation(1, 0));
+  pose.pitch_rad = std::atan2(-rotation(2, 0), cosine_of_pitch);
+  if (cosine_of_pitch < kGimbalLock) {
+    pose.roll_rad = std::atan2(-rotation(1, 2), rotation(1, 1));
+  } else {
+    pose.roll_rad = std::atan2(rotation(2, 1), rotation(2, 2));
+    pose.yaw_rad = std::atan2(rotation(1, 0), rotation(0, 0));
+  }
+  return pose;
+}
+
+namespace {
+
+using base::Error;
 using Points = Eigen::Matrix3Xd;
 
 Eigen::Vector3d eigenOf(const rt::Vec3& v) {
@@ -35,7 +54,7 @@ double spreadAcrossALine_m(const Points& centred) {
   return std::sqrt((singular[1] + singular[2]) / static_cast<double>(centred.cols()));
 }
 
-config::Result<void> check(const Points& centred, const char* whose) {
+base::Result<void> check(const Points& centred, const char* whose) {
   const double spread_m = spreadAcrossALine_m(centred);
   if (spread_m >= kFewestSpread_m) return {};
   return std::unexpected(
@@ -45,7 +64,7 @@ config::Result<void> check(const Points& centred, const char* whose) {
             "take points at the corners of a triangle as large as the scene"});
 }
 
-config::Result<void> check(std::span<const PointPair> pairs) {
+base::Result<void> check(std::span<const PointPair> pairs) {
   if (pairs.size() < kFewestPairs) {
     return std::unexpected(Error{
         "registration", fmt::format("{} point pairs, at least {} are needed", pairs.size(), kFewestPairs),
@@ -71,7 +90,7 @@ Eigen::Matrix3d turnBetween(const Points& camera, const Points& world) {
 
 }  // namespace
 
-config::Result<RigidFit> fitRigid(std::span<const PointPair> pairs, const char* whose) {
+base::Result<RigidFit> fitRigid(std::span<const PointPair> pairs, const char* whose) {
   if (const auto good = check(pairs); !good) return std::unexpected(good.error());
   const Points camera = pointsOf(pairs, &PointPair::camera_m);
   const Points world = pointsOf(pairs, &PointPair::world_m);

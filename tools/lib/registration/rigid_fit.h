@@ -1,15 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "config/error.h"
-#include "rt/parameters.h"
-#include "rt/vec3.h"
+#include "config/base/error.h"
+#include "rt/base/parameters.h"
+#include "rt/base/vec3.h"
 
 namespace hapticd::tools {
+
+/// The pose of a rotation matrix and a translation in metres: the inverse of rt::rotationOf(). Roll and yaw
+/// in -pi..pi, pitch in -pi/2..pi/2; where pitch is at an end and only the sum or difference of the others
+/// matters, yaw is 0.
+rt::PoseParameters poseOf(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation_m);
 
 /// A point in the camera frame and in the world frame.
 struct PointPair {
@@ -37,6 +43,6 @@ inline constexpr double kFewestSpread_m = 0.01;
 /// Errors: fewer than kFewestPairs, a number that is not finite, points on or nearly on a line.
 /// Source: Umeyama, Least-squares estimation of transformation parameters between two point patterns, 1991,
 /// eq. (39)-(41) with c = 1.
-config::Result<RigidFit> fitRigid(std::span<const PointPair> pairs, const char* whose = "camera's");
+base::Result<RigidFit> fitRigid(std::span<const PointPair> pairs, const char* whose = "camera's");
 
 }  // namespace hapticd::tools

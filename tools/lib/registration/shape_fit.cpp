@@ -12,13 +12,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "tools/lib/registration/pose_angles.h"
 #include "tools/lib/registration/rigid_fit.h"
 
 namespace hapticd::tools {
 namespace {
 
-using config::Error;
+using base::Error;
 using Eigen::Vector3d;
 using Points = Eigen::Matrix3Xd;
 
@@ -59,7 +58,7 @@ Spread spreadOf(std::span<const rt::Vec3> points_m) {
   return spread;
 }
 
-config::Result<void> check(const char* shape, std::span<const rt::Vec3> points_m, std::size_t fewest) {
+base::Result<void> check(const char* shape, std::span<const rt::Vec3> points_m, std::size_t fewest) {
   if (points_m.size() < fewest) {
     return std::unexpected(Error{shape,
                                  fmt::format("{} points, at least {} are needed", points_m.size(), fewest),
@@ -136,7 +135,7 @@ Residuals residualsOf(std::span<const double> distances_m) {
   return residuals;
 }
 
-config::Result<FittedPlane> fitPlane(std::span<const rt::Vec3> points_m, const rt::Vec3& free_side_m) {
+base::Result<FittedPlane> fitPlane(std::span<const rt::Vec3> points_m, const rt::Vec3& free_side_m) {
   if (const auto good = check("plane", points_m, kFewestPlanePoints); !good)
     return std::unexpected(good.error());
   const Spread spread = spreadOf(points_m);
@@ -154,7 +153,7 @@ config::Result<FittedPlane> fitPlane(std::span<const rt::Vec3> points_m, const r
                      residualsOf({distances.data(), static_cast<std::size_t>(distances.size())})};
 }
 
-config::Result<FittedSphere> fitSphere(std::span<const rt::Vec3> points_m) {
+base::Result<FittedSphere> fitSphere(std::span<const rt::Vec3> points_m) {
   if (const auto good = check("sphere", points_m, kFewestSpherePoints); !good)
     return std::unexpected(good.error());
   const Spread spread = spreadOf(points_m);
@@ -182,7 +181,7 @@ config::Result<FittedSphere> fitSphere(std::span<const rt::Vec3> points_m) {
                       residualsOf({distances.data(), static_cast<std::size_t>(distances.size())})};
 }
 
-config::Result<FittedBox> fitBox(const std::array<rt::Vec3, 3>& corners_m, const rt::Vec3& opposite_m) {
+base::Result<FittedBox> fitBox(const std::array<rt::Vec3, 3>& corners_m, const rt::Vec3& opposite_m) {
   const std::array all{corners_m[0], corners_m[1], corners_m[2], opposite_m};
   if (const auto good = check("box", all, all.size()); !good) return std::unexpected(good.error());
   const Vector3d corner = eigenOf(corners_m[1]);

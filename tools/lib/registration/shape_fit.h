@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "config/error.h"
-#include "rt/vec3.h"
+#include "config/base/error.h"
+#include "rt/base/vec3.h"
 
 /// Shapes through points that the handle has touched. All lengths in metres, all vectors in the frame of the
 /// points.
@@ -50,18 +50,18 @@ inline constexpr double kShortestEdge_m = 0.003;
 
 /// The plane with the least sum of squared distances. Its normal points to the side of `free_side_m`, such as
 /// the position of the camera. Errors: fewer than kFewestPlanePoints, points nearly on a line.
-config::Result<FittedPlane> fitPlane(std::span<const rt::Vec3> points_m, const rt::Vec3& free_side_m);
+base::Result<FittedPlane> fitPlane(std::span<const rt::Vec3> points_m, const rt::Vec3& free_side_m);
 
 /// The sphere with the least sum of squared distances: the algebraic solution, refined by Gauss-Newton steps.
 /// Errors: fewer than kFewestSpherePoints, points nearly in a plane, points on so small a part of the sphere
 /// that kTouchNoise_m changes its centre or its radius by more than kMostSphereError_m.
 /// Source: Ahn, Rauh, Warnecke, Least-squares orthogonal distances fitting of circle, sphere, ellipse,
 /// hyperbola, and parabola, 2001, section 2.
-config::Result<FittedSphere> fitSphere(std::span<const rt::Vec3> points_m);
+base::Result<FittedSphere> fitSphere(std::span<const rt::Vec3> points_m);
 
 /// The box of three corners of a face, in order along its edges, and any point on the opposite face. The
 /// angle at the second corner is made a right one by turning both edges alike; the residuals are what that
 /// moves the corners by. Errors: an edge below kShortestEdge_m.
-config::Result<FittedBox> fitBox(const std::array<rt::Vec3, 3>& corners_m, const rt::Vec3& opposite_m);
+base::Result<FittedBox> fitBox(const std::array<rt::Vec3, 3>& corners_m, const rt::Vec3& opposite_m);
 
 }  // namespace hapticd::tools

@@ -7,12 +7,12 @@
 #include <limits>
 #include <utility>
 
-#include "rt/fixture.h"
+#include "rt/fixtures/fixture.h"
 
 namespace hapticd::tools {
 namespace {
 
-using config::Error;
+using base::Error;
 using rt::Vec3;
 using Points = std::vector<Vec3>;
 
@@ -97,7 +97,7 @@ double distanceToPath_m(const Vec3& p, const Points& path_m) {
 
 }  // namespace
 
-config::Result<StrokePath> pathOf(std::span<const Vec3> readings_m, double tolerance_m) {
+base::Result<StrokePath> pathOf(std::span<const Vec3> readings_m, double tolerance_m) {
   if (!std::ranges::all_of(readings_m, rt::isFinite))
     return std::unexpected(Error{"path", "a position of the handle is not finite", "stroke it again"});
   const Points moving = withoutTrembling(readings_m);

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "config/error.h"
-#include "rt/vec3.h"
+#include "config/base/error.h"
+#include "rt/base/vec3.h"
 #include "tools/lib/registration/shape_fit.h"
 
 namespace hapticd::tools {
@@ -26,6 +26,6 @@ inline constexpr double kShortestStroke_m = 0.005;
 /// to `tolerance_m` > 0, or to as much more as it takes to need rt::kMaxPathPoints only.
 /// Errors: readings that are not finite, a stroke shorter than kShortestStroke_m.
 /// Source of the simplification: Ramer 1972; Douglas and Peucker 1973.
-config::Result<StrokePath> pathOf(std::span<const rt::Vec3> readings_m, double tolerance_m);
+base::Result<StrokePath> pathOf(std::span<const rt::Vec3> readings_m, double tolerance_m);
 
 }  // namespace hapticd::tools

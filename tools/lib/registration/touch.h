@@ -4,7 +4,7 @@
 #include <chrono>
 #include <vector>
 
-#include "rt/vec3.h"
+#include "rt/base/vec3.h"
 
 namespace hapticd::tools {
 

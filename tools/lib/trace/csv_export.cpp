@@ -13,11 +13,10 @@
 #include <type_traits>
 #include <vector>
 
-#include "config/value_text.h"
-#include "drivers/trace/fields.h"
-#include "rt/clock.h"
-#include "rt/words.h"
-#include "tools/lib/trace/columns.h"
+#include "config/base/value_text.h"
+#include "drivers/trace/format/fields.h"
+#include "rt/base/clock.h"
+#include "rt/base/words.h"
 #include "tools/lib/trace/selected_trace.h"
 #include "tools/lib/trace/trace_settings.h"
 
@@ -115,7 +114,7 @@ class CsvFile {
     return written_.has_value();
   }
 
-  config::Result<std::uint64_t> finish() {
+  base::Result<std::uint64_t> finish() {
     write();
     if (written_) written_ = file_.finish();
     if (!written_) return std::unexpected(written_.error());
@@ -132,7 +131,7 @@ class CsvFile {
   const SelectedTrace& trace_;
   std::string text_;
   std::uint64_t rows_ = 0;
-  config::Result<void> written_;
+  base::Result<void> written_;
 };
 
 /// Stops at the first record that cannot be read.
@@ -143,7 +142,7 @@ class CsvExport {
 
   /// `visit`: takes the records of the channel.
   template <typename Record>
-  config::Result<drivers::TraceInfo> write(std::function<bool(const Record&)> drivers::TraceVisitor::*visit) {
+  base::Result<drivers::TraceInfo> write(std::function<bool(const Record&)> drivers::TraceVisitor::*visit) {
     csv_.addHeader<Record>();
     drivers::TraceVisitor visitor;
     visitor.*visit = [this](const Record& record) { return csv_.addRow(record); };
@@ -152,7 +151,7 @@ class CsvExport {
 
   /// Directives are kept, because the names of their parameters are known only at the end; there are few
   /// directives.
-  config::Result<drivers::TraceInfo> writeDirectives() {
+  base::Result<drivers::TraceInfo> writeDirectives() {
     std::vector<drivers::DirectiveRecord> directives;
     std::vector<std::string> names;
     std::map<std::string, std::size_t, std::less<>> columns;
@@ -167,7 +166,7 @@ class CsvExport {
     auto info = read<drivers::DirectiveRecord>({.directive = keep});
     if (!info) return info;
     if (names.size() > kMostParameters) {
-      return std::unexpected(config::Error{
+      return std::unexpected(base::Error{
           trace_.file().string(), fmt::format("has more than {} different parameters", kMostParameters),
           "no hapticd has so many; export another channel"});
     }
@@ -177,12 +176,12 @@ class CsvExport {
     return info;
   }
 
-  config::Result<std::uint64_t> finish() { return csv_.finish(); }
+  base::Result<std::uint64_t> finish() { return csv_.finish(); }
 
  private:
   /// Errors: also a trace without that channel, which another program removed.
   template <typename Record>
-  config::Result<drivers::TraceInfo> read(const drivers::TraceVisitor& visitor) {
+  base::Result<drivers::TraceInfo> read(const drivers::TraceVisitor& visitor) {
     auto info = trace_.read(visitor, progress_);
     if (!info) return info;
     const auto there = info->require(trace_.file(), drivers::kChannelName<Record>.topic);
@@ -207,7 +206,7 @@ class CsvExport {
   const Progress& progress_;
 };
 
-config::Result<drivers::TraceInfo> writeChannel(CsvExport& csv, TraceChannel channel) {
+base::Result<drivers::TraceInfo> writeChannel(CsvExport& csv, TraceChannel channel) {
   using Visitor = drivers::TraceVisitor;
   switch (channel) {
     case TraceChannel::ticks:
@@ -226,7 +225,7 @@ config::Result<drivers::TraceInfo> writeChannel(CsvExport& csv, TraceChannel cha
 std::string settingsFile(const drivers::TraceInfo& trace) {
   std::string text;
   for (const auto& [name, value] : trace.metadata) {
-    text += fmt::format("# {}: {}\n", config::printable(name), config::printable(value));
+    text += fmt::format("# {}: {}\n", base::printable(name), base::printable(value));
   }
   const std::string_view settings = settingsText(trace);
   return text + (settings.empty() ? "# the trace holds no settings\n" : std::string(settings));
@@ -238,10 +237,10 @@ std::filesystem::path settingsBeside(const std::filesystem::path& csv) {
   return std::filesystem::path(csv).replace_extension(".settings.yaml");
 }
 
-config::Result<std::uint64_t> exportCsv(const std::filesystem::path& trace_file,
-                                        const std::filesystem::path& csv_file, TraceChannel channel,
-                                        const TraceSelection& selection, const Progress& progress,
-                                        IfExists if_exists) {
+base::Result<std::uint64_t> exportCsv(const std::filesystem::path& trace_file,
+                                      const std::filesystem::path& csv_file, TraceChannel channel,
+                                      const TraceSelection& selection, const Progress& progress,
+                                      IfExists if_exists) {
   const auto trace = SelectedTrace::open(trace_file, selection);
   if (!trace) return std::unexpected(trace.error());
   auto file = WholeFile::create(csv_file, if_exists);

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "config/error.h"
-#include "tools/lib/trace/trace_selection.h"
+#include "config/base/error.h"
+#include "tools/lib/trace/selected_trace.h"
 #include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {
@@ -17,13 +17,13 @@ enum class TraceChannel { ticks, models, directives, events };
 /// recording into a file beside it. The header names each column with its unit at the end
 /// (command_force_n_in_world_x); time_s counts from the first tick, realtime_s is UTC since 1970. Numbers
 /// read back as the same values; enumerators by name; true and false as 1 and 0; empty where a field does not
-/// apply (columns.h). Each parameter of a directive has a column of its own. Returns the number of rows
-/// without the header. The files are written completely or not at all. Errors: those of readTrace(), an
+/// apply (selected_trace.h). Each parameter of a directive has a column of its own. Returns the number of
+/// rows without the header. The files are written completely or not at all. Errors: those of readTrace(), an
 /// impossible selection (from_s after to_s, most_ticks 1), a file that exists and is not to be replaced or
 /// cannot be written. Thread: any.  RT: not safe.
-config::Result<std::uint64_t> exportCsv(const std::filesystem::path& trace, const std::filesystem::path& csv,
-                                        TraceChannel channel, const TraceSelection& selection = {},
-                                        const Progress& progress = {}, IfExists if_exists = IfExists::refuse);
+base::Result<std::uint64_t> exportCsv(const std::filesystem::path& trace, const std::filesystem::path& csv,
+                                      TraceChannel channel, const TraceSelection& selection = {},
+                                      const Progress& progress = {}, IfExists if_exists = IfExists::refuse);
 
 /// The file for the configuration: a.settings.yaml beside a.csv.
 std::filesystem::path settingsBeside(const std::filesystem::path& csv);

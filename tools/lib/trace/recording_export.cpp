@@ -6,10 +6,9 @@
 #include <system_error>
 #include <utility>
 
-#include "drivers/camera/recorded/camera_recording_writer.h"
 #include "drivers/camera/recorded/recording_writer.h"
 #include "drivers/trace/depth_codec.h"
-#include "drivers/trace/messages.h"
+#include "drivers/trace/format/messages.h"
 #include "tools/lib/trace/selected_trace.h"
 
 namespace hapticd::tools {
@@ -17,15 +16,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::unexpected<config::Error> refuse(const fs::path& where, std::string what, std::string remedy) {
-  return std::unexpected(config::Error{where.string(), std::move(what), std::move(remedy)});
+std::unexpected<base::Error> refuse(const fs::path& where, std::string what, std::string remedy) {
+  return std::unexpected(base::Error{where.string(), std::move(what), std::move(remedy)});
 }
 
 fs::path draftOf(const fs::path& folder) {
   return folder.string() + ".part";
 }
 
-config::Result<void> mayBegin(const fs::path& folder) {
+base::Result<void> mayBegin(const fs::path& folder) {
   std::error_code ignored;
   if (fs::exists(folder, ignored)) return refuse(folder, "exists already", "name a new folder with --out");
   if (fs::exists(draftOf(folder), ignored)) {
@@ -49,7 +48,7 @@ class FolderWriter {
   FolderWriter(fs::path folder, std::int64_t realtime_offset_ns)
       : folder_(std::move(folder)), realtime_offset_ns_(realtime_offset_ns) {}
 
-  config::Result<void> write(const rt::DepthFrame& frame, std::string serial) {
+  base::Result<void> write(const rt::DepthFrame& frame, std::string serial) {
     if (frames_ == 0) {
       if (auto begun = begin(frame, std::move(serial)); !begun) return begun;
     }
@@ -62,7 +61,7 @@ class FolderWriter {
   std::uint64_t frames() const { return frames_; }
 
  private:
-  config::Result<void> begin(const rt::DepthFrame& frame, std::string serial) {
+  base::Result<void> begin(const rt::DepthFrame& frame, std::string serial) {
     if (isKinect(frame.camera)) {
       auto writer = drivers::RecordingWriter::create(folder_, realtime_offset_ns_);
       if (!writer) return std::unexpected(writer.error());
@@ -89,12 +88,12 @@ std::string serialOf(const rt::DepthFrameHeader& header) {
 }
 
 /// Writes the content of the folder.
-config::Result<std::uint64_t> writeFrames(const SelectedTrace& trace, const fs::path& file,
-                                          const fs::path& draft, const Progress& progress) {
+base::Result<std::uint64_t> writeFrames(const SelectedTrace& trace, const fs::path& file,
+                                        const fs::path& draft, const Progress& progress) {
   FolderWriter writer(draft, trace.realtimeOffset_ns());
   drivers::DepthDecoder decoder;
   const auto frame = std::make_unique<rt::DepthFrame>();
-  config::Result<void> written;
+  base::Result<void> written;
   const auto write = [&](const drivers::DepthRecord& record) {
     const std::string wrong = decoder.decode(record, *frame);
     written = wrong.empty() ? writer.write(*frame, serialOf(record.header)) : refuse(file, wrong, "");
@@ -114,8 +113,8 @@ config::Result<std::uint64_t> writeFrames(const SelectedTrace& trace, const fs::
 
 }  // namespace
 
-config::Result<std::uint64_t> exportRecording(const fs::path& trace, const fs::path& folder,
-                                              const TraceSelection& selection, const Progress& progress) {
+base::Result<std::uint64_t> exportRecording(const fs::path& trace, const fs::path& folder,
+                                            const TraceSelection& selection, const Progress& progress) {
   const auto selected = SelectedTrace::open(trace, selection);
   if (!selected) return std::unexpected(selected.error());
   if (auto possible = mayBegin(folder); !possible) return std::unexpected(possible.error());

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "config/error.h"
-#include "tools/lib/trace/trace_selection.h"
+#include "config/base/error.h"
+#include "tools/lib/trace/selected_trace.h"
 
 namespace hapticd::tools {
 
@@ -15,8 +15,8 @@ namespace hapticd::tools {
 /// what else the trace does not hold are left out. It gets its name when it is complete. Returns the number
 /// of frames. Errors: those of readTrace(), no depth in the trace, the camera changes, the folder exists,
 /// errors of the disk.
-config::Result<std::uint64_t> exportRecording(const std::filesystem::path& trace,
-                                              const std::filesystem::path& folder,
-                                              const TraceSelection& selection, const Progress& progress);
+base::Result<std::uint64_t> exportRecording(const std::filesystem::path& trace,
+                                            const std::filesystem::path& folder,
+                                            const TraceSelection& selection, const Progress& progress);
 
 }  // namespace hapticd::tools

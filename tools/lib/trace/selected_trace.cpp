@@ -6,20 +6,41 @@
 #include <optional>
 #include <utility>
 
-#include "rt/clock.h"
-#include "tools/lib/trace/peaks.h"
+#include "rt/base/clock.h"
+#include "rt/laws/law_table.h"
 
 namespace hapticd::tools {
+
+bool needsProxy(std::string_view field) {
+  return field == "contact" || field == "proxy_m_in_world";
+}
+
+bool applies(const rt::Tick& tick, std::string_view field) {
+  return rt::hasProxy(tick.law) || !needsProxy(field);
+}
+
+std::string joined(const std::vector<std::pair<std::string, std::string>>& pairs) {
+  std::string text;
+  for (const auto& [name, value] : pairs) text += (text.empty() ? "" : "; ") + name + "=" + value;
+  return text;
+}
+
+std::string inCsvQuotes(std::string_view text) {
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+
 namespace {
 
-config::Result<void> check(const TraceSelection& selection) {
+base::Result<void> check(const TraceSelection& selection) {
   if (!(selection.from_s <= selection.to_s)) {
-    return std::unexpected(config::Error{
+    return std::unexpected(base::Error{
         "time", fmt::format("from {} s to {} s is no stretch of time", selection.from_s, selection.to_s),
         "begin before the end; seconds since the first tick"});
   }
   if (selection.most_ticks == 1) {
-    return std::unexpected(config::Error{"rows", "1 is too few", "give 2 or more, or 0 for all"});
+    return std::unexpected(base::Error{"rows", "1 is too few", "give 2 or more, or 0 for all"});
   }
   return {};
 }
@@ -31,8 +52,8 @@ Progress partOf(const Progress& progress, double begin, double end) {
 
 }  // namespace
 
-config::Result<SelectedTrace> SelectedTrace::open(const std::filesystem::path& file,
-                                                  const TraceSelection& selection) {
+base::Result<SelectedTrace> SelectedTrace::open(const std::filesystem::path& file,
+                                                const TraceSelection& selection) {
   if (auto checked = check(selection); !checked) return std::unexpected(checked.error());
   SelectedTrace trace(file, selection);
   std::optional<std::int64_t> first_ns;
@@ -68,7 +89,7 @@ bool SelectedTrace::holds(std::int64_t time_ns) const {
   return (selection_.from_s <= time_s || selection_.from_s <= 0) && time_s <= selection_.to_s;
 }
 
-config::Result<std::uint64_t> SelectedTrace::countTicks(const Progress& progress) const {
+base::Result<std::uint64_t> SelectedTrace::countTicks(const Progress& progress) const {
   std::uint64_t count = 0;
   const auto add = [&count](const rt::Tick&) {
     ++count;
@@ -79,8 +100,8 @@ config::Result<std::uint64_t> SelectedTrace::countTicks(const Progress& progress
   return count;
 }
 
-config::Result<drivers::TraceInfo> SelectedTrace::readAll(drivers::TraceVisitor visitor,
-                                                          const Progress& progress) const {
+base::Result<drivers::TraceInfo> SelectedTrace::readAll(drivers::TraceVisitor visitor,
+                                                        const Progress& progress) const {
   const auto keepSelected = [this]<typename Record>(std::function<bool(const Record&)>& visit) {
     if (!visit) return;
     visit = [this, visit](const Record& record) { return !holds(drivers::timeOf(record)) || visit(record); };
@@ -94,8 +115,8 @@ config::Result<drivers::TraceInfo> SelectedTrace::readAll(drivers::TraceVisitor 
   return drivers::readTrace(file_, visitor);
 }
 
-config::Result<drivers::TraceInfo> SelectedTrace::read(drivers::TraceVisitor visitor,
-                                                       const Progress& progress) const {
+base::Result<drivers::TraceInfo> SelectedTrace::read(drivers::TraceVisitor visitor,
+                                                     const Progress& progress) const {
   if (!visitor.tick || selection_.most_ticks == 0) return readAll(std::move(visitor), progress);
   const auto count = countTicks(partOf(progress, 0, 0.5));
   if (!count) return std::unexpected(count.error());

@@ -14,11 +14,9 @@
 #include <string_view>
 #include <vector>
 
-#include "config/value_text.h"
-#include "rt/words.h"
+#include "config/base/value_text.h"
+#include "rt/base/words.h"
 #include "tools/lib/gnuplot/gnuplot.h"
-#include "tools/lib/trace/columns.h"
-#include "tools/lib/trace/peaks.h"
 #include "tools/lib/trace/plot_script.h"
 #include "tools/lib/trace/selected_trace.h"
 #include "tools/lib/trace/trace_settings.h"
@@ -181,7 +179,7 @@ Progress part(const Progress& progress, double begin) {
 }
 
 /// Counts the ticks, and finds the limits of the force, which were set before the selected time too.
-config::Result<void> readLimits(Content& content, const SelectedTrace& trace, const Progress& progress) {
+base::Result<void> readLimits(Content& content, const SelectedTrace& trace, const Progress& progress) {
   const auto count = [&](const rt::Tick& tick) {
     if (trace.holds(tick.planned_ns)) ++content.ticks;
     return true;
@@ -206,19 +204,19 @@ config::Result<void> readLimits(Content& content, const SelectedTrace& trace, co
 }
 
 PlotEvent eventOf(const drivers::EventRecord& record, double time_s) {
-  PlotEvent event{time_s, PlotEvent::Kind::other, config::printable(record.text)};
+  PlotEvent event{time_s, PlotEvent::Kind::other, base::printable(record.text)};
   for (const auto& [name, value] : record.fields) {
     if (record.kind == "mark" && name == "MARK") {
       event.kind = PlotEvent::Kind::mark;
-      event.text = config::printable(value);
+      event.text = base::printable(value);
     }
     if (record.kind == "mode" && value == "faulted") event.kind = PlotEvent::Kind::fault;
   }
   return event;
 }
 
-config::Result<void> readCurves(Content& content, const SelectedTrace& trace, std::size_t most,
-                                const Progress& progress) {
+base::Result<void> readCurves(Content& content, const SelectedTrace& trace, std::size_t most,
+                              const Progress& progress) {
   std::vector<Peaks<PlotPoint>> peaks;
   for (Curve& curve : content.curves) {
     peaks.emplace_back(content.ticks, most,
@@ -289,7 +287,7 @@ std::vector<PlotPanel> panelsOf(Content& content, double last_s) {
 }
 
 std::string titleOf(const std::filesystem::path& trace, const Content& content) {
-  std::string title = config::printable(trace.filename().string());
+  std::string title = base::printable(trace.filename().string());
   if (!content.lacking.empty())
     title += fmt::format(", of another version: no {}", fmt::join(content.lacking, ", "));
   if (!content.foreign.empty())
@@ -305,7 +303,7 @@ std::string subtitleOf(const SelectedTrace& trace, const Content& content) {
   return text;
 }
 
-config::Error nothingToDraw(const std::filesystem::path& trace) {
+base::Error nothingToDraw(const std::filesystem::path& trace) {
   return {trace.string(), "has none of the quantities that are drawn",
           "export it instead: hapticctl trace export"};
 }
@@ -313,8 +311,8 @@ config::Error nothingToDraw(const std::filesystem::path& trace) {
 constexpr std::array<std::string_view, 2> kEndings{".png", ".svg"};
 
 /// Reads the selection. Errors: those of readTrace(), nothing to draw.
-config::Result<Plot> plotOf(const SelectedTrace& trace, const TraceSelection& selection,
-                            const Progress& progress) {
+base::Result<Plot> plotOf(const SelectedTrace& trace, const TraceSelection& selection,
+                          const Progress& progress) {
   Content content = contentFor(trace);
   if (content.curves.empty()) return std::unexpected(nothingToDraw(trace.file()));
   if (auto read = readLimits(content, trace, progress); !read) return std::unexpected(read.error());
@@ -322,7 +320,7 @@ config::Result<Plot> plotOf(const SelectedTrace& trace, const TraceSelection& se
   if (auto read = readCurves(content, trace, most, progress); !read) return std::unexpected(read.error());
   if (content.curves.front().points.empty()) {
     return std::unexpected(
-        config::Error{trace.file().string(), "has no ticks in that time", "choose another stretch"});
+        base::Error{trace.file().string(), "has no ticks in that time", "choose another stretch"});
   }
   takeOutForeign(content);
   if (content.curves.empty()) return std::unexpected(nothingToDraw(trace.file()));
@@ -338,9 +336,8 @@ config::Result<Plot> plotOf(const SelectedTrace& trace, const TraceSelection& se
 
 }  // namespace
 
-config::Result<void> plotTrace(const std::filesystem::path& trace_file, const std::filesystem::path& image,
-                               const TraceSelection& selection, const Progress& progress,
-                               IfExists if_exists) {
+base::Result<void> plotTrace(const std::filesystem::path& trace_file, const std::filesystem::path& image,
+                             const TraceSelection& selection, const Progress& progress, IfExists if_exists) {
   if (auto known = checkEnding(image, kEndings); !known) return known;
   const auto trace = SelectedTrace::open(trace_file, selection);
   if (!trace) return std::unexpected(trace.error());

@@ -3,8 +3,8 @@
 
 #include <filesystem>
 
-#include "config/error.h"
-#include "tools/lib/trace/trace_selection.h"
+#include "config/base/error.h"
+#include "tools/lib/trace/selected_trace.h"
 #include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {
@@ -16,8 +16,8 @@ namespace hapticd::tools {
 /// record, and the penetration where the law has no proxy, is left out, and the title states that. The file
 /// is there whole or not at all. Errors: those of readTrace(), another ending, no ticks or nothing to draw in
 /// the selection, a file that exists and is not to be replaced, no gnuplot. Thread: any.  RT: not safe.
-config::Result<void> plotTrace(const std::filesystem::path& trace, const std::filesystem::path& image,
-                               const TraceSelection& selection = {}, const Progress& progress = {},
-                               IfExists if_exists = IfExists::refuse);
+base::Result<void> plotTrace(const std::filesystem::path& trace, const std::filesystem::path& image,
+                             const TraceSelection& selection = {}, const Progress& progress = {},
+                             IfExists if_exists = IfExists::refuse);
 
 }  // namespace hapticd::tools

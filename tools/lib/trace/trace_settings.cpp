@@ -5,8 +5,8 @@
 #include <cmath>
 #include <system_error>
 
-#include "config/yaml_reader.h"
-#include "rt/clock.h"
+#include "config/yaml/yaml_reader.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::tools {
 

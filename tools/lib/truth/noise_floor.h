@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "drivers/camera/synthetic/sensor_noise.h"
-#include "rt/parameters.h"
+#include "rt/base/parameters.h"
 
 namespace hapticd::tools {
 

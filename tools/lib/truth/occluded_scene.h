@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "drivers/camera/synthetic/scene_camera.h"
-#include "rt/depth_frame.h"
-#include "rt/parameters.h"
+#include "rt/base/parameters.h"
+#include "rt/depth/depth_frame.h"
 #include "tools/lib/truth/scene_noise.h"
 
 namespace hapticd::tools {

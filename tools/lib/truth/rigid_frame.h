@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "rt/vec3.h"
+#include "rt/base/vec3.h"
 
 namespace hapticd::tools {
 

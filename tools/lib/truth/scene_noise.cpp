@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "drivers/camera/synthetic/depth_delivery.h"
+#include "drivers/camera/synthetic/depth_sensor.h"
 
 namespace hapticd::tools {
 

@@ -9,7 +9,7 @@
 #include "drivers/camera/synthetic/camera_noise.h"
 #include "drivers/camera/synthetic/scene_camera.h"
 #include "drivers/camera/synthetic/sensor_noise.h"
-#include "rt/depth_frame.h"
+#include "rt/depth/depth_frame.h"
 
 namespace hapticd::tools {
 

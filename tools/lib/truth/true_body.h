@@ -5,7 +5,7 @@
 #include <variant>
 #include <vector>
 
-#include "rt/vec3.h"
+#include "rt/base/vec3.h"
 
 /// Solids whose surface is known exactly, in double precision, for scenes that rays are cast into. Metres, in
 /// a frame of their own. Each knows

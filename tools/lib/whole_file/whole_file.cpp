@@ -19,8 +19,8 @@
 namespace hapticd::tools {
 namespace {
 
-using config::Error;
-using config::Result;
+using base::Error;
+using base::Result;
 
 std::unexpected<Error> systemError(const std::filesystem::path& file, const char* what) {
   const int error = errno;

@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "config/error.h"
+#include "config/base/error.h"
 
 namespace hapticd::tools {
 
@@ -18,8 +18,8 @@ enum class IfExists { refuse, replace };
 class WholeFile {
  public:
   /// Errors: the file exists and is not to be replaced, the folder is missing or not writable.
-  static config::Result<WholeFile> create(const std::filesystem::path& file,
-                                          IfExists if_exists = IfExists::refuse);
+  static base::Result<WholeFile> create(const std::filesystem::path& file,
+                                        IfExists if_exists = IfExists::refuse);
   WholeFile(WholeFile&& other) noexcept;
   WholeFile& operator=(WholeFile&&) = delete;
   ~WholeFile();
@@ -27,9 +27,9 @@ class WholeFile {
   /// An empty file, for a library or program that opens by name what it writes.
   const std::filesystem::path& draft() const { return draft_; }
   /// Errors: the disk's.
-  config::Result<void> append(std::string_view bytes);
+  base::Result<void> append(std::string_view bytes);
   /// Gives the file its name.  Errors: the disk's, somebody has made one of that name meanwhile.
-  config::Result<void> finish();
+  base::Result<void> finish();
 
  private:
   WholeFile(std::filesystem::path file, std::filesystem::path draft, int descriptor, IfExists if_exists)
@@ -42,16 +42,15 @@ class WholeFile {
 };
 
 /// Writes `bytes` to a file as WholeFile does.
-config::Result<void> writeWholeFile(const std::filesystem::path& file, std::string_view bytes,
-                                    IfExists if_exists);
+base::Result<void> writeWholeFile(const std::filesystem::path& file, std::string_view bytes,
+                                  IfExists if_exists);
 
 /// Checks in advance whether create() would succeed, for work that takes long.
 /// Errors: a file exists and is not to be replaced; a device, pipe or folder has that name.
-config::Result<void> mayWrite(const std::filesystem::path& file, IfExists if_exists);
+base::Result<void> mayWrite(const std::filesystem::path& file, IfExists if_exists);
 
 /// Checks that the ending of a file's name stands for a format.  Errors: it is none of `endings` (".csv"), in
 /// small letters or capitals.
-config::Result<void> checkEnding(const std::filesystem::path& file,
-                                 std::span<const std::string_view> endings);
+base::Result<void> checkEnding(const std::filesystem::path& file, std::span<const std::string_view> endings);
 
 }  // namespace hapticd::tools

@@ -122,41 +122,41 @@ std::future<T> BoxUnderTest::begin(std::function<std::future<T>()> job) {
   return task->get_future();
 }
 
-std::future<config::Result<std::string>> BoxUnderTest::startTrace(const TraceRequest& request) {
-  return begin<config::Result<std::string>>([this, request] { return box_->startTrace(request); });
+std::future<base::Result<std::string>> BoxUnderTest::startTrace(const TraceRequest& request) {
+  return begin<base::Result<std::string>>([this, request] { return box_->startTrace(request); });
 }
 
-std::future<config::Result<std::string>> BoxUnderTest::stopTrace() {
-  return begin<config::Result<std::string>>([this] { return box_->stopTrace(); });
+std::future<base::Result<std::string>> BoxUnderTest::stopTrace() {
+  return begin<base::Result<std::string>>([this] { return box_->stopTrace(); });
 }
 
-std::future<config::Result<std::string>> BoxUnderTest::dumpTrace() {
-  return begin<config::Result<std::string>>([this] { return box_->dumpTrace(); });
+std::future<base::Result<std::string>> BoxUnderTest::dumpTrace() {
+  return begin<base::Result<std::string>>([this] { return box_->dumpTrace(); });
 }
 
-std::future<config::Result<std::vector<drivers::TraceEntry>>> BoxUnderTest::listTraces() {
-  return begin<config::Result<std::vector<drivers::TraceEntry>>>([this] { return box_->listTraces(); });
+std::future<base::Result<std::vector<drivers::TraceEntry>>> BoxUnderTest::listTraces() {
+  return begin<base::Result<std::vector<drivers::TraceEntry>>>([this] { return box_->listTraces(); });
 }
 
-std::future<config::Result<void>> BoxUnderTest::deleteTrace(const std::string& name) {
-  return begin<config::Result<void>>([this, name] { return box_->deleteTrace(name); });
+std::future<base::Result<void>> BoxUnderTest::deleteTrace(const std::string& name) {
+  return begin<base::Result<void>>([this, name] { return box_->deleteTrace(name); });
 }
 
-std::future<config::Result<void>> BoxUnderTest::keepTrace(const std::string& name, bool keep) {
-  return begin<config::Result<void>>([this, name, keep] { return box_->keepTrace(name, keep); });
+std::future<base::Result<void>> BoxUnderTest::keepTrace(const std::string& name, bool keep) {
+  return begin<base::Result<void>>([this, name, keep] { return box_->keepTrace(name, keep); });
 }
 
-std::future<config::Result<void>> BoxUnderTest::noteTrace(const std::string& name, const std::string& text) {
-  return begin<config::Result<void>>([this, name, text] { return box_->noteTrace(name, text); });
+std::future<base::Result<void>> BoxUnderTest::noteTrace(const std::string& name, const std::string& text) {
+  return begin<base::Result<void>>([this, name, text] { return box_->noteTrace(name, text); });
 }
 
-std::future<config::Result<SceneSnapshot>> BoxUnderTest::takeSnapshot() {
-  return begin<config::Result<SceneSnapshot>>([this] { return box_->takeSnapshot(); });
+std::future<base::Result<SceneSnapshot>> BoxUnderTest::takeSnapshot() {
+  return begin<base::Result<SceneSnapshot>>([this] { return box_->takeSnapshot(); });
 }
 
-config::Result<SharedDepth> BoxUnderTest::shareDepth() {
+base::Result<SharedDepth> BoxUnderTest::shareDepth() {
   const std::lock_guard lock(mutex_);
-  if (no_memory_) return std::unexpected(config::Error{"depth region", "no memory", "free some"});
+  if (no_memory_) return std::unexpected(base::Error{"depth region", "no memory", "free some"});
   shares_depth_ = true;
   ++times_shared_;
   return box_->shareDepth();

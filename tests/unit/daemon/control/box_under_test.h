@@ -42,15 +42,15 @@ class BoxUnderTest final : public Box {
   std::uint64_t engage(bool engaged, bool inside) override;
   bool engaged() override;
   std::uint64_t acknowledgedGeneration() override;
-  std::future<config::Result<std::string>> startTrace(const TraceRequest& request) override;
-  std::future<config::Result<std::string>> stopTrace() override;
-  std::future<config::Result<std::string>> dumpTrace() override;
-  std::future<config::Result<std::vector<drivers::TraceEntry>>> listTraces() override;
-  std::future<config::Result<void>> deleteTrace(const std::string& name) override;
-  std::future<config::Result<void>> keepTrace(const std::string& name, bool keep) override;
-  std::future<config::Result<void>> noteTrace(const std::string& name, const std::string& text) override;
-  std::future<config::Result<SceneSnapshot>> takeSnapshot() override;
-  config::Result<SharedDepth> shareDepth() override;
+  std::future<base::Result<std::string>> startTrace(const TraceRequest& request) override;
+  std::future<base::Result<std::string>> stopTrace() override;
+  std::future<base::Result<std::string>> dumpTrace() override;
+  std::future<base::Result<std::vector<drivers::TraceEntry>>> listTraces() override;
+  std::future<base::Result<void>> deleteTrace(const std::string& name) override;
+  std::future<base::Result<void>> keepTrace(const std::string& name, bool keep) override;
+  std::future<base::Result<void>> noteTrace(const std::string& name, const std::string& text) override;
+  std::future<base::Result<SceneSnapshot>> takeSnapshot() override;
+  base::Result<SharedDepth> shareDepth() override;
   void hideDepth() override;
 
   /// From now on no change is acknowledged until acknowledge().

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "config/parameter_table.h"
+#include "config/settings/parameter_table.h"
 #include "control_fixture.h"
 #include "tests/support/program.h"
 

@@ -15,9 +15,9 @@
 #include <string>
 #include <vector>
 
-#include "config/descriptor.h"
+#include "config/base/descriptor.h"
 #include "control_fixture.h"
-#include "daemon/control/descriptor_reserve.h"
+#include "daemon/control/server_limits.h"
 
 namespace hapticd::daemon::test {
 namespace {
@@ -149,7 +149,7 @@ TEST_F(DescriptorLimits, LeaveDescriptorsToFilesBesideAllConnectionsOfAUser) {
   const int answered = greedy.take();
   EXPECT_GT(answered, 0);
   EXPECT_LT(answered, 20);
-  std::vector<config::Descriptor> files;
+  std::vector<base::Descriptor> files;
   for (int i = 0; i < 40; ++i) {
     files.emplace_back(::open("/dev/null", O_RDONLY | O_CLOEXEC));
     ASSERT_TRUE(files.back()) << i;

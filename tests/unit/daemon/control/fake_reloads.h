@@ -29,7 +29,7 @@ class FakeReloads final : public Reloads {
   std::uint64_t request() override { return 1; }
   std::optional<Outcome> outcome(std::uint64_t) const override {
     const std::lock_guard lock(mutex_);
-    if (fails_) return std::unexpected(std::vector{config::Error{"hapticd.yaml", "is empty", "restore it"}});
+    if (fails_) return std::unexpected(std::vector{base::Error{"hapticd.yaml", "is empty", "restore it"}});
     return done();
   }
   const std::optional<PendingReload>& pending() const override { return pending_; }

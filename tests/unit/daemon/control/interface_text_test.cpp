@@ -10,7 +10,7 @@
 #include "daemon/control/status_json.h"
 #include "fake_reloads.h"
 #include "interface_definition.h"
-#include "rt/words.h"
+#include "rt/base/words.h"
 
 namespace hapticd::daemon::test {
 namespace {

@@ -18,8 +18,8 @@ ListenerOptions at(const std::string& path, mode_t mode = 0660) {
 }
 
 /// A bound socket, listening or not.
-config::Descriptor boundSocket(const std::string& path, bool listening) {
-  config::Descriptor socket(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+base::Descriptor boundSocket(const std::string& path, bool listening) {
+  base::Descriptor socket(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   path.copy(address.sun_path, sizeof address.sun_path - 1);
@@ -67,7 +67,7 @@ TEST(ListeningSocket, RemovesItsFileAtTheEnd) {
 TEST(ListeningSocket, LeavesAFileAloneThatIsNoLongerItsOwn) {
   const TemporaryFolder folder;
   const std::string path = folder.path("s");
-  config::Descriptor successor;
+  base::Descriptor successor;
   {
     const auto socket = ListeningSocket::open(at(path));
     ASSERT_TRUE(socket);
@@ -90,7 +90,7 @@ TEST(ListeningSocket, TakesThePlaceOfADeadDaemon) {
 TEST(ListeningSocket, RefusesThePlaceOfALiveDaemon) {
   const TemporaryFolder folder;
   const std::string path = folder.path("s");
-  const config::Descriptor live = boundSocket(path, true);
+  const base::Descriptor live = boundSocket(path, true);
   const auto socket = ListeningSocket::open(at(path));
   ASSERT_FALSE(socket);
   EXPECT_EQ(path, socket.error().where);
@@ -112,7 +112,7 @@ TEST(ListeningSocket, RefusesAPathWithAnOrdinaryFileAndKeepsTheFile) {
 
 TEST(ListeningSocket, DoesNotFollowALinkAtItsPath) {
   const TemporaryFolder folder;
-  const config::Descriptor other = boundSocket(folder.path("other"), false);
+  const base::Descriptor other = boundSocket(folder.path("other"), false);
   std::filesystem::create_symlink(folder.path("other"), folder.path("link"));
   const auto socket = ListeningSocket::open(at(folder.path("link")));
   ASSERT_FALSE(socket);
@@ -137,7 +137,7 @@ TEST(ListeningSocket, RefusesAPathThatDoesNotFitIntoAnAddress) {
 TEST(ListeningSocket, TakesOverAnOpenDescriptorAndLeavesItsFile) {
   const TemporaryFolder folder;
   const std::string path = folder.path("activated");
-  const config::Descriptor systemds = boundSocket(path, true);
+  const base::Descriptor systemds = boundSocket(path, true);
   {
     ListenerOptions options = at("");
     options.descriptor = ::dup(systemds.get());
@@ -150,7 +150,7 @@ TEST(ListeningSocket, TakesOverAnOpenDescriptorAndLeavesItsFile) {
 
 TEST(ListeningSocket, RefusesADescriptorThatDoesNotListen) {
   const TemporaryFolder folder;
-  const config::Descriptor bound = boundSocket(folder.path("s"), false);
+  const base::Descriptor bound = boundSocket(folder.path("s"), false);
   ListenerOptions options = at("");
   options.descriptor = bound.get();
   const auto socket = ListeningSocket::open(options);

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "daemon/control/status_json.h"
-#include "tools/hapticctl/open_metrics.h"
-#include "tools/hapticctl/status_text.h"
+#include "tools/hapticctl/text/open_metrics.h"
+#include "tools/hapticctl/text/status_text.h"
 
 namespace hapticd::daemon {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "control_fixture.h"
 #include "daemon/control/tick_streams.h"
-#include "drivers/trace/fields.h"
+#include "drivers/trace/format/fields.h"
 
 namespace hapticd::daemon::test {
 namespace {

@@ -377,7 +377,7 @@ class NoMoreDescriptors {
  public:
   NoMoreDescriptors() {
     ::getrlimit(RLIMIT_NOFILE, &before_);
-    const config::Descriptor lowest(::dup(0));  // all below are in use
+    const base::Descriptor lowest(::dup(0));  // all below are in use
     rlimit limit = before_;
     limit.rlim_cur = static_cast<rlim_t>(lowest.get());
     ::setrlimit(RLIMIT_NOFILE, &limit);

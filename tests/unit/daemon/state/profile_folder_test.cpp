@@ -6,7 +6,7 @@
 
 #include <filesystem>
 
-#include "config/parameter_table.h"
+#include "config/settings/parameter_table.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::daemon {

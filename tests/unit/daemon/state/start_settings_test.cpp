@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "config/value_text.h"
+#include "config/base/value_text.h"
 #include "daemon/state/profile_folder.h"
 #include "tests/support/file_content.h"
 #include "tests/support/temporary_folder.h"
@@ -17,7 +17,7 @@ class StartSettingsTest : public testing::Test {
   StartSettings start(const std::string& yaml, std::vector<std::string> overrides = {}) {
     overrides.push_back("state.folder=" + folder.path().string());
     const auto started = startSettings(folder.write("hapticd.yaml", yaml), overrides);
-    EXPECT_TRUE(started) << textOf(started ? std::vector<config::Error>{} : started.error());
+    EXPECT_TRUE(started) << textOf(started ? std::vector<base::Error>{} : started.error());
     return started.value_or(StartSettings{});
   }
   void bootProfile(const std::string& yaml) {
@@ -150,7 +150,7 @@ TEST_F(StartSettingsTest, ShowNothingOfADamagedProfileOrRegistrationThatSteersAT
   const StartSettings started = start("force:");
   ASSERT_EQ(started.notices.size(), 2U);
   for (const std::string& notice : started.notices) {
-    EXPECT_EQ(notice, config::printable(notice));
+    EXPECT_EQ(notice, base::printable(notice));
     EXPECT_NE(notice.find("\\x1b[2J"), std::string::npos) << notice;
     EXPECT_LT(notice.size(), 4000U);
   }

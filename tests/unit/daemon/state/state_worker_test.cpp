@@ -13,7 +13,7 @@
 namespace hapticd::daemon {
 namespace {
 
-using Done = config::Result<void>;
+using Done = base::Result<void>;
 
 TEST(StateWorker, DoesJobsInTheirOrderInAnotherThread) {
   std::vector<int> done;
@@ -22,11 +22,11 @@ TEST(StateWorker, DoesJobsInTheirOrderInAnotherThread) {
   auto first = worker.run([&, opened = gate.get_future().share()] {
     opened.wait();
     done.push_back(1);
-    return config::Result<std::thread::id>(std::this_thread::get_id());
+    return base::Result<std::thread::id>(std::this_thread::get_id());
   });
   auto second = worker.run([&] {
     done.push_back(2);
-    return config::Result<std::size_t>(done.size());
+    return base::Result<std::size_t>(done.size());
   });
   EXPECT_EQ(second.wait_for(std::chrono::seconds(0)), std::future_status::timeout);  // behind the first
   gate.set_value();

@@ -5,7 +5,7 @@
 
 #include "drivers/trace/trace_folder.h"
 #include "drivers/trace/trace_writer.h"
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {

@@ -13,7 +13,7 @@
 
 #include "drivers/trace/trace_folder.h"
 #include "drivers/trace/trace_reader.h"
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 

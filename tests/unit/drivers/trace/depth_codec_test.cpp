@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "drivers/camera/recorded/recording_reader.h"
-#include "drivers/trace/messages.h"
+#include "drivers/trace/format/messages.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/support/recording.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "drivers/trace/depth_codec.h"
-#include "drivers/trace/trace_head.h"
+#include "drivers/trace/trace_format.h"
 #include "drivers/trace/trace_reader.h"
 #include "drivers/trace/trace_recovery.h"
 #include "tests/support/made_up_trace.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/trace/depth_points.h"
+#include "drivers/trace/foxglove/depth_points.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "rt/pose.h"
+#include "rt/base/pose.h"
 
 namespace hapticd::drivers {
 namespace {

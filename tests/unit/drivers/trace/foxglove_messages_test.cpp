@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Messages of Foxglove's schemas. tests/foxglove and tests/trace_reader decode them with readers that are not
 // of this project; here the bytes are compared with ones written by hand.
-#include "drivers/trace/foxglove_messages.h"
+#include "drivers/trace/foxglove/foxglove_messages.h"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,9 @@
 #include <random>
 #include <string>
 
-#include "drivers/trace/foxglove_scene.h"
-#include "drivers/trace/foxglove_schemas.h"
-#include "rt/pose.h"
+#include "drivers/trace/foxglove/foxglove_scene.h"
+#include "drivers/trace/foxglove/foxglove_schemas.h"
+#include "rt/base/pose.h"
 
 namespace hapticd::drivers::foxglove {
 namespace {

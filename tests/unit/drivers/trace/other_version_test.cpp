@@ -7,9 +7,9 @@
 #include <cmath>
 #include <filesystem>
 
-#include "drivers/trace/cdr.h"
-#include "drivers/trace/mcap_writer.h"
-#include "drivers/trace/messages.h"
+#include "drivers/trace/format/cdr.h"
+#include "drivers/trace/format/messages.h"
+#include "drivers/trace/mcap/mcap_writer.h"
 #include "drivers/trace/trace_format.h"
 #include "drivers/trace/trace_reader.h"
 #include "tests/support/made_up_trace.h"

@@ -8,7 +8,7 @@
 #include <functional>
 #include <string>
 
-#include "drivers/trace/messages.h"
+#include "drivers/trace/format/messages.h"
 #include "drivers/trace/trace_reader.h"
 #include "drivers/trace/trace_recovery.h"
 #include "tests/support/made_up_trace.h"

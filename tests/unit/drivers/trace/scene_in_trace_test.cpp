@@ -10,8 +10,8 @@
 #include <set>
 #include <string>
 
-#include "drivers/trace/foxglove_schemas.h"
-#include "drivers/trace/mcap_reader.h"
+#include "drivers/trace/foxglove/foxglove_schemas.h"
+#include "drivers/trace/mcap/mcap_reader.h"
 #include "drivers/trace/tick_window.h"
 #include "drivers/trace/trace_reader.h"
 #include "drivers/trace/trace_recovery.h"

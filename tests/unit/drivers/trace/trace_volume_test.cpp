@@ -11,9 +11,9 @@
 #include <sstream>
 #include <vector>
 
-#include "drivers/trace/messages.h"
+#include "drivers/trace/format/messages.h"
 #include "drivers/trace/trace_writer.h"
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::drivers {
@@ -31,7 +31,7 @@ std::uint64_t bytesOfATrace(const std::filesystem::path& file, int seconds, bool
   options.depth = depth;
   auto writer = TraceWriter::create(file, options);
   EXPECT_TRUE(writer) << writer.error().text();
-  const auto accept = [](const config::Result<void>& written) {
+  const auto accept = [](const base::Result<void>& written) {
     ASSERT_TRUE(written) << written.error().text();
   };
   DepthRecord frame;

@@ -9,7 +9,7 @@
 #include <random>
 #include <string>
 
-#include "drivers/trace/trace_file.h"
+#include "drivers/trace/mcap/trace_file.h"
 #include "drivers/trace/trace_reader.h"
 #include "drivers/trace/trace_recovery.h"
 #include "tests/support/file_content.h"
@@ -225,7 +225,7 @@ TEST(TraceWriter, SortsMessagesByTimeAcrossChunks) {
   EXPECT_GT(strict.chunks, 8U);
 }
 
-/// Readers refuse files that become far longer when they are decompressed (mcap_limits.h): as the same label
+/// Readers refuse files that become far longer when they are decompressed (mcap_format.h): as the same label
 /// image again and again does, with which a program moves fixtures.
 TEST(TraceWriter, WhatCompressesBeyondMeasureCanStillBeRead) {
   const TemporaryFolder folder(test::memoryFolder());
@@ -340,7 +340,7 @@ void writeUntilTheDiskIsFull(const fs::path& file) {
   auto writer = TraceWriter::create(file, {.compress = false, .chunk_ns = 100'000'000});
   ASSERT_TRUE(writer) << writer.error().text();
   rt::Tick tick;
-  config::Result<void> written;
+  base::Result<void> written;
   while (written && tick.number < 10'000) {
     ++tick.number;
     tick.planned_ns += 1'000'000;

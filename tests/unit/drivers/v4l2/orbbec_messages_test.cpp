@@ -83,7 +83,7 @@ struct Damage {
 };
 
 template <typename T>
-std::string errorOf(const config::Result<T>& result) {
+std::string errorOf(const base::Result<T>& result) {
   return result ? "accepted" : result.error().text();
 }
 

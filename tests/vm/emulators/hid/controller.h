@@ -6,7 +6,7 @@
 #include <string>
 
 #include "drivers/handle/hid/report.h"
-#include "rt/vec3.h"
+#include "rt/base/vec3.h"
 #include "tests/vm/emulators/hid/hid_device.h"
 
 namespace hapticd::test::hid {

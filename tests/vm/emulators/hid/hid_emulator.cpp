@@ -9,7 +9,7 @@
 #include <array>
 #include <cerrno>
 
-#include "rt/clock.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::test::hid {
 namespace {
@@ -28,7 +28,7 @@ HidEmulator::~HidEmulator() {
   ::close(timer_);
 }
 
-config::Result<void> HidEmulator::run(int stop) {
+base::Result<void> HidEmulator::run(int stop) {
   auto control = usbip::ControlSocket::listen(control_path_);
   if (!control) return std::unexpected(control.error());
   if (auto plugged = link_.plug(device_.identity()); !plugged) return plugged;

@@ -27,7 +27,7 @@ class HidEmulator {
 
   /// Serves until `stop` (a file descriptor) becomes readable, then unplugs the device.
   /// Errors: the control socket or the device cannot be had.
-  config::Result<void> run(int stop);
+  base::Result<void> run(int stop);
 
  private:
   enum class Conduct { play, mute, garbage };

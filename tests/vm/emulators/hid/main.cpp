@@ -6,12 +6,11 @@
 #include <memory>
 #include <string>
 
-#include "config/program.h"
+#include "config/base/program.h"
 #include "tests/vm/emulators/hid/controller.h"
-#include "tests/vm/emulators/hid/gadget_link.h"
 #include "tests/vm/emulators/hid/hid_emulator.h"
+#include "tests/vm/emulators/hid/hid_link.h"
 #include "tests/vm/emulators/hid/spacemouse.h"
-#include "tests/vm/emulators/hid/uhid_link.h"
 #include "tests/vm/emulators/usbip/emulator_program.h"
 
 namespace hapticd::test::hid {
@@ -31,7 +30,7 @@ std::unique_ptr<HidDevice> deviceFor(const Options& options) {
   return std::make_unique<Controller>(options.serial);
 }
 
-config::Result<std::unique_ptr<HidLink>> linkFor(const Options& options) {
+base::Result<std::unique_ptr<HidLink>> linkFor(const Options& options) {
   if (options.gadget.empty()) return UhidLink::open();
   return GadgetLink::open(options.gadget);
 }
@@ -60,7 +59,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return config::endWithoutWork(app, error, EX_USAGE);
+    return base::endWithoutWork(app, error, EX_USAGE);
   }
   return emulate(options);
 }
@@ -69,6 +68,6 @@ int run(int argc, char** argv) {
 }  // namespace hapticd::test::hid
 
 int main(int argc, char** argv) {
-  return hapticd::config::runProgram(hapticd::test::hid::kProgram,
-                                     [&] { return hapticd::test::hid::run(argc, argv); });
+  return hapticd::base::runProgram(hapticd::test::hid::kProgram,
+                                   [&] { return hapticd::test::hid::run(argc, argv); });
 }

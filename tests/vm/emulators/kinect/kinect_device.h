@@ -2,18 +2,66 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
-#include "tests/support/kinect/depth_packets.h"
-#include "tests/support/kinect/kinect_commands.h"
-#include "tests/vm/emulators/kinect/packed_recording.h"
-#include "tests/vm/emulators/kinect/stream_faults.h"
+#include "config/base/error.h"
+#include "tests/support/kinect/kinect_protocol.h"
 #include "tests/vm/emulators/usbip/connection.h"
 #include "tests/vm/emulators/usbip/usb_device.h"
 
 namespace hapticd::test {
+
+/// The first frames of a recording as the camera sends them.  Thread: any, for reading.
+class PackedRecording {
+ public:
+  using Frame = std::span<const std::uint8_t, kinect::kPackedFrameBytes>;
+
+  /// most_frames: at least 1.  Errors: those of the recording; each frame is checked.
+  static base::Result<PackedRecording> load(const std::filesystem::path& folder, std::size_t most_frames);
+
+  std::size_t frames() const { return packed_.size() / kinect::kPackedFrameBytes; }
+  /// index: below frames().
+  Frame frame(std::size_t index) const {
+    return std::span(packed_).subspan(index * kinect::kPackedFrameBytes).first<kinect::kPackedFrameBytes>();
+  }
+
+ private:
+  std::vector<std::uint8_t> packed_;
+};
+
+/// Faults of depth packets in transit. The same faults always hit the same packets of a frame.
+class StreamFaults {
+ public:
+  /// Leaves out so many packets in a row, at most kinect::kPacketsPerFrame, of each following frame.
+  void lose(std::size_t packets) { lose_next_ = packets; }
+  void sendGarbage() { garbage_ = true; }
+  void sendShortPackets() { short_ = true; }
+  /// Ends all of them.
+  void clear();
+
+  /// To be called before the first packet of a frame.
+  void beginFrame() { lose_now_ = lose_next_; }
+  /// Applies the faults to packet `index` of the frame: may change its bytes; returns its length, 0 if it is
+  /// lost.
+  std::size_t apply(std::size_t index, std::span<std::uint8_t> packet) noexcept;
+
+ private:
+  void spoilHeader(std::span<std::uint8_t> header) noexcept;
+  std::uint8_t randomByte() noexcept;
+
+  std::size_t lose_next_ = 0;
+  std::size_t lose_now_ = 0;  // in the frame in progress
+  bool garbage_ = false;
+  bool short_ = false;
+  std::uint64_t since_garbage_ = 0;  // packets since it was asked for
+  std::uint32_t random_ = 1;
+  std::uint64_t garbage_packets_ = 0;
+};
 
 /// The camera as a USB device. Its commands are described in README.md.
 class KinectDevice final : public usbip::UsbDevice {

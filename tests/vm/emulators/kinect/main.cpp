@@ -7,11 +7,10 @@
 #include <cstdio>
 #include <string>
 
-#include "config/program.h"
+#include "config/base/program.h"
 #include "tests/vm/emulators/kinect/kinect_device.h"
 #include "tests/vm/emulators/usbip/emulator.h"
 #include "tests/vm/emulators/usbip/emulator_program.h"
-#include "tests/vm/emulators/usbip/vhci_port.h"
 
 namespace hapticd::test {
 namespace {
@@ -53,7 +52,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return config::endWithoutWork(app, error, EX_USAGE);
+    return base::endWithoutWork(app, error, EX_USAGE);
   }
   return emulate(options);
 }
@@ -62,5 +61,5 @@ int run(int argc, char** argv) {
 }  // namespace hapticd::test
 
 int main(int argc, char** argv) {
-  return hapticd::config::runProgram(hapticd::test::kProgram, [&] { return hapticd::test::run(argc, argv); });
+  return hapticd::base::runProgram(hapticd::test::kProgram, [&] { return hapticd::test::run(argc, argv); });
 }

@@ -15,13 +15,13 @@
 #include <thread>
 
 #include "drivers/handle/hid/hid_handle.h"
-#include "drivers/handle/hid/spacemouse_report.h"
-#include "rt/clock.h"
+#include "drivers/handle/hid/hid_spacemouse.h"
+#include "rt/base/clock.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/vm/emulators/hid/controller.h"
 #include "tests/vm/emulators/hid/hid_emulator.h"
+#include "tests/vm/emulators/hid/hid_link.h"
 #include "tests/vm/emulators/hid/spacemouse.h"
-#include "tests/vm/emulators/hid/uhid_link.h"
 
 namespace hapticd::test::hid {
 namespace {
@@ -51,12 +51,12 @@ class KernelSide final : public drivers::HidPort {
  public:
   explicit KernelSide(int file) : file_(file) {}
 
-  config::Result<std::size_t> read(std::span<std::uint8_t> buffer, milliseconds wait) override {
+  base::Result<std::size_t> read(std::span<std::uint8_t> buffer, milliseconds wait) override {
     pollfd waiting{file_, POLLIN, 0};
     if (::poll(&waiting, 1, static_cast<int>(wait.count())) <= 0) return 0;
     uhid_event event{};
     if (::recv(file_, &event, sizeof event, 0) <= 0 || event.type == UHID_DESTROY) {
-      return std::unexpected(config::Error{"hidraw", "gone", ""});
+      return std::unexpected(base::Error{"hidraw", "gone", ""});
     }
     if (event.type != UHID_INPUT2) return 0;
     const std::size_t size = std::min<std::size_t>(event.u.input2.size, buffer.size());
@@ -64,14 +64,14 @@ class KernelSide final : public drivers::HidPort {
     return size;
   }
 
-  config::Result<void> write(std::span<const std::uint8_t> report) override {
+  base::Result<void> write(std::span<const std::uint8_t> report) override {
     uhid_event event{};
     event.type = UHID_OUTPUT;
     event.u.output.rtype = UHID_OUTPUT_REPORT;
     event.u.output.size = static_cast<__u16>(report.size() + 1);  // with the id, 0
     std::ranges::copy(report, event.u.output.data + 1);
     if (::send(file_, &event, sizeof event, MSG_NOSIGNAL) < 0) {
-      return std::unexpected(config::Error{"hidraw", "gone", ""});
+      return std::unexpected(base::Error{"hidraw", "gone", ""});
     }
     return {};
   }
@@ -166,7 +166,7 @@ class HidEmulatorTest : public testing::Test {
   Controller controller_{"T1"};
   std::unique_ptr<drivers::HandleChannels> channels_ = std::make_unique<drivers::HandleChannels>();
   drivers::HidHandle handle_{
-      {}, {}, [this](const drivers::HidSelection&) -> config::Result<drivers::OpenedHid> {
+      {}, {}, [this](const drivers::HidSelection&) -> base::Result<drivers::OpenedHid> {
         return drivers::OpenedHid{std::make_unique<KernelSide>(ends_[1]), "T1", ""};
       }};
   std::uint64_t tick_ = 0;

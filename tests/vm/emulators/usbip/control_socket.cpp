@@ -18,9 +18,8 @@ namespace {
 constexpr std::size_t kMostLineBytes = 1000;
 constexpr int kMostWaitingClients = 8;
 
-std::unexpected<config::Error> refuse(const std::filesystem::path& path, std::string what,
-                                      std::string remedy) {
-  return std::unexpected(config::Error{path.string(), std::move(what), std::move(remedy)});
+std::unexpected<base::Error> refuse(const std::filesystem::path& path, std::string what, std::string remedy) {
+  return std::unexpected(base::Error{path.string(), std::move(what), std::move(remedy)});
 }
 
 std::optional<sockaddr_un> addressOf(const std::filesystem::path& path) {
@@ -31,7 +30,7 @@ std::optional<sockaddr_un> addressOf(const std::filesystem::path& path) {
   return address;
 }
 
-std::unexpected<config::Error> refuseLength(const std::filesystem::path& path) {
+std::unexpected<base::Error> refuseLength(const std::filesystem::path& path) {
   return refuse(path,
                 fmt::format("the path has {} characters, allowed are 1 to {}", path.native().size(),
                             sizeof(sockaddr_un::sun_path) - 1),
@@ -63,7 +62,7 @@ bool sendLine(int socket, std::string line) {
 
 }  // namespace
 
-config::Result<std::unique_ptr<ControlSocket>> ControlSocket::listen(const std::filesystem::path& path) {
+base::Result<std::unique_ptr<ControlSocket>> ControlSocket::listen(const std::filesystem::path& path) {
   const auto address = addressOf(path);
   if (!address) return refuseLength(path);
   if (const int other = connectTo(*address); other >= 0) {
@@ -124,7 +123,7 @@ bool ControlSocket::serveClient(Client& client, const Handler& handler) {
   return client.unfinished.size() <= kMostLineBytes;
 }
 
-config::Result<std::string> tell(const std::filesystem::path& path, const std::string& command) {
+base::Result<std::string> tell(const std::filesystem::path& path, const std::string& command) {
   const auto address = addressOf(path);
   if (!address) return refuseLength(path);
   const int socket = connectTo(*address);

@@ -1,16 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <charconv>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "config/error.h"
+#include "config/base/error.h"
 
+/// Words of the commands that an emulator takes over its control socket.
 namespace hapticd::test::usbip {
+
+/// Returns a decimal number that is the whole text.
+inline std::optional<std::uint32_t> wholeNumber(std::string_view text) {
+  std::uint32_t number = 0;
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (failure != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+/// Returns the text after `word` and a space.
+inline std::optional<std::string_view> argumentsOf(std::string_view line, std::string_view word) {
+  if (!line.starts_with(word) || line.size() <= word.size() || line[word.size()] != ' ') return std::nullopt;
+  return line.substr(word.size() + 1);
+}
 
 /// A Unix stream socket that takes commands, a line each, and answers each with a line.  Thread: one.
 class ControlSocket {
@@ -20,7 +38,7 @@ class ControlSocket {
 
   /// Opens the socket; a socket file left by a process that has ended is replaced.
   /// Errors: somebody listens there already, the path is too long or cannot be used.
-  static config::Result<std::unique_ptr<ControlSocket>> listen(const std::filesystem::path& path);
+  static base::Result<std::unique_ptr<ControlSocket>> listen(const std::filesystem::path& path);
   ~ControlSocket();
   ControlSocket(const ControlSocket&) = delete;
   ControlSocket& operator=(const ControlSocket&) = delete;
@@ -48,6 +66,6 @@ class ControlSocket {
 };
 
 /// Sends one command to such a socket and returns the answer.  Errors: nobody listens, no answer.
-config::Result<std::string> tell(const std::filesystem::path& path, const std::string& command);
+base::Result<std::string> tell(const std::filesystem::path& path, const std::string& command);
 
 }  // namespace hapticd::test::usbip

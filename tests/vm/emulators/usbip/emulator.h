@@ -7,12 +7,27 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
-#include "config/error.h"
+#include "config/base/error.h"
 #include "tests/vm/emulators/usbip/connection.h"
 #include "tests/vm/emulators/usbip/control_socket.h"
 
 namespace hapticd::test::usbip {
+
+/// The kernel's folder for the virtual host controller.
+inline constexpr const char* kVhciFolder = "/sys/devices/platform/vhci_hcd.0";
+
+/// The free high-speed ports that a `status` file of vhci_hcd lists.
+std::vector<unsigned> freeHighSpeedPorts(std::string_view status);
+
+/// Hands a connected stream socket to the kernel as a device on the first free high-speed port; returns the
+/// port. The kernel holds a reference of its own from then on.
+/// Errors: no vhci_hcd, no free port, refused by the kernel.
+base::Result<unsigned> attachToVhci(const std::filesystem::path& vhci, int socket);
+
+/// Unplugs the device of a port.  Errors: refused by the kernel, for example because nothing is there.
+base::Result<void> detachFromVhci(const std::filesystem::path& vhci, unsigned port);
 
 struct EmulatorOptions {
   std::filesystem::path vhci;     ///< folder of the virtual host controller
@@ -32,10 +47,10 @@ class Emulator {
 
   /// Serves until `stop` (a file descriptor) becomes readable, then unplugs the device and removes the
   /// control socket.  Errors: the socket or the port cannot be had.
-  config::Result<void> run(int stop);
+  base::Result<void> run(int stop);
 
  private:
-  config::Result<void> plug();
+  base::Result<void> plug();
   void unplug();
   void serveUntil(int stop);
   void serveHost(bool readable);

@@ -9,7 +9,7 @@
 
 namespace hapticd::test::usbip {
 
-int fail(const std::string& program, const config::Error& error, int status) {
+int fail(const std::string& program, const base::Error& error, int status) {
   std::fputs(fmt::format("{}: {}\n", program, error.text()).c_str(), stderr);
   return status;
 }

@@ -1,17 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
-#include "tests/vm/emulators/usbip/descriptors.h"
 #include "tests/vm/emulators/usbip/wire.h"
 
 namespace hapticd::test::usbip {
+
+/// The descriptors of a device, as they are sent.
+struct Descriptors {
+  std::vector<std::uint8_t> device;         ///< 18 bytes
+  std::vector<std::uint8_t> configuration;  ///< the only one, with its interfaces and endpoints
+  std::vector<std::uint8_t> qualifier;      ///< of the other speed; empty: none
+  std::map<std::uint8_t, std::vector<std::uint8_t>> strings;  ///< by index; 0 lists the languages
+};
+
+/// The string descriptor of an ASCII text of at most 126 characters.
+std::vector<std::uint8_t> stringDescriptor(const std::string& text);
+/// String 0: U.S. English only.
+std::vector<std::uint8_t> languageDescriptor();
 
 /// One packet of a high-speed isochronous endpoint has at most 3 transactions of 1024 bytes.
 inline constexpr std::size_t kMostIsoPacketBytes = 3072;
@@ -88,6 +103,27 @@ class UsbDevice {
   virtual std::string commands() const = 0;
   /// Members of the status object in JSON, separated by commas; not empty.
   virtual std::string status() const = 0;
+};
+
+/// The requests that every device with one configuration answers in the same way. SET_ADDRESS is none of
+/// them: vhci_hcd keeps it for itself.
+class StandardRequests {
+ public:
+  explicit StandardRequests(UsbDevice& device) : device_(device) {}
+
+  /// Returns the reply to a standard request; nothing if the request is the device's own.
+  std::optional<ControlAnswer> answer(const SetupPacket& setup);
+  /// Returns the configuration; 0 before the host has configured the device.
+  std::uint8_t configuration() const { return configuration_; }
+
+ private:
+  ControlAnswer clearFeature(const SetupPacket& setup);
+  std::optional<ControlAnswer> descriptor(const SetupPacket& setup) const;
+  ControlAnswer setConfiguration(std::uint8_t value);
+
+  UsbDevice& device_;
+  std::uint8_t configuration_ = 0;
+  std::array<std::uint8_t, 2> answer_{};
 };
 
 }  // namespace hapticd::test::usbip

@@ -7,11 +7,11 @@
 #include <cstring>
 #include <string>
 
-#include "config/program.h"
-#include "rt/clock.h"
+#include "config/base/program.h"
+#include "rt/base/clock.h"
 #include "tests/vm/emulators/uvc/depth_scene.h"
 #include "tests/vm/emulators/uvc/v4l2_capture.h"
-#include "tools/lib/options/within.h"
+#include "tools/lib/options/option_checks.h"
 
 namespace hapticd::test::uvc {
 namespace {
@@ -76,7 +76,7 @@ class Checker {
   bool numbered_ = false;
 };
 
-int fail(const config::Error& error, int status) {
+int fail(const base::Error& error, int status) {
   std::fputs(fmt::format("capture-depth: {}\n", error.text()).c_str(), stderr);
   return status;
 }
@@ -131,7 +131,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return config::endWithoutWork(app, error, EX_USAGE);
+    return base::endWithoutWork(app, error, EX_USAGE);
   }
   return capture(options);
 }
@@ -140,5 +140,5 @@ int run(int argc, char** argv) {
 }  // namespace hapticd::test::uvc
 
 int main(int argc, char** argv) {
-  return hapticd::config::runProgram("capture-depth", [&] { return hapticd::test::uvc::run(argc, argv); });
+  return hapticd::base::runProgram("capture-depth", [&] { return hapticd::test::uvc::run(argc, argv); });
 }

@@ -7,10 +7,9 @@
 #include <cstdio>
 #include <string>
 
-#include "config/program.h"
+#include "config/base/program.h"
 #include "tests/vm/emulators/usbip/emulator.h"
 #include "tests/vm/emulators/usbip/emulator_program.h"
-#include "tests/vm/emulators/usbip/vhci_port.h"
 #include "tests/vm/emulators/uvc/uvc_device.h"
 
 namespace hapticd::test::uvc {
@@ -53,7 +52,7 @@ int run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return config::endWithoutWork(app, error, EX_USAGE);
+    return base::endWithoutWork(app, error, EX_USAGE);
   }
   return emulate(options);
 }
@@ -62,6 +61,6 @@ int run(int argc, char** argv) {
 }  // namespace hapticd::test::uvc
 
 int main(int argc, char** argv) {
-  return hapticd::config::runProgram(hapticd::test::uvc::kProgram,
-                                     [&] { return hapticd::test::uvc::run(argc, argv); });
+  return hapticd::base::runProgram(hapticd::test::uvc::kProgram,
+                                   [&] { return hapticd::test::uvc::run(argc, argv); });
 }

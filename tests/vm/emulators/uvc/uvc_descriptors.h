@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "tests/vm/emulators/usbip/descriptors.h"
+#include "tests/vm/emulators/usbip/usb_device.h"
 #include "tests/vm/emulators/uvc/camera_model.h"
 #include "tests/vm/emulators/uvc/faults.h"
 

@@ -5,9 +5,9 @@
 #include <linux/usb/ch9.h>
 #include <linux/usb/video.h>
 
-#include "tests/vm/emulators/usbip/command_words.h"
+#include "tests/vm/emulators/usbip/control_socket.h"
+#include "tests/vm/emulators/uvc/depth_stream.h"
 #include "tests/vm/emulators/uvc/orbbec_unit.h"
-#include "tests/vm/emulators/uvc/payload_header.h"
 #include "tests/vm/emulators/uvc/realsense_unit.h"
 #include "tests/vm/emulators/uvc/uvc_descriptors.h"
 

@@ -35,12 +35,12 @@ std::uint32_t codeOf(const std::string& fourcc) {
 
 }  // namespace
 
-std::unexpected<config::Error> V4l2Capture::failed(const std::string& what) const {
-  return std::unexpected(config::Error{device_, what + ": " + std::strerror(errno), ""});
+std::unexpected<base::Error> V4l2Capture::failed(const std::string& what) const {
+  return std::unexpected(base::Error{device_, what + ": " + std::strerror(errno), ""});
 }
 
-config::Result<std::unique_ptr<V4l2Capture>> V4l2Capture::start(const std::string& device,
-                                                                const CaptureFormat& format) {
+base::Result<std::unique_ptr<V4l2Capture>> V4l2Capture::start(const std::string& device,
+                                                              const CaptureFormat& format) {
   std::unique_ptr<V4l2Capture> capture(new V4l2Capture(device));
   capture->file_ = ::open(device.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
   if (capture->file_ < 0) return capture->failed("open");
@@ -60,7 +60,7 @@ V4l2Capture::~V4l2Capture() {
   ::close(file_);
 }
 
-config::Result<void> V4l2Capture::setFormat(const CaptureFormat& format) {
+base::Result<void> V4l2Capture::setFormat(const CaptureFormat& format) {
   v4l2_format asked{};
   asked.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   asked.fmt.pix.width = format.width_px;
@@ -76,10 +76,10 @@ config::Result<void> V4l2Capture::setFormat(const CaptureFormat& format) {
   std::string code(4, ' ');
   std::memcpy(code.data(), &has.pixelformat, code.size());
   return std::unexpected(
-      config::Error{device_, fmt::format("offers {} {}x{} instead", code, has.width, has.height), ""});
+      base::Error{device_, fmt::format("offers {} {}x{} instead", code, has.width, has.height), ""});
 }
 
-config::Result<void> V4l2Capture::setRate(std::uint32_t rate_hz) {
+base::Result<void> V4l2Capture::setRate(std::uint32_t rate_hz) {
   v4l2_streamparm asked{};
   asked.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   asked.parm.capture.timeperframe = {1, rate_hz};
@@ -89,7 +89,7 @@ config::Result<void> V4l2Capture::setRate(std::uint32_t rate_hz) {
   return {};
 }
 
-config::Result<void> V4l2Capture::shareBuffers() {
+base::Result<void> V4l2Capture::shareBuffers() {
   v4l2_requestbuffers asked{};
   asked.count = kBuffers;
   asked.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
@@ -110,7 +110,7 @@ config::Result<void> V4l2Capture::shareBuffers() {
   return {};
 }
 
-config::Result<void> V4l2Capture::giveBack(std::uint32_t index) {
+base::Result<void> V4l2Capture::giveBack(std::uint32_t index) {
   v4l2_buffer buffer{};
   buffer.index = index;
   buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
@@ -119,7 +119,7 @@ config::Result<void> V4l2Capture::giveBack(std::uint32_t index) {
   return {};
 }
 
-config::Result<std::optional<CapturedFrame>> V4l2Capture::next(std::chrono::milliseconds patience) {
+base::Result<std::optional<CapturedFrame>> V4l2Capture::next(std::chrono::milliseconds patience) {
   if (const auto held = std::exchange(held_, std::nullopt)) {
     if (auto done = giveBack(*held); !done) return std::unexpected(done.error());
   }

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "config/error.h"
+#include "config/base/error.h"
 
 namespace hapticd::test::uvc {
 
@@ -33,14 +33,14 @@ class V4l2Capture {
  public:
   /// Opens the node, sets the format and starts streaming.
   /// Errors: the node, or the kernel refuses the format or has another one.
-  static config::Result<std::unique_ptr<V4l2Capture>> start(const std::string& device,
-                                                            const CaptureFormat& format);
+  static base::Result<std::unique_ptr<V4l2Capture>> start(const std::string& device,
+                                                          const CaptureFormat& format);
   ~V4l2Capture();
   V4l2Capture(const V4l2Capture&) = delete;
   V4l2Capture& operator=(const V4l2Capture&) = delete;
 
   /// The next frame, nothing if none comes in that time.  Errors: the device is gone.
-  config::Result<std::optional<CapturedFrame>> next(std::chrono::milliseconds patience);
+  base::Result<std::optional<CapturedFrame>> next(std::chrono::milliseconds patience);
   /// What the kernel has set as the time between two frames.
   std::uint32_t interval_us() const { return interval_us_; }
 
@@ -51,11 +51,11 @@ class V4l2Capture {
   };
 
   explicit V4l2Capture(std::string device) : device_(std::move(device)) {}
-  config::Result<void> setFormat(const CaptureFormat& format);
-  config::Result<void> setRate(std::uint32_t rate_hz);
-  config::Result<void> shareBuffers();
-  config::Result<void> giveBack(std::uint32_t index);
-  std::unexpected<config::Error> failed(const std::string& what) const;
+  base::Result<void> setFormat(const CaptureFormat& format);
+  base::Result<void> setRate(std::uint32_t rate_hz);
+  base::Result<void> shareBuffers();
+  base::Result<void> giveBack(std::uint32_t index);
+  std::unexpected<base::Error> failed(const std::string& what) const;
 
   std::string device_;
   int file_ = -1;

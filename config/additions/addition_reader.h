@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/settings/fixture_settings.h"
+#include "config/yaml/yaml_reader.h"
+
+namespace hapticd::config {
+
+/// The lists that a text contains; a list that it does not contain is to stay as it is.
+struct AdditionLists {
+  std::optional<std::vector<FixtureSettings>> fixtures;
+  std::optional<std::vector<RegionSettings>> regions;
+  std::optional<std::string> label_image;
+
+  bool empty() const { return !fixtures && !regions && !label_image; }
+  /// Replaces the lists of `additions`. What they define as it is there already keeps its origin, and the
+  /// rest has `origin`. The caller must then check the whole (checkTogether).
+  void applyTo(SceneAdditions& additions, Origin origin = Origin::configuration) const;
+
+  friend bool operator==(const AdditionLists&, const AdditionLists&) = default;
+};
+
+/// An error with its line, 1 for the first.
+struct PlacedAdditionError {
+  int line = 0;
+  AdditionError error;
+};
+
+/// What has been read, and everything that is wrong with it by itself.
+struct AdditionsRead {
+  AdditionLists lists;
+  std::vector<PlacedAdditionError> errors;
+};
+
+/// The groups of a file that hold the lists, and the label image.
+inline constexpr std::array<std::string_view, 3> kAdditionGroups{"fixtures", "regions", "label_image"};
+
+/// The group with the landmarks of a model, which may be in the same file as its fixtures and regions.
+inline constexpr std::string_view kLandmarkGroup = "landmarks";
+
+/// Whether the group `name` is one of kAdditionGroups.
+bool isAdditionGroup(std::string_view name);
+
+/// Reads the lists of a file. The problems of the file itself are left to the caller.
+AdditionsRead additionsIn(const YamlFile& file);
+
+/// additionsFromText() for what was made in the frame of a model: the text may also contain kLandmarkGroup,
+/// which is left to another reader.
+std::expected<SceneAdditions, std::vector<AdditionError>> modelAdditionsFromText(std::string_view text,
+                                                                                 const std::string& name);
+
+}  // namespace hapticd::config

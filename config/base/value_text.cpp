@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/base/value_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace hapticd::base {
+namespace {
+
+constexpr std::size_t kLongestQuotation = 60;
+
+std::uint8_t byteAt(std::string_view text, std::size_t at) {
+  return at < text.size() ? static_cast<std::uint8_t>(text[at]) : std::uint8_t{0};
+}
+
+bool within(std::uint8_t byte, std::uint8_t lowest, std::uint8_t highest) {
+  return byte >= lowest && byte <= highest;
+}
+
+// Returns the length of the well-formed UTF-8 sequence at `at`; 0 if there is none (Unicode 15, table 3-7).
+std::size_t sequenceLength(std::string_view text, std::size_t at) {
+  const std::uint8_t first = byteAt(text, at);
+  const std::uint8_t second = byteAt(text, at + 1);
+  const bool third_follows = within(byteAt(text, at + 2), 0x80, 0xbf);
+  const bool fourth_follows = within(byteAt(text, at + 3), 0x80, 0xbf);
+  if (first < 0x80) return 1;
+  if (within(first, 0xc2, 0xdf)) return within(second, 0x80, 0xbf) ? 2 : 0;
+  if (within(first, 0xe0, 0xef)) {
+    const std::uint8_t lowest = first == 0xe0 ? 0xa0 : 0x80;
+    const std::uint8_t highest = first == 0xed ? 0x9f : 0xbf;
+    return within(second, lowest, highest) && third_follows ? 3 : 0;
+  }
+  if (within(first, 0xf0, 0xf4)) {
+    const std::uint8_t lowest = first == 0xf0 ? 0x90 : 0x80;
+    const std::uint8_t highest = first == 0xf4 ? 0x8f : 0xbf;
+    return within(second, lowest, highest) && third_follows && fourth_follows ? 4 : 0;
+  }
+  return 0;
+}
+
+/// Returns the code point of the well-formed sequence of `length` bytes at `at`.
+char32_t codePointAt(std::string_view text, std::size_t at, std::size_t length) {
+  constexpr std::uint8_t kFirstByteMask[] = {0, 0x7f, 0x1f, 0x0f, 0x07};
+  char32_t code_point = byteAt(text, at) & kFirstByteMask[length];
+  for (std::size_t i = 1; i < length; ++i) code_point = code_point << 6 | (byteAt(text, at + i) & 0x3f);
+  return code_point;
+}
+
+bool isUnprintable(char32_t code_point) {
+  const auto within = [code_point](char32_t first, char32_t last) {
+    return code_point >= first && code_point <= last;
+  };
+  return within(0, 0x1f) || within(0x7f, 0x9f) || within(0x2028, 0x202e) || within(0x2066, 0x2069) ||
+         within(0xfff9, 0xfffb) || code_point == 0xfeff || (code_point & 0xfffe) == 0xfffe;
+}
+
+/// Returns the next character in printable form and advances `at` past it.
+std::string nextShown(std::string_view text, std::size_t& at) {
+  const std::size_t length = sequenceLength(text, at);
+  const std::size_t bytes = std::max<std::size_t>(length, 1);
+  const std::string_view character = text.substr(at, bytes);
+  const bool shown = length > 0 && !isUnprintable(codePointAt(text, at, length));
+  at += bytes;
+  if (shown) return std::string(character);
+  std::string escaped;
+  for (const char byte : character) escaped += fmt::format("\\x{:02x}", static_cast<std::uint8_t>(byte));
+  return escaped;
+}
+
+}  // namespace
+
+bool isControlCharacter(char character) {
+  const auto byte = static_cast<std::uint8_t>(character);
+  return byte < 0x20 || byte == 0x7f;
+}
+
+std::optional<std::size_t> firstInvalidUtf8(std::string_view text) {
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = sequenceLength(text, at);
+    if (length == 0) return at;
+    at += length;
+  }
+  return std::nullopt;
+}
+
+std::string printable(std::string_view text) {
+  std::string shown;
+  for (std::size_t at = 0; at < text.size();) shown += nextShown(text, at);
+  return shown;
+}
+
+std::optional<Unprintable> firstUnprintable(std::string_view text) {
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = sequenceLength(text, at);
+    const char32_t code_point = length > 0 ? codePointAt(text, at, length) : U'x';
+    if (isUnprintable(code_point)) return Unprintable{at, code_point};
+    at += std::max<std::size_t>(length, 1);
+  }
+  return std::nullopt;
+}
+
+std::string inQuotes(std::string_view text) {
+  std::string shown = "\"";
+  for (std::size_t at = 0; at < text.size();) {
+    if (at + std::max<std::size_t>(sequenceLength(text, at), 1) > kLongestQuotation) return shown + "...\"";
+    shown += nextShown(text, at);
+  }
+  return shown + '"';
+}
+
+std::optional<double> yamlNumberFrom(std::string_view text) {
+  if (text == ".nan" || text == ".NaN" || text == ".NAN") return std::nan("");
+  std::string_view rest = text;
+  if (rest.starts_with('+')) rest.remove_prefix(1);
+  const bool signed_twice = rest.size() != text.size() && rest.starts_with('-');
+  const std::string_view magnitude = rest.starts_with('-') ? rest.substr(1) : rest;
+  if (magnitude == ".inf" || magnitude == ".Inf" || magnitude == ".INF") return HUGE_VAL;
+  double number = 0;
+  const auto [end, failure] = std::from_chars(rest.data(), rest.data() + rest.size(), number);
+  if (signed_twice || failure == std::errc::invalid_argument || end != rest.data() + rest.size()) {
+    return std::nullopt;
+  }
+  // Too large for a double, or too small to be distinguished from zero by any parameter's range; both are
+  // refused.
+  if (failure == std::errc::result_out_of_range) return std::numeric_limits<double>::max();
+  return number;
+}
+
+std::string numberText(double number) {
+  return fmt::format("{}", number);
+}
+
+}  // namespace hapticd::base

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/settings/yaml_text.h"
+
+#include <fmt/format.h>
+
+#include "config/base/value_text.h"
+
+namespace hapticd::config {
+namespace {
+
+std::string scalar(const Parameter& parameter, const Value& value) {
+  return parameter.kind == Kind::text ? quotedText(std::get<std::string>(value)) : toText(value);
+}
+
+}  // namespace
+
+std::string quotedText(const std::string& text) {
+  std::string out = "\"";
+  for (const char character : text) {
+    if (character == '"' || character == '\\') out += '\\';
+    if (base::isControlCharacter(character)) {
+      out += fmt::format("\\x{:02x}", static_cast<unsigned char>(character));
+    } else {
+      out += character;
+    }
+  }
+  return out + '"';
+}
+
+std::string yamlText(const Settings& settings, const std::function<bool(const Parameter&)>& chosen) {
+  std::string text;
+  for (const std::string_view group : parameterGroups()) {
+    std::string lines;
+    for (const Parameter& parameter : allParameters()) {
+      if (parameter.group() != group || (chosen && !chosen(parameter))) continue;
+      lines += fmt::format("  {}: {}\n", parameter.nameInGroup(), scalar(parameter, parameter.get(settings)));
+    }
+    if (!lines.empty()) text += fmt::format("{}:\n{}", group, lines);
+  }
+  return text;
+}
+
+}  // namespace hapticd::config

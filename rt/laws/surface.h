@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "rt/base/realtime_safe.h"
+#include "rt/laws/contact.h"
+#include "rt/laws/force_law.h"
+
+namespace hapticd::rt {
+
+/// Computes the force of the law `surface`: a proxy constrained by the visible surface of the scene follows
+/// the HIP, sliding along the surface, and a spring of k_s pulls the HIP towards it (god-object: Zilles and
+/// Salisbury 1995; on implicit surfaces: Salisbury and Tarr 1997). A surface that moves over the proxy
+/// carries it along. What lies behind the surface is unknown: a HIP that is inside a solid without having
+/// come through its surface gets no force until it is out again.
+///
+/// `input.scene` must have the visible surface; where that does not cover the proxy, `outside_model` is set.
+/// RT: safe.  Cost: constant, at most kMaxSurfaceSamples look-ups of the surface.
+ForceSample surfaceForce(const LawInput& input, ProxyMemory& proxy) HAPTICD_RT;
+
+/// Largest number of places that one evaluation of the law `surface` looks up.
+inline constexpr int kMaxSurfaceSamples = 48;
+
+}  // namespace hapticd::rt

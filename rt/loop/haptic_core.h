@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+#include "rt/base/parameters.h"
+#include "rt/base/realtime_safe.h"
+#include "rt/channels/handle_channel.h"
+#include "rt/fixtures/fixture_forces.h"
+#include "rt/laws/automatic_stiffness.h"
+#include "rt/laws/force_blend.h"
+#include "rt/laws/force_laws.h"
+#include "rt/loop/loop_state.h"
+#include "rt/loop/supervisor.h"
+#include "rt/safety/energy_debt.h"
+#include "rt/safety/hidden_latency.h"
+#include "rt/safety/safety_chain.h"
+#include "rt/scene/scene.h"
+#include "rt/tissue/palpation_cue.h"
+#include "rt/tissue/tissue_contact.h"
+
+namespace hapticd::rt {
+
+/// One force tick without clock and channels: it maps inputs to a force by combining supervisor, law and
+/// safety chain. Called by the force loop and by offline tools.
+/// Thread: one.  RT: step() is safe.
+class HapticCore {
+ public:
+  /// `point_capacity`: capacity of the scenes to be evaluated.  RT: not safe (allocates).
+  explicit HapticCore(std::size_t point_capacity) : laws_(point_capacity) {}
+
+  using Input = Supervisor::Input;
+
+  /// Identifies the origin of a force; when it changes, the force is blended.
+  struct Origin {
+    std::uint64_t model = 0;  ///< 0: none
+    ForceLaw law = ForceLaw::nearest_springs;
+    SpringParameters springs;  ///< stiffness 0: automatic, which changes too slowly to be blended
+    ContactParameters contact;
+    bool held = false;
+    std::uint64_t fixtures = 0;           ///< FixtureSet::generation
+    std::uint64_t tissue_generation = 0;  ///< 0: no regions
+    friend bool operator==(const Origin&, const Origin&) = default;
+  };
+  /// The inputs that the previous force was computed from.
+  struct Before {
+    Vec3 hip_m_in_world;
+    Vec3 velocity_m_per_s_in_world;
+    Vec3 force_n_in_world;
+    double gain = 0;
+    double mode_gain = 0;  ///< Supervisor::gain(), part of `gain`
+    Vec3 law_force_n_in_world;
+    double fixture_j = 0;  ///< energy in the springs of the forbidden regions
+    double guidance_j = 0;
+    double fixture_changes_j = 0;
+    Vec3 standoff_force_n_in_world;
+    double standoff_j = 0;
+    double standoff_power_w = 0;  ///< these five: see FixtureForces::Output
+    /// 2 k_s times the energy of the law's springs under these two forces: F^2, unless a stiffness map
+    /// changes the contact.
+    double spring_n2 = 0;
+    double law_spring_n2 = 0;
+    double stiffness_n_per_m = 0;  ///< k_s, if it is automatic; else 0
+  };
+  /// The complete state that a tick passes to the next one and that the force depends on. A core restored
+  /// from another core's memory continues exactly as that one.
+  struct Memory {
+    ForceLaws::Memory laws;
+    FixtureForces::Memory fixtures;
+    ForceBlend blend;
+    Origin origin;
+    Before before;
+    SafetyChain safety;
+    Supervisor supervisor;
+    StiffnessShare stiffness_share;  ///< of the law's springs
+    bool changed = false;            ///< scene, law or parameters differ from those of the previous force
+    bool surface_moved = false;      ///< `changed`, or the HIP's motion does not explain the force
+    Vec3 held_force_n_in_world;      ///< from the last tick whose neighbourhood was modelled
+    double outside_model_s = 0;      ///< time since that tick
+    bool too_near = false;           ///< ForceSample::too_near of that tick
+    double law_share = 1;            ///< FixtureForces::Output::law_share of the previous tick
+    EnergyDebt debt;
+    std::int64_t last_ns = 0;  ///< time of the previous tick; 0: none
+    HiddenLatency latency;
+    bool exerting = false;  ///< the mode was engaged in the previous tick
+    TissueContact tissue;
+    PalpationCue cue;
+    AutomaticStiffness stiffness;
+  };
+  static_assert(std::is_trivially_copyable_v<Memory>);
+
+  /// Computes a tick: all of its fields except number and timing.
+  /// Errors: stale, missing or invalid input brings the force to zero, with a cause and within the time
+  /// stated in docs/faults.md.
+  Tick step(const Input& input) HAPTICD_RT;
+
+  /// Returns the law's force at a HIP, regardless of the mode and before any safety stage. `frame_age_s`: see
+  /// LawInput::frame_age_s; 0: the moment shown by the scene.
+  ForceSample lawForce(const Scene& scene, const Vec3& hip_m_in_world, const LiveParameters& parameters,
+                       double frame_age_s = 0) HAPTICD_RT;
+
+  /// Returns what the fixture at this place of the newest set does.
+  FixtureState fixture(std::size_t place) const HAPTICD_RT { return fixtures_.stateOf(place); }
+  /// Returns the result of the newest measurement of the device's latency.
+  const LatencyProbe::Result& latency() const HAPTICD_RT { return memory_.latency.result(); }
+
+  /// Discards the proxy; the next force of a constraint law starts with the proxy at the HIP.
+  void release() HAPTICD_RT {
+    laws_.release();
+    fixtures_.release();
+  }
+
+  Memory memory() const HAPTICD_RT {
+    Memory memory = memory_;
+    memory.laws = laws_.memory();
+    memory.fixtures = fixtures_.memory();
+    return memory;
+  }
+  void restore(const Memory& memory) HAPTICD_RT {
+    memory_ = memory;
+    laws_.restore(memory.laws);
+    fixtures_.restore(memory.fixtures);
+  }
+
+  /// Returns the largest stiffness by each rule, at the last tick that evaluated the law.
+  const StiffnessRules& stiffnessRules() const HAPTICD_RT { return memory_.stiffness.rules(); }
+
+  /// Returns the place around which the scene must be modelled for the next tick: the proxy of a constraint
+  /// law, otherwise the HIP.
+  Vec3 focus_m_in_world(const Vec3& hip_m_in_world) const HAPTICD_RT {
+    return laws_.focus_m_in_world(hip_m_in_world);
+  }
+
+ private:
+  /// Requirements that follow from the loop's lag at this tick; in coordinates of the HIP unless stated
+  /// otherwise.
+  struct LagRules {
+    double lag_s = 0;
+    double damping_n_s_per_m = 0;          ///< contact damping of the HIP in addition to the law's own
+    double fixture_damping_s = 0;          ///< the same for fixtures, per stiffness
+    double largest_damping_n_s_per_m = 0;  ///< at the hand
+    double fixture_stiffness_n_per_m = 0;  ///< largest that is stable; infinite: it is not to be limited
+  };
+
+  /// The law's result and the contact at its proxy.
+  struct Evaluation {
+    ForceSample sample;
+    LocalContact contact;
+  };
+
+  Tick stepWith(const Input& input) HAPTICD_RT;
+  Evaluation evaluateLaw(const Input& input, Tick& tick) HAPTICD_RT;
+  ForceSample forceOfLaw(const Input& input) HAPTICD_RT;
+  LocalContact applyTissue(const Input& input, ForceSample& sample, Tick& tick) HAPTICD_RT;
+  LagRules lagRules(const Input& input, const Evaluation& evaluation, Tick& tick) HAPTICD_RT;
+  FixtureForces::Output evaluateFixtures(const Input& input, const Evaluation& evaluation,
+                                         const LagRules& rules, Tick& tick) HAPTICD_RT;
+  Vec3 damp(const Input& input, const Evaluation& evaluation, const FixtureForces::Output& fixtures,
+            const LagRules& rules, Tick& tick) const HAPTICD_RT;
+  void blend(const Input& input, const Evaluation& evaluation, const FixtureForces::Output& fixtures,
+             Tick& tick) HAPTICD_RT;
+  double unexplained_n(const Input& input, const LocalContact& contact, double fixture_stiffness_n_per_m,
+                       const Vec3& force_n_in_world) const HAPTICD_RT;
+  double fixtureWork_j(const Before& before, const Input& input, const Vec3& hip_motion_m) const HAPTICD_RT;
+  SafetyChain::Motion motionSince(const Before& before, const Input& input,
+                                  const Evaluation& evaluation) const HAPTICD_RT;
+  bool isInDebt(const Input& input) HAPTICD_RT;
+  Vec3 knock(const Input& input) HAPTICD_RT;
+  Vec3 cue(const Input& input, const Evaluation& evaluation, const Tick& tick) HAPTICD_RT;
+  SafetyChain::Output computeCommand(const Input& input, const Supervisor::Obstacle& obstacle,
+                                     Tick& tick) HAPTICD_RT;
+
+  ForceLaws laws_;
+  FixtureForces fixtures_;
+  Memory memory_;
+};
+
+}  // namespace hapticd::rt

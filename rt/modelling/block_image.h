@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "rt/scene/visible_surface.h"
+
+namespace hapticd::rt {
+
+/// Operations on the pixels of a depth image that precede surface estimation. They work on 16-bit raw values,
+/// one vector of pixels at a time.
+
+/// Defines which raw values are measurements and which gaps between measurements are closed.
+struct GapLimits {
+  std::uint16_t raw_first;         ///< first raw value that has a depth
+  std::uint16_t raw_last;          ///< last raw value that has a depth
+  std::uint16_t remembered_first;  ///< first raw value that is accepted from a remembered image
+  std::uint16_t remembered_last;   ///< last raw value that is accepted from a remembered image
+  int longest_px;                  ///< longest gap in a row that is closed
+  float max_raw;                   ///< allowed difference between the two ends of a gap, ...
+  float max_raw_per_px;            ///< ... plus this for each pixel of the gap; larger: two surfaces
+};
+
+/// Size and layout of images.
+struct ImageLayout {
+  int width_px;
+  int stride_px;  ///< distance between rows
+
+  explicit ImageLayout(const DepthModel& model) noexcept
+      : width_px(model.width_px()), stride_px(model.stride_px()) {}
+  std::size_t at(int row, int column) const noexcept {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(stride_px) +
+           static_cast<std::size_t>(column);
+  }
+};
+
+/// Copies the pixels of `window` from `raw` to `image`, both in frame layout,
+/// and closes gaps in rows by linear interpolation. A pixel that still has no depth takes the value of
+/// `fallback` (frame layout, may be null); without one it becomes kNoRawDisparity, or
+/// SurfaceLayer::kBeyondView in a gap that touches the left or right image border and is at most `longest_px`
+/// long.
+/// RT: safe after the first call.  Cost: one pass over the pixels.
+void copyClosingGaps(const std::uint16_t* raw, const std::uint16_t* fallback, const ImageLayout& layout,
+                     const PixelWindow& window, const GapLimits& limits, std::uint16_t* image) noexcept;
+
+/// Replaces pixels of `image`, which holds the visible surface, by the remembered surface hidden behind it
+/// where `hidden` has one. Both are in frame layout. Returns true if a pixel changed.
+/// RT: safe after the first call.
+bool insertHidden(const std::uint16_t* hidden, const ImageLayout& layout, const PixelWindow& window,
+                  const GapLimits& limits, std::uint16_t* image) noexcept;
+
+/// Working memory of sumUpBlocks() for one row of blocks: sum and number of the measurements in each block
+/// and the largest difference between adjacent pixels. The padding lets whole vectors be stored.
+struct BlockRow {
+  std::uint64_t sum[BlockLattice::kMaxColumns + 8];
+  std::uint64_t count[BlockLattice::kMaxColumns + 8];
+  /// Meaningless unless every pixel has a measurement.
+  std::uint64_t largest_step[BlockLattice::kMaxColumns + 8];
+};
+
+/// Statistics of blocks; both arrays have BlockLattice layout.
+struct BlockSums {
+  float* disparity;       ///< mean raw value of the nearest surface in the block; negative: too few pixels
+  std::uint8_t* is_full;  ///< 1 if all pixels have a measurement and belong to that surface
+};
+
+/// Computes `sums`, in the layout of `lattice`, for `blocks` of `image` (frame layout). A difference between
+/// adjacent pixels above `max_step` raw units separates two surfaces. RT: safe after the first call.
+void sumUpBlocks(const std::uint16_t* image, const ImageLayout& layout, const BlockLattice& lattice,
+                 const BlockWindow& blocks, int max_step, const BlockSums& sums) noexcept;
+
+}  // namespace hapticd::rt

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "rt/modelling/occlusion_kernel.cpp"
+#include "hwy/foreach_target.h"  // IWYU pragma: keep
+//
+#include <bit>
+
+#include "hwy/cache_control.h"
+#include "hwy/highway.h"
+#include "rt/depth/disparity_frame.h"
+#include "rt/modelling/occlusion_kernel.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace hapticd::rt::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using RawTag = hn::CappedTag<std::uint16_t, kOcclusionBlock>;
+using Raws = hn::Vec<RawTag>;
+using Pixels = hn::Mask<RawTag>;
+
+constexpr std::uint16_t kRawBits = kRawDisparities - 1;
+
+HWY_INLINE Raws all(std::uint16_t value) {
+  return hn::Set(RawTag(), value);
+}
+
+/// Returns the lanes in which `a` and `b`, which may wrap around, differ by more than `most`.
+HWY_INLINE Pixels differ(Raws a, Raws b, Raws most) {
+  return hn::Gt(hn::Add(hn::Sub(a, b), most), hn::Add(most, most));
+}
+
+HWY_INLINE Raws toleranceAt(const FallingTolerance& tolerance, Raws raw) {
+  return hn::Sub(all(tolerance.at_zero), hn::MulHigh(raw, all(tolerance.fall)));
+}
+
+HWY_INLINE Pixels isAtLeast(Raws a, std::uint16_t least) {
+  return hn::Gt(a, all(static_cast<std::uint16_t>(least - 1)));
+}
+
+HWY_INLINE Raws nearnessOf(const OcclusionRow& row, Raws raw) {
+  return row.falls ? hn::Sub(all(row.last_raw), raw) : raw;
+}
+
+/// Returns the lanes of `pixels` in which one nearness lies in front of the shell of the other.
+HWY_INLINE Pixels areApart(const OcclusionRow& row, Pixels pixels, Raws nearness, Raws other) {
+  const RawTag dr;
+  const auto near = hn::Min(nearness, other);
+  const auto far = hn::IfThenElseZero(pixels, hn::Max(nearness, other));
+  // The end of a shell grows with distance, so a pixel not in front of the farthest shell's end is in front
+  // of none.
+  const auto farthest_end = row.shell_end[hn::GetLane(hn::MaxOfLanes(dr, far))];
+  const auto apart = hn::And(pixels, hn::Lt(near, all(farthest_end)));
+  if (hn::AllFalse(dr, apart)) return apart;
+  HWY_ALIGN std::uint16_t ends[kOcclusionBlock];
+  hn::Store(far, dr, ends);
+  for (std::size_t i = 0; i < hn::Lanes(dr); ++i) ends[i] = row.shell_end[ends[i]];
+  return hn::And(apart, hn::Lt(near, hn::Load(dr, ends)));
+}
+
+/// Handles pixels that still show the same value, up to noise, and nothing that could be the hidden surface:
+/// only their visible value changes. Stores it and returns whether this applies to all pixels of the vector.
+template <bool kHides>
+HWY_INLINE bool takeUnchanged(const OcclusionRow& row, std::size_t column) {
+  const RawTag dr;
+  const auto raw = hn::LoadU(dr, row.raw + column);
+  const auto before = hn::LoadU(dr, row.visible + column);
+  const auto seen = hn::IfThenElse(hn::Gt(raw, all(row.last_raw)), all(kNothingSeen), raw);
+  const auto min_shell = toleranceAt(row.min_shell, raw);
+  auto changed = differ(seen, before, min_shell);
+  if constexpr (kHides) {
+    const auto hidden = hn::LoadU(dr, row.hidden + column);
+    changed = hn::Or(changed, hn::Not(differ(seen, hidden, min_shell)));
+  }
+  hn::StoreU(hn::IfThenElse(changed, before, seen), dr, row.visible + column);
+  return hn::AllFalse(dr, changed);
+}
+
+/// Updates one vector of pixels except those that are overdue; returns whether there are any overdue ones.
+HWY_INLINE bool takeChanged(const OcclusionRow& row, std::size_t column, OcclusionLeft& left) {
+  const RawTag dr;
+  const auto none = all(kNoRawDisparity);
+  const auto now = all(row.now);
+  const auto raw = hn::LoadU(dr, row.raw + column);
+  const auto before = hn::LoadU(dr, row.visible + column);
+  const auto hidden = hn::LoadU(dr, row.hidden + column);
+  const auto since = hn::LoadU(dr, row.since + column);
+  const auto age = hn::Sub(now, since);
+  const auto before_raw = hn::And(before, all(kRawBits));
+  const auto nearness = nearnessOf(row, raw);
+
+  const auto missing = hn::Gt(raw, all(row.last_raw));
+  const auto unknown = hn::Eq(before, all(kNothingSeen));
+  const auto was_missing = hn::TestBit(before, all(kMissing));
+  const auto hides_none = hn::Eq(hidden, none);
+  auto withdrawn = hn::AndNot(missing, hn::TestBit(before, all(kOffered)));
+  auto flickered = hn::AndNot(missing, was_missing);
+  auto new_surface = hn::AndNot(missing, unknown);
+  auto hidden_now = hidden;
+
+  const auto jumps =
+      hn::AndNot(hn::Or(missing, unknown), differ(raw, before_raw, toleranceAt(row.min_shell, raw)));
+  if (!hn::AllFalse(dr, jumps)) {
+    const auto nearness_before = nearnessOf(row, before_raw);
+    const auto apart = areApart(row, jumps, nearness, nearness_before);
+    const auto nearer = hn::And(apart, hn::Lt(nearness, nearness_before));
+    const auto was_settled = hn::AndNot(was_missing, isAtLeast(age, row.settled_frames));
+    const auto covers = hn::And(nearer, hn::Or(hides_none, was_settled));
+    hidden_now = hn::IfThenElse(covers, before_raw, hidden_now);
+    withdrawn = hn::AndNot(nearer, withdrawn);
+    flickered = hn::AndNot(apart, flickered);
+    new_surface = hn::Or(new_surface, apart);
+  }
+  hidden_now = hn::IfThenElse(withdrawn, none, hidden_now);
+  const auto covered =
+      hn::Lt(hn::Add(nearness, toleranceAt(row.rest_noise, raw)), nearnessOf(row, hidden_now));
+  hidden_now = hn::IfThenElse(hn::Or(missing, covered), hidden_now, none);
+
+  const auto lost = hn::AndNot(hn::Or(unknown, was_missing), missing);
+  const auto offered = hn::And(lost, hides_none);
+  hidden_now = hn::IfThenElse(offered, before, hidden_now);
+  const auto flags = hn::IfThenElse(hides_none, all(kMissing | kOffered), all(kMissing));
+  auto visible_now = hn::IfThenElse(missing, before, raw);
+  visible_now = hn::IfThenElse(lost, hn::Or(before, flags), visible_now);
+  auto since_now = hn::IfThenElse(hn::Or(new_surface, lost), now, since);
+  since_now = hn::IfThenElse(flickered, hn::Sub(now, all(row.settled_frames)), since_now);
+
+  hn::StoreU(visible_now, dr, row.visible + column);
+  hn::StoreU(hidden_now, dr, row.hidden + column);
+  hn::StoreU(since_now, dr, row.since + column);
+  const int more = static_cast<int>(hn::CountTrue(dr, hides_none)) -
+                   static_cast<int>(hn::CountTrue(dr, hn::Eq(hidden_now, none)));
+  std::uint8_t& of_tile = row.hidden_of_tile[column / kOcclusionTile];
+  of_tile = static_cast<std::uint8_t>(of_tile + more);
+  left.more_hidden += more;
+  const auto waits = hn::And(missing, was_missing);
+  return !hn::AllFalse(dr, hn::And(waits, isAtLeast(age, row.hold_frames)));
+}
+
+template <bool kHides>
+HWY_INLINE OcclusionLeft seeBlocks(const OcclusionRow& row) {
+  const std::size_t lanes = hn::Lanes(RawTag());
+  // Without a branch per block, because which blocks change is unpredictable.
+  std::uint64_t changed = 0;
+  for (std::size_t block = row.block_first; block <= row.block_last; ++block) {
+    bool unchanged = true;
+    const std::size_t soon = block * kOcclusionBlock + row.ahead;
+    hwy::Prefetch(row.raw + soon);
+    hwy::Prefetch(row.visible + soon);
+    if (kHides) {
+      hwy::Prefetch(row.hidden + soon);
+      hwy::Prefetch(row.since + soon);
+    }
+    for (std::size_t part = 0; part < kOcclusionBlock; part += lanes) {
+      unchanged &= takeUnchanged<kHides>(row, block * kOcclusionBlock + part);
+    }
+    changed |= static_cast<std::uint64_t>(!unchanged) << block;
+  }
+  OcclusionLeft left;
+  for (; changed != 0; changed &= changed - 1) {
+    const auto block = static_cast<std::size_t>(std::countr_zero(changed));
+    bool overdue = false;
+    for (std::size_t part = 0; part < kOcclusionBlock; part += lanes) {
+      overdue |= takeChanged(row, block * kOcclusionBlock + part, left);
+    }
+    left.overdue_blocks |= static_cast<std::uint64_t>(overdue) << block;
+  }
+  return left;
+}
+
+OcclusionLeft seeRow(const OcclusionRow& given) {
+  const OcclusionRow row = given;  // a local copy, so that the compiler knows that stores cannot change it
+  return row.hides ? seeBlocks<true>(row) : seeBlocks<false>(row);
+}
+
+}  // namespace hapticd::rt::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace hapticd::rt {
+
+HWY_EXPORT(seeRow);
+
+OcclusionLeft updatePixels(const OcclusionRow& row) noexcept {
+  return HWY_DYNAMIC_DISPATCH(seeRow)(row);
+}
+
+}  // namespace hapticd::rt
+#endif

@@ -1,0 +1,376 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/modelling/surface_builder.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "rt/scene/scene.h"
+
+namespace hapticd::rt {
+namespace {
+
+constexpr int kBlock_px = BlockLattice::kBlock_px;
+// Tolerances in raw units are those for the noise of a Kinect v1 and multiplied by Job::noise, those for
+// means of blocks by Job::block_noise.
+
+/// Adjacent pixels of a surface differ by noise and by its slope; anything steeper relative to the ray is
+/// treated as an edge.
+constexpr double kStep_raw = 3;
+constexpr double kSteepestSlope = 3.7;  // tan 75 degrees
+/// Gaps in a surface up to this width are closed: flickering patches are about 9 pixels or 2 cm wide. The
+/// projector's shadow next to an object is not such a gap: across it the disparity changes by 7 raw units per
+/// pixel, more than on a surface of the steepest slope below.
+constexpr double kLongestGap_m = 0.04;
+constexpr int kLongestGap_px = 16;
+constexpr double kSteepestGap = 1.73;  // tan 60 degrees
+/// Pixels flicker most where the noise jumps, so the two ends of a gap differ by more than adjacent pixels.
+constexpr double kGapNoise_raw = 6;
+/// Widest supports: beyond this few surfaces are flat, and below 0.08 mm of noise nothing is gained.
+constexpr double kWidestPlane_m = 0.175;
+/// Where the noise is that of a Kinect v1 at 1 m. The bias of a quadratic grows with the fourth power of its
+/// width, so the width may grow with the fourth root of the noise.
+constexpr double kWidestQuadratic_m = 0.065;
+constexpr double kItsNoiseUnit_m = 0.003071102;
+constexpr double kEnough_m = 8e-5;
+/// Width over which the noise of a Kinect v1 is correlated. Used for every camera: with less correlation the
+/// position has enough support earlier, but the slope, which turns the force, has not.
+constexpr double kNoisePatch_px = 9;
+constexpr double kNearestDepth_m = 0.05;
+
+/// A block that differs from its mean by more shows another surface or has moved.
+constexpr double kSame_raw = 2;
+/// A surface that moves farther than this between two frames counts as another one.
+constexpr double kFarthestMove_m = 0.03;
+/// The surface at the focus is everything within this distance of it, along the ray and across.
+constexpr double kRegionDepth_m = 0.04;
+constexpr double kRegionHalf_m = 0.08;
+/// A pixel belongs to a facet, and adjacent facets to one surface, up to differences explained by noise and
+/// by the uncertainty of their slopes.
+constexpr double kOfFacet_raw = 3;
+constexpr double kOfFacet_px = 2;
+constexpr double kNeighbours_raw = 2;
+constexpr double kNeighbours_px = 1.5;
+/// Adjacent facets differ by more than this at a crease and by less on a curved surface.
+constexpr double kCrease_raw = 1.5;
+constexpr double kCrease_px = 1;
+constexpr int kMinInnovations = 8;
+constexpr float kFramesInMotion = 3;
+/// Gains of the alpha-beta filter of the velocity, for innovations near the noise and far above it.
+constexpr double kSlowGain = 0.3;
+constexpr double kFastGain = 1;
+constexpr double kFastFrom_sigma = 4;
+constexpr double kForgetRest = 0.8;
+
+constexpr double kUsualPeriod_s = 1.0 / 30;
+constexpr double kLongestPeriod_s = 0.2;
+constexpr std::uint32_t kFramesApart = 2;  // one frame may be lost
+
+int blockOf(double pixel) noexcept {
+  return static_cast<int>(std::floor((pixel - BlockLattice::kMiddle_px) / kBlock_px));
+}
+
+double smoothStep(double x) noexcept {
+  const double t = std::clamp(x, 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
+
+/// Returns the mean deviation of two facets, `du` and `dv` blocks apart, from the values predicted by each
+/// other's plane.
+float bendBetween(const Facet& a, const Facet& b, int du, int dv) noexcept {
+  constexpr auto kSide = static_cast<float>(kBlock_px);
+  const float slope_u = b.per_column - a.per_column;
+  const float slope_v = b.per_row - a.per_row;
+  return 0.5F * kSide * (slope_u * static_cast<float>(du) + slope_v * static_cast<float>(dv));
+}
+
+/// Returns the deviation of two facets, `du` and `dv` blocks apart, from a surface with constant curvature
+/// between them.
+float stepBetween(const Facet& a, const Facet& b, int du, int dv) noexcept {
+  constexpr float kHalf = 0.5F * kBlock_px;
+  const float slope_u = a.per_column + b.per_column;
+  const float slope_v = a.per_row + b.per_row;
+  const float expected = kHalf * (slope_u * static_cast<float>(du) + slope_v * static_cast<float>(dv));
+  return std::abs(b.disparity - a.disparity - expected);
+}
+
+/// Largest differences between adjacent facets of one surface, in raw units.
+struct CellLimits {
+  float max_step;  ///< more: an edge
+  float max_bend;  ///< more: a crease
+};
+
+/// Classifies a cell whose pixels all have a measurement; `facet` is its upper left one in rows of `columns`.
+Cell kindOf(const Facet* facet, int columns, const CellLimits& limits) noexcept {
+  struct Side {
+    const Facet* a;
+    const Facet* b;
+    int du, dv;
+  };
+  const Facet* const below = facet + columns;
+  const Side sides[] = {
+      {facet, facet + 1, 1, 0}, {below, below + 1, 1, 0}, {facet, below, 0, 1}, {facet + 1, below + 1, 0, 1}};
+  float least = 0;
+  float greatest = 0;
+  float step = 0;
+  for (const Side& side : sides) {
+    if (side.a->disparity < 0 || side.b->disparity < 0) return Cell::mixed;
+    const float bend = bendBetween(*side.a, *side.b, side.du, side.dv);
+    least = std::min(least, bend);
+    greatest = std::max(greatest, bend);
+    step = std::max(step, stepBetween(*side.a, *side.b, side.du, side.dv));
+  }
+  if (-least > limits.max_bend && greatest < limits.max_bend) return Cell::least;
+  if (greatest > limits.max_bend && -least < limits.max_bend) return Cell::greatest;
+  return step <= limits.max_step ? Cell::smooth : Cell::mixed;
+}
+
+}  // namespace
+
+SurfaceBuilder::BlockMeans::BlockMeans(const BlockLattice& lattice)
+    : disparity(std::make_unique<float[]>(lattice.blocks())),
+      frames(std::make_unique<float[]>(lattice.blocks())),
+      updated(std::make_unique<std::uint32_t[]>(lattice.blocks())) {}
+
+SurfaceBuilder::SurfaceBuilder(const DepthModel& model)
+    : model_(model),
+      lattice_(model),
+      layout_(model),
+      block_noise_(noiseOfMean(kBlock_px, model.parameters().noise.correlation_px) /
+                   noiseOfMean(kBlock_px, DepthNoiseParameters{}.correlation_px)),
+      column_shifts_(model),
+      visible_(lattice_),
+      hidden_(lattice_),
+      observed_(std::make_unique<float[]>(lattice_.blocks())),
+      is_full_(std::make_unique<std::uint8_t[]>(lattice_.blocks())),
+      fit_blocks_(std::make_unique<float[]>(FacetBlocks::sizeFor(lattice_.rows))),
+      fit_memory_(lattice_.rows) {
+  const PixelWindow all = model.wholeDisparity();
+  gaps_.raw_first = all.raw_first;
+  gaps_.raw_last = all.raw_last;
+  // What vanishes at the near limit came nearer, so it is no longer where it was last seen.
+  const DisparityScale& scale = model.disparity();
+  const double beyond_limit = scale.rawOf(model.parameters().near_m + kNearLimitMargin_m);
+  const auto limit_raw =
+      static_cast<std::uint16_t>(std::clamp<double>(beyond_limit, all.raw_first, all.raw_last));
+  gaps_.remembered_first = scale.a_per_m < 0 ? limit_raw : all.raw_first;
+  gaps_.remembered_last = scale.a_per_m < 0 ? all.raw_last : limit_raw;
+}
+
+BlockWindow SurfaceBuilder::clipped(const BlockWindow& window) const noexcept {
+  return {std::max(0, window.column_first), std::min(lattice_.columns - 1, window.column_last),
+          std::max(0, window.row_first), std::min(lattice_.rows - 1, window.row_last)};
+}
+
+SurfaceBuilder::Job SurfaceBuilder::jobFor(const Vec3& centre_m_in_world, double radius_m) const noexcept {
+  Job job{};
+  const DepthModelParameters& camera = model_.parameters();
+  job.depth_m = std::max(kNearestDepth_m, -model_.positionInCamera(centre_m_in_world).z);
+  job.noise = model_.noiseScale(job.depth_m);
+  job.block_noise = job.noise * block_noise_;
+  // Between adjacent pixels the disparity of a slope tan(t) changes by tan(t) / (f |a| Z).
+  job.raw_per_px = 1 / (camera.fx_px * std::abs(model_.disparity().a_per_m) * job.depth_m);
+  const double block_m = kBlock_px * job.depth_m / camera.fx_px;
+  const double raw_m = model_.noiseUnit_m(job.depth_m);
+  const double enough_blocks = kNoise_raw * raw_m / kEnough_m * kNoisePatch_px / kBlock_px;
+  constexpr double kMin_blocks = 5;
+  job.fit = {.noise_raw = static_cast<float>(job.block_noise * kNoise_raw),
+             .raw_per_block = static_cast<float>(kBlock_px * job.raw_per_px),
+             .largest_plane = static_cast<float>(std::clamp(std::min(kWidestPlane_m / block_m, enough_blocks),
+                                                            kMin_blocks + 4, 2.0 * FacetBlocks::kBorder + 1)),
+             .largest_quadratic = static_cast<float>(std::max(
+                 kMin_blocks, kWidestQuadratic_m * std::pow(raw_m / kItsNoiseUnit_m, 0.25) / block_m))};
+  const PixelWindow ball = model_.pixelsOfBall(centre_m_in_world, radius_m);
+  if (ball.empty()) return job;
+  job.sites = clipped({blockOf(ball.column_first), blockOf(ball.column_last) + 1, blockOf(ball.row_first),
+                       blockOf(ball.row_last) + 1});
+  const int border = static_cast<int>(job.fit.largest_plane) / 2;
+  job.support = clipped({job.sites.column_first - border, job.sites.column_last + border,
+                         job.sites.row_first - border, job.sites.row_last + border});
+  job.pixels.column_first = job.support.column_first * kBlock_px;
+  job.pixels.column_last = job.support.column_last * kBlock_px + kBlock_px - 1;
+  job.pixels.row_first = job.support.row_first * kBlock_px;
+  job.pixels.row_last = job.support.row_last * kBlock_px + kBlock_px - 1;
+  return job;
+}
+
+PixelWindow SurfaceBuilder::windowOf(const Vec3& centre_m_in_world, double radius_m) const noexcept {
+  return jobFor(centre_m_in_world, radius_m).pixels;
+}
+
+SurfaceBuilder::Region SurfaceBuilder::regionAround(const Vec3& centre_m_in_world) const noexcept {
+  const DepthModelParameters& camera = model_.parameters();
+  const Vec3 p = model_.positionInCamera(centre_m_in_world);
+  const double depth = std::max(kNearestDepth_m, -p.z);
+  const double u = camera.cx_px + camera.fx_px * p.x / depth;
+  const double v = camera.cy_px - camera.fy_px * p.y / depth;
+  const double half_px = kRegionHalf_m * camera.fx_px / depth;
+  return {.blocks = {blockOf(u - half_px), blockOf(u + half_px) + 1, blockOf(v - half_px),
+                     blockOf(v + half_px) + 1},
+          .disparity_least =
+              static_cast<float>(model_.disparity().rawOf(std::max(kNearestDepth_m, depth - kRegionDepth_m))),
+          .disparity_greatest = static_cast<float>(model_.disparity().rawOf(depth + kRegionDepth_m))};
+}
+
+void SurfaceBuilder::beginFrame(const DisparityFrame& frame, const SurfaceParameters& parameters) noexcept {
+  const auto sequence = static_cast<std::uint32_t>(frame.sequence);
+  if (sequence == sequence_) return;
+  const double since_s = static_cast<double>(frame.arrival_ns - arrival_ns_) * 1e-9;
+  const bool continues = sequence_ != 0 && sequence > sequence_ && sequence - sequence_ <= kFramesApart &&
+                         since_s <= kLongestPeriod_s;
+  before_ = continues ? sequence_ : 0;
+  period_s_ = since_s > 0 ? since_s : kUsualPeriod_s;
+  if (!continues) rate_ = moving_ = used_rate_ = 0;
+  sequence_ = sequence;
+  arrival_ns_ = frame.arrival_ns;
+  const auto at_rest = static_cast<float>(std::max(1, parameters.fusion_frames));
+  const float in_motion = std::min(at_rest, kFramesInMotion);
+  max_frames_ = at_rest + static_cast<float>(moving_) * (in_motion - at_rest);
+  innovation_sum_ = 0;
+  innovations_ = 0;
+}
+
+/// Updates the means with the blocks' new disparities.
+void SurfaceBuilder::follow(BlockMeans& means, const Job& job, const Region& region) noexcept {
+  const auto moved = static_cast<float>(used_rate_ * period_s_);
+  const auto farthest =
+      static_cast<float>(kFarthestMove_m * job.raw_per_px * model_.parameters().fx_px / job.depth_m);
+  const auto most = static_cast<float>(job.block_noise * kSame_raw);
+  for (int row = job.support.row_first; row <= job.support.row_last; ++row) {
+    for (int column = job.support.column_first; column <= job.support.column_last; ++column) {
+      const std::size_t index = lattice_.at(row, column);
+      if (means.updated[index] == sequence_) continue;
+      const bool known = before_ != 0 && means.updated[index] == before_ && means.disparity[index] >= 0;
+      means.updated[index] = sequence_;
+      float& mean = means.disparity[index];
+      const float now =
+          observed_[index] < 0 ? observed_[index] : observed_[index] - column_shifts_.offsetOf(column);
+      if (!known || now < 0) {
+        mean = now;
+        means.frames[index] = 1;
+        continue;
+      }
+      const bool in_region = region.has(row, column, mean);
+      const float expected = in_region ? mean + moved : mean;
+      const float innovation = now - expected;
+      if (in_region && std::abs(innovation) <= farthest) {
+        innovation_sum_ += static_cast<double>(innovation);
+        ++innovations_;
+      }
+      const bool same = std::abs(innovation) <= most;
+      means.frames[index] = same ? std::min(means.frames[index] + 1, max_frames_) : 1;
+      mean = expected + innovation / means.frames[index];
+    }
+  }
+}
+
+void SurfaceBuilder::estimateMotion(double block_noise) noexcept {
+  if (innovations_ < kMinInnovations) {
+    rate_ = moving_ = used_rate_ = 0;
+    return;
+  }
+  const double mean = innovation_sum_ / innovations_;
+  innovation_sum_ = 0;
+  const double patch_px = std::max<double>(kBlock_px, model_.parameters().noise.correlation_px);
+  const double patches = std::max(1.0, innovations_ * kBlock_px * kBlock_px / (patch_px * patch_px));
+  innovations_ = 0;
+  const double sigma = block_noise * kNoise_raw * std::sqrt(2 / patches);
+  const double gain = std::abs(mean) > kFastFrom_sigma * sigma ? kFastGain : kSlowGain;
+  if (used_rate_ == 0) rate_ *= kForgetRest;
+  rate_ += gain * mean / period_s_;
+  moving_ = smoothStep((std::abs(rate_) * period_s_ / sigma - 0.7) / 0.8);
+  used_rate_ = moving_ * rate_;
+}
+
+void SurfaceBuilder::fit(const BlockMeans& means, const Job& job, const Region& region,
+                         SurfaceLayer& layer) noexcept {
+  // The border lies outside the image; the support lies inside.
+  const int border = FacetBlocks::kBorder;
+  for (int row = -border; row < job.sites.rows() + border; ++row) {
+    std::fill_n(fit_blocks_.get() + FacetBlocks::at(row, -border),
+                job.sites.columns() + 2 * border + FacetBlocks::kPadding, -1.0F);
+  }
+  for (int row = job.support.row_first; row <= job.support.row_last; ++row) {
+    std::copy_n(means.disparity.get() + lattice_.at(row, job.support.column_first), job.support.columns(),
+                fit_blocks_.get() + FacetBlocks::at(row - job.sites.row_first,
+                                                    job.support.column_first - job.sites.column_first));
+  }
+  const FacetBlocks blocks{fit_blocks_.get(), job.sites.columns(), job.sites.rows(), lattice_.columns};
+  fitFacets(blocks, job.fit, fit_memory_,
+            layer.facet + lattice_.at(job.sites.row_first, job.sites.column_first));
+  for (int row = job.sites.row_first; row <= job.sites.row_last; ++row) {
+    for (int column = job.sites.column_first; column <= job.sites.column_last; ++column) {
+      Facet& facet = layer.facet[lattice_.at(row, column)];
+      facet.per_second = region.has(row, column, facet.disparity) ? static_cast<float>(used_rate_) : 0.0F;
+    }
+  }
+  const int next_row = lattice_.columns;
+  const CellLimits limits{
+      .max_step = static_cast<float>(job.block_noise * kNeighbours_raw + kNeighbours_px * job.raw_per_px),
+      .max_bend = static_cast<float>(job.block_noise * kCrease_raw + kCrease_px * job.raw_per_px)};
+  for (int row = job.sites.row_first; row < job.sites.row_last; ++row) {
+    for (int column = job.sites.column_first; column < job.sites.column_last; ++column) {
+      const std::size_t index = lattice_.at(row, column);
+      const std::uint8_t* const full = is_full_.get() + index;
+      const bool all_full = (full[0] & full[1] & full[next_row] & full[next_row + 1]) != 0;
+      layer.cell[index] = all_full ? kindOf(layer.facet + index, next_row, limits) : Cell::mixed;
+    }
+  }
+}
+
+void SurfaceBuilder::buildLayer(BlockMeans& means, const Job& job, const Region& region,
+                                SurfaceLayer& layer) noexcept {
+  const auto max_step = static_cast<int>(job.noise * kStep_raw + kSteepestSlope * job.raw_per_px);
+  sumUpBlocks(layer.image, layout_, lattice_, job.support, max_step, {observed_.get(), is_full_.get()});
+  follow(means, job, region);
+}
+
+/// Where something becomes hidden, continues its mean from when it was visible.
+void SurfaceBuilder::startHidden(const Job& job) noexcept {
+  if (before_ == 0) return;
+  for (int row = job.support.row_first; row <= job.support.row_last; ++row) {
+    for (int column = job.support.column_first; column <= job.support.column_last; ++column) {
+      const std::size_t index = lattice_.at(row, column);
+      if (hidden_.updated[index] == before_ || hidden_.updated[index] == sequence_) continue;
+      if (visible_.updated[index] != before_) continue;
+      hidden_.disparity[index] = visible_.disparity[index];
+      hidden_.frames[index] = visible_.frames[index];
+      hidden_.updated[index] = before_;
+    }
+  }
+}
+
+void SurfaceBuilder::build(const DisparityFrame& frame, const std::uint16_t* hidden,
+                           const Vec3& centre_m_in_world, double radius_m,
+                           const SurfaceParameters& parameters, VisibleSurface& surface) noexcept {
+  surface.centre_m_in_world = centre_m_in_world;
+  surface.radius_m = radius_m;
+  surface.lattice = lattice_;
+  surface.blocks = {};
+  surface.hides_anything = false;
+  const bool new_frame = static_cast<std::uint32_t>(frame.sequence) != sequence_;
+  beginFrame(frame, parameters);
+  column_shifts_.update(frame);
+  const Job job = jobFor(centre_m_in_world, radius_m);
+  if (job.sites.columns() < 2 || job.sites.rows() < 2) return;
+  const Region region = regionAround(centre_m_in_world);
+  surface.blocks = job.sites;
+  surface.of_facet_raw = static_cast<float>(job.noise * kOfFacet_raw + kOfFacet_px * job.raw_per_px);
+  gaps_.longest_px =
+      std::max(kLongestGap_px, static_cast<int>(kLongestGap_m * model_.parameters().fx_px / job.depth_m));
+  gaps_.max_raw = static_cast<float>(job.noise * kGapNoise_raw);
+  gaps_.max_raw_per_px = static_cast<float>(kSteepestGap * job.raw_per_px);
+  copyClosingGaps(frame.raw, hidden, layout_, job.pixels, gaps_, surface.visible.image);
+  if (hidden != nullptr) {
+    copyClosingGaps(surface.visible.image, nullptr, layout_, job.pixels, gaps_, surface.hidden.image);
+    surface.hides_anything = insertHidden(hidden, layout_, job.pixels, gaps_, surface.hidden.image);
+  }
+  if (surface.hides_anything) startHidden(job);
+  buildLayer(visible_, job, region, surface.visible);
+  if (new_frame) estimateMotion(job.block_noise);
+  fit(visible_, job, region, surface.visible);
+  if (!surface.hides_anything) return;
+  buildLayer(hidden_, job, region, surface.hidden);
+  fit(hidden_, job, region, surface.hidden);
+}
+
+}  // namespace hapticd::rt

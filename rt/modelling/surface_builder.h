@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "rt/base/parameters.h"
+#include "rt/depth/depth_model.h"
+#include "rt/depth/disparity_frame.h"
+#include "rt/modelling/block_image.h"
+#include "rt/modelling/column_shifts.h"
+#include "rt/modelling/facet_fit.h"
+#include "rt/scene/visible_surface.h"
+
+namespace hapticd::rt {
+
+/// Builds the visible surface around a place from depth frames, in a fixed amount of memory.
+///
+/// Pixels are grouped into blocks, blocks of a surface at rest are averaged over the last frames, and facets
+/// are fitted to them with as much support as is flat (fitFacets()). Where the surface near the focus moves,
+/// its velocity is estimated from the innovations of all its blocks (an alpha-beta filter); the means are
+/// moved along and shortened to fewer frames, and the facets include the velocity.
+///
+/// Thread: one (the scene thread).  RT: build() allocates nothing; its cost is bounded by the pixels of a
+/// frame.
+class SurfaceBuilder {
+ public:
+  /// `model` outlives the builder.  RT: not safe (allocates).
+  explicit SurfaceBuilder(const DepthModel& model);
+
+  /// Returns the pixels that build() reads; may be empty.
+  PixelWindow windowOf(const Vec3& centre_m_in_world, double radius_m) const noexcept;
+
+  /// Builds `surface`, which must be attached to memory, for a focus at `centre_m_in_world`. `hidden`: raw
+  /// values behind the visible surface (OcclusionMemory::hidden()); null: unknown. The same frame may be
+  /// built again around another place.
+  void build(const DisparityFrame& frame, const std::uint16_t* hidden, const Vec3& centre_m_in_world,
+             double radius_m, const SurfaceParameters& parameters, VisibleSurface& surface) noexcept;
+
+  /// Treats the next frame as the first one.
+  void forget() noexcept {
+    sequence_ = 0;
+    column_shifts_.forget();
+  }
+
+  /// Returns working memory to the system until it is used, see rt::returnPages(). Before the first frame.
+  /// RT: not safe.
+  void returnUnusedMemory() noexcept { fit_memory_.returnUnused(); }
+
+  /// Returns true if the surface at the focus of the newest frame moves.
+  bool moves() const noexcept { return moving_ >= 0.5; }
+
+  /// Standard deviation of the sensor's noise in the mean of a block of one frame, in raw units of a Kinect
+  /// v1. Measured on recordings of three devices: 0.5 to 0.6, mostly a static pattern, so that averaging over
+  /// time does not reduce it. Other cameras: multiplied by DepthModel::noiseScale() and by how much less of
+  /// it is left in a mean where neighbouring pixels are less alike.
+  static constexpr double kNoise_raw = 0.5;
+
+ private:
+  /// State of the blocks of a layer.
+  struct BlockMeans {
+    std::unique_ptr<float[]> disparity;
+    std::unique_ptr<float[]> frames;           ///< number of frames in the mean
+    std::unique_ptr<std::uint32_t[]> updated;  ///< frame of the last update
+
+    explicit BlockMeans(const BlockLattice& lattice);
+  };
+  /// The part of a frame to process and how.
+  struct Job {
+    PixelWindow pixels;
+    BlockWindow sites;    ///< blocks that get a facet
+    BlockWindow support;  ///< blocks used by the fits
+    double depth_m;       ///< depth of the focus
+    double noise;         ///< of a pixel: DepthModel::noiseScale() at the focus
+    double block_noise;   ///< of the mean of a block, relative to that of a Kinect v1
+    double raw_per_px;    ///< change of disparity per pixel of a surface at 45 degrees to the view
+    FacetFit fit;
+  };
+  /// The part of the image that shows the surface at the focus.
+  struct Region {
+    BlockWindow blocks;
+    float disparity_least;
+    float disparity_greatest;
+    bool has(int row, int column, float disparity) const noexcept {
+      return disparity >= disparity_least && disparity <= disparity_greatest && row >= blocks.row_first &&
+             row <= blocks.row_last && column >= blocks.column_first && column <= blocks.column_last;
+    }
+  };
+
+  Job jobFor(const Vec3& centre_m_in_world, double radius_m) const noexcept;
+  Region regionAround(const Vec3& centre_m_in_world) const noexcept;
+  void beginFrame(const DisparityFrame& frame, const SurfaceParameters& parameters) noexcept;
+  void buildLayer(BlockMeans& means, const Job& job, const Region& region, SurfaceLayer& layer) noexcept;
+  BlockWindow clipped(const BlockWindow& window) const noexcept;
+  void follow(BlockMeans& means, const Job& job, const Region& region) noexcept;
+  /// `block_noise`: see Job.
+  void estimateMotion(double block_noise) noexcept;
+  void fit(const BlockMeans& means, const Job& job, const Region& region, SurfaceLayer& layer) noexcept;
+  void startHidden(const Job& job) noexcept;
+
+  const DepthModel& model_;
+  BlockLattice lattice_;
+  ImageLayout layout_;
+  double block_noise_;  ///< of the mean of a block by that of a pixel, relative to a Kinect v1
+  ColumnShifts column_shifts_;
+  GapLimits gaps_{};
+  BlockMeans visible_;
+  BlockMeans hidden_;
+  std::unique_ptr<float[]> observed_;
+  std::unique_ptr<std::uint8_t[]> is_full_;
+  std::unique_ptr<float[]> fit_blocks_;
+  FacetMemory fit_memory_;
+
+  // State of the newest frame.
+  std::uint32_t sequence_ = 0;  ///< 0: none
+  std::uint32_t before_ = 0;    ///< the previous frame, if it can be continued; 0: none
+  std::int64_t arrival_ns_ = 0;
+  double period_s_ = 0;
+  float max_frames_ = 1;  ///< length of the means
+
+  // Motion of the surface at the focus, in raw units per second.
+  double rate_ = 0;       ///< estimate
+  double moving_ = 0;     ///< 0: at rest; 1: certainly moving
+  double used_rate_ = 0;  ///< moving_ * rate_
+  double innovation_sum_ = 0;
+  int innovations_ = 0;
+};
+
+}  // namespace hapticd::rt

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "rt/base/parameters.h"
+#include "rt/base/realtime_safe.h"
+#include "rt/base/vec3.h"
+
+namespace hapticd::rt {
+
+/// Passivity observer and controller in impedance causality (Hannaford and Ryu, "Time-domain passivity
+/// control of haptic interfaces", 2002), extended to an energy balance of two ports.
+///
+/// The balance W is the energy that the hand has given to the box and not got back:  W -= F . dx  each tick,
+/// where dx is the hand's displacement and F the force that acted meanwhile, which was commanded one handle
+/// delay ago. The second port is the scene: when a frame moves a surface, the energy of the spring to it
+/// changes at once, and the surface has done that work. A rising surface may therefore lift the hand: its
+/// work is credited, no faster than |F| v_surface_max; what a sinking surface takes back is debited at once.
+/// Beyond that, the box must never give more than it got: while W < 0 the motion along the force is damped,
+/// so that the excess is taken back within the tick as far as the largest damping allows. Where no force is
+/// requested nothing is done, so that there is no force in free space.
+///
+/// A sampled spring of stiffness K gives K |dx|^2 / 2 too much each tick; the part dissipated by the device's
+/// own damping b, b |dx|^2 / T, is credited. Where b > K T / 2 (Colgate) the controller therefore does
+/// nothing, and it does not rely on damping by the hand.
+///
+/// A credit never exceeds a few times the energy of a spring under the largest force that acts or is on its
+/// way to the hand, and it vanishes with that force: energy dissipated by friction cannot be given back
+/// later. A debt is kept as long as the device may still be moving with the excess energy: beyond the end of
+/// a contact and through faults, whatever caused it. It decays only while the hand is observed to rest,
+/// because then the energy is gone.
+///
+/// Thread: one.  Progress: wait-free.  RT: safe.
+class Passivity {
+ public:
+  /// Input of one tick; all vectors in world axes, at the hand.
+  struct Input {
+    Vec3 force_n;              ///< force to be exerted next; finite
+    Vec3 acted_n;              ///< force that acted during the last tick
+    Vec3 motion_m;             ///< displacement of the hand during the last tick
+    Vec3 velocity_m_per_s;     ///< velocity of the hand now
+    double surface_work_j;     ///< energy stored in the spring by a change of the scene; 0 without a change
+    double stiffness_n_per_m;  ///< 0: no contact, or the motion is unknown
+    double device_damping_n_s_per_m;  ///< b
+    double max_surface_speed_m_per_s;
+    double period_s;
+    double largest_n = 0;  ///< largest force that acts or is on its way to the hand
+    /// Limit from the loop's lag, in addition to that of the controller itself.
+    double max_damping_n_s_per_m = 1e9;
+    bool motion_known = true;  ///< `motion_m` was measured
+    double stored_j = 0;  ///< energy known to be in the springs of fixtures, in addition to those of the law
+  };
+  /// Result of one tick.
+  struct Output {
+    Vec3 force_n;
+    bool acted = false;
+  };
+
+  /// Updates the energy balance and returns the force, damped if the balance is negative.
+  Output apply(const Input& input, const SafetyParameters& parameters) HAPTICD_RT;
+
+  /// Returns W in joules.
+  double energy_j() const noexcept { return energy_j_; }
+
+ private:
+  void updateBalance(const Input& input) HAPTICD_RT;
+  void limitCredit(const Input& input) HAPTICD_RT;
+  void fadeAtRest(const Input& input) HAPTICD_RT;
+
+  double energy_j_ = 0;
+  double credit_j_ = 0;   ///< work of the surface that may still be given to the hand
+  Vec3 since_rest_m_;     ///< displacement since the hand last came to rest
+  double resting_s_ = 0;  ///< time for which it has rested since then
+};
+
+}  // namespace hapticd::rt

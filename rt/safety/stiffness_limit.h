@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <numbers>
+
+#include "rt/base/words.h"
+
+/// Two rules that keep the loop of device, hand and delay stable: damping while in contact, and a limit of
+/// the stiffness. Both follow from the loop's lag, which is the mean age of the position to which the acting
+/// force responds.
+namespace hapticd::rt {
+
+/// Contact damping as a multiple of K times the lag, the negative damping that the lag adds to a spring. The
+/// stability limit is 1; above 1 the loop is stable with a margin, above 2 the delayed damping itself reduces
+/// stability.
+inline constexpr double kContactDamping = 1.75;
+
+/// Largest stiffness with delayed damping in units of m / lag^2, for a mass m. The loop of mass, spring and
+/// damper with that lag, m s^2 + (K + B s) e^(-s lag) = 0 with B = 1.75 K lag, reaches its limit at 0.55.
+inline constexpr double kStiffnessOfMass = 0.35;
+
+/// Largest total delayed damping in units of m / lag, for a mass m. A damper alone reaches its limit at pi /
+/// 2.
+inline constexpr double kDampingOfMass = 0.7;
+
+/// The rule that limits the stiffness.
+enum class StiffnessRule : std::uint8_t {
+  none,   ///< k_s is within the limit
+  delay,  ///< damping of the device in the hand against the lag (largestStableStiffness_n_per_m)
+  mass,   ///< the device's mass against the delayed damping (stiffnessOfMass_n_per_m)
+};
+constexpr auto wordsOf(StiffnessRule) {
+  return words<StiffnessRule>("none", "delay", "mass");
+}
+
+/// Returns the time in seconds by which the force lags behind the hand: half a period, because the force is
+/// held for a period; the handle's delay; and the delay of a first-order low-pass at low frequencies, 1 / (2
+/// pi f). `period_s`: > 0; `delay_s`: below 0 counts as 0; `filter_hz`: 0: no low-pass.  RT: safe.
+constexpr double loopLag_s(double period_s, double delay_s, double filter_hz) noexcept {
+  const double filter_s = filter_hz > 0 ? 1 / (2 * std::numbers::pi * filter_hz) : 0;
+  return period_s / 2 + std::max(0.0, delay_s) + filter_s;
+}
+
+/// Returns the stiffest spring in N/m that a sampled, delayed loop renders stably:  (b + B) / lag  (Gil et
+/// al., Hulin; a linear device of damping b, small B). An eigenvalue sweep over 45 to 100 g, b of 0.05 to 1 N
+/// s/m and up to 5 ms finds limits of 0.999 to 1.020 times this for B = 0, and 0.89 to 0.98 times for B = 2 N
+/// s/m. `damping_n_s_per_m`: b, of the device in the hand, > 0; `wall_damping_n_s_per_m`: B, >= 0; `lag_s`: >
+/// 0.  RT: safe.
+constexpr double largestStableStiffness_n_per_m(double damping_n_s_per_m, double wall_damping_n_s_per_m,
+                                                double lag_s) noexcept {
+  return (damping_n_s_per_m + wall_damping_n_s_per_m) / lag_s;
+}
+
+/// Returns the contact damping in N s/m that keeps a spring stable on a device without any damping of its
+/// own.  RT: safe.
+constexpr double contactDamping_n_s_per_m(double stiffness_n_per_m, double lag_s) noexcept {
+  return kContactDamping * stiffness_n_per_m * lag_s;
+}
+
+/// Returns the stiffest spring in N/m that stays stable with contactDamping_n_s_per_m() delayed as much as
+/// the spring. `mass_kg`: of the device alone, > 0; a hand that holds it adds to it.  RT: safe.
+constexpr double stiffnessOfMass_n_per_m(double mass_kg, double lag_s) noexcept {
+  return kStiffnessOfMass * mass_kg / (lag_s * lag_s);
+}
+
+/// Returns the largest total damping at the hand in N s/m that is stable with the delay `lag_s`.  RT: safe.
+constexpr double largestDamping_n_s_per_m(double mass_kg, double lag_s) noexcept {
+  return kDampingOfMass * mass_kg / lag_s;
+}
+
+}  // namespace hapticd::rt

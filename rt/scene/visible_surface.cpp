@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rt/scene/visible_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace hapticd::rt {
+namespace {
+
+/// One vector register on every machine; the compiler's vector type suffices, because only four lanes are
+/// needed.
+using Four = float __attribute__((vector_size(16)));
+
+/// Loads a facet into one register: disparity and its change per column, per row and per second.
+Four numbersOf(const Facet& facet) noexcept {
+  Four numbers;
+  std::memcpy(&numbers, &facet, sizeof numbers);
+  return numbers;
+}
+
+/// The four facets around an image position and the bilinear weights of that position.
+struct Corners {
+  const Facet* upper;  // upper left; the upper right one follows
+  const Facet* lower;
+  float t;  // horizontal position, 0..1 from left to right
+  float s;  // vertical position, 0..1 from top to bottom
+};
+
+/// Interpolates the surface between four facets from their values and slopes; exact where the disparity is
+/// quadratic.
+Four blended(const Corners& cell) noexcept {
+  constexpr float kSide = BlockLattice::kBlock_px;
+  const float t = cell.t;
+  const float s = cell.s;
+  const Four a = numbersOf(cell.upper[0]);
+  const Four b = numbersOf(cell.upper[1]);
+  const Four c = numbersOf(cell.lower[0]);
+  const Four d = numbersOf(cell.lower[1]);
+  const Four upper = a + t * (b - a);
+  const Four lower = c + t * (d - c);
+  Four sum = upper + s * (lower - upper);
+  // The difference between Hermite interpolation (values and slopes) and linear interpolation.
+  const float left = (1 - s) * a[1] + s * c[1];
+  const float right = (1 - s) * b[1] + s * d[1];
+  const float top = (1 - t) * a[2] + t * b[2];
+  const float bottom = (1 - t) * c[2] + t * d[2];
+  sum[0] += 0.5F * kSide * (t * (1 - t) * (left - right) + s * (1 - s) * (top - bottom));
+  return sum;
+}
+
+/// Evaluates the plane of the i-th facet, in row order, at the position.
+Four planeOf(const Corners& cell, int i) noexcept {
+  constexpr float kSide = BlockLattice::kBlock_px;
+  Four numbers = numbersOf((i < 2 ? cell.upper : cell.lower)[i & 1]);
+  const float du = kSide * (cell.t - static_cast<float>(i & 1));
+  const float dv = kSide * (cell.s - static_cast<float>(i >> 1));
+  numbers[0] += numbers[1] * du + numbers[2] * dv;
+  return numbers;
+}
+
+/// Evaluates the surface where faces meet: each face extends up to the crease.
+Four atCrease(const Corners& cell, bool least) noexcept {
+  Four chosen = planeOf(cell, 0);
+  for (int i = 1; i < 4; ++i) {
+    const Four numbers = planeOf(cell, i);
+    if ((numbers[0] < chosen[0]) == least) chosen = numbers;
+  }
+  return chosen;
+}
+
+/// Returns the slope at a pixel from its two neighbours, limited to that of the flatter side; where a surface
+/// ends, the other side determines it.
+float slopeBetween(int before, int raw, int behind) noexcept {
+  if (before >= kNoRawDisparity || behind >= kNoRawDisparity) return 0;
+  const int up = raw - before;
+  const int down = behind - raw;
+  if ((up < 0) != (down < 0)) return 0;
+  return static_cast<float>(std::abs(up) < std::abs(down) ? up : down);
+}
+
+/// Estimates the surface at a position from its pixel and the neighbours, for surfaces that are too steep or
+/// too small for facets.
+Four estimateFromPixel(const std::uint16_t* image, const DepthModel& model, int row, int column,
+                       const ImagePosition& at) noexcept {
+  const int stride = model.stride_px();
+  const std::uint16_t* const pixel = image + row * stride + column;
+  const bool has_columns = column > 0 && column + 1 < model.width_px();
+  const bool has_rows = row > 0 && row + 1 < model.height_px();
+  const float per_column = has_columns ? slopeBetween(pixel[-1], *pixel, pixel[1]) : 0;
+  const float per_row = has_rows ? slopeBetween(pixel[-stride], *pixel, pixel[stride]) : 0;
+  const float raw = static_cast<float>(*pixel) + per_column * static_cast<float>(at.u - column) +
+                    per_row * static_cast<float>(at.v - row);
+  return Four{raw, per_column, per_row, 0};
+}
+
+/// Estimates the surface at a position from those facets that the pixel's measurement belongs to. Returns
+/// false if there is none.
+bool estimateFromFacets(const Corners& cell, float raw, float of_facet_raw, Four& numbers_of_pixel) noexcept {
+  const float weight_of[4] = {(1 - cell.t) * (1 - cell.s), cell.t * (1 - cell.s), (1 - cell.t) * cell.s,
+                              cell.t * cell.s};
+  const Facet* const facet_of[4] = {cell.upper, cell.upper + 1, cell.lower, cell.lower + 1};
+  Four sum{};
+  float weight = 0;
+  for (int i = 0; i < 4; ++i) {
+    if (facet_of[i]->disparity < 0) continue;
+    const Four numbers = planeOf(cell, i);
+    if (std::abs(numbers[0] - raw) > of_facet_raw) continue;
+    const float share = weight_of[i] + 1e-3F;
+    sum += share * numbers;
+    weight += share;
+  }
+  if (weight > 0) numbers_of_pixel = (1 / weight) * sum;
+  return weight > 0;
+}
+
+}  // namespace
+
+double SurfaceView::shellAt(double depth_m) const noexcept {
+  constexpr double kNoiseUnits = 0.5;
+  constexpr double kMin_m = 0.01;
+  return std::max(kMin_m, shell_m_ - kNoiseUnits * noiseUnit_m(depth_m));
+}
+
+Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image) const HAPTICD_RT {
+  constexpr double kPerBlock = 1.0 / BlockLattice::kBlock_px;
+  const BlockWindow& window = surface_.blocks;
+  if (window.columns() < 2 || window.rows() < 2) return {};
+  const double block_u = std::clamp((image.u - BlockLattice::kMiddle_px) * kPerBlock,
+                                    static_cast<double>(window.column_first), window.column_last - 1e-6);
+  const double block_v = std::clamp((image.v - BlockLattice::kMiddle_px) * kPerBlock,
+                                    static_cast<double>(window.row_first), window.row_last - 1e-6);
+  const int column = std::min(static_cast<int>(block_u), window.column_last - 1);
+  const int row = std::min(static_cast<int>(block_v), window.row_last - 1);
+  const std::size_t index = surface_.lattice.at(row, column);
+  const Corners corners{layer.facet + index, layer.facet + index + surface_.lattice.columns,
+                        static_cast<float>(block_u - column), static_cast<float>(block_v - row)};
+  Sheet sheet;
+  Four numbers{};
+  const Cell cell = layer.cell[index];
+  if (cell == Cell::smooth) {
+    numbers = blended(corners);
+  } else if (cell != Cell::mixed) {
+    numbers = atCrease(corners, cell == Cell::least);
+  } else {
+    const auto pixel_column = std::clamp(static_cast<int>(std::lround(image.u)), 0, model_.width_px() - 1);
+    const auto pixel_row = std::clamp(static_cast<int>(std::lround(image.v)), 0, model_.height_px() - 1);
+    const std::uint16_t raw = layer.image[pixel_row * model_.stride_px() + pixel_column];
+    if (raw >= kNoRawDisparity) {
+      sheet.beyond_view = raw == SurfaceLayer::kBeyondView;
+      return sheet;
+    }
+    if (!estimateFromFacets(corners, static_cast<float>(raw), surface_.of_facet_raw, numbers))
+      numbers = estimateFromPixel(layer.image, model_, pixel_row, pixel_column, image);
+  }
+  const double a = model_.disparity().a_per_m;
+  const double w = a * (double{numbers[0]} + age_s_ * double{numbers[3]}) + model_.disparity().b_per_m;
+  if (!(w > 0)) return sheet;
+  const double w_u = a * double{numbers[1]};
+  const double w_v = a * double{numbers[2]};
+  // The plane with 1/Z = w at this pixel and these slopes is N * X = 1, with x right, y down, Z forward.
+  const double x = w_u * camera_.fx_px;
+  const double y = w_v * camera_.fy_px;
+  const double z = w - w_u * (image.u - camera_.cx_px) - w_v * (image.v - camera_.cy_px);
+  const double length = std::sqrt(x * x + y * y + z * z);
+  sheet.exists = true;
+  sheet.inverse_depth_per_m = w;
+  sheet.distance_m = 1 / length;
+  sheet.normal_in_camera = sheet.distance_m * Vec3{-x, y, z};
+  // The ray meets the surface at the depth 1/w, which changes by -w' / w^2. The ray's direction has depth 1,
+  // so it meets the plane N * X = 1 where N * ray = w.
+  sheet.speed_m_per_s = sheet.distance_m * a * double{numbers[3]} / w;
+  return sheet;
+}
+
+SurfaceView::Place SurfaceView::look(const Vec3& p) const HAPTICD_RT {
+  const double depth = depthOf(p);
+  if (!(depth > kNearest_m)) return {};
+  const ImagePosition image = project(p);
+  if (!isInImage(image)) return {.where = Where::beyond, .sheet = {}, .distance_m = 0};
+  const double shell_m = shellAt(depth);
+  // Too far behind a sheet along the ray, where the measurement is uncertain. An outline tilts flat surfaces,
+  // so the distance from the plane alone is not sufficient; on steep surfaces it must be large as well.
+  constexpr double kShareOfShell = 0.65;
+  const auto isBehind = [&p, depth, shell_m](const Sheet& sheet) {
+    return depth - sheet.depth_m() > shell_m && -distanceFrom(sheet, p) > kShareOfShell * shell_m;
+  };
+  const auto placeAtSheet = [&p](const Sheet& sheet) -> Place {
+    const double distance = distanceFrom(sheet, p);
+    return {distance >= 0 ? Where::free : Where::inside, sheet, distance};
+  };
+  const Sheet nearest = sheetOf(surface_.visible, image);
+  if (nearest.exists && !isBehind(nearest)) return placeAtSheet(nearest);
+  if (surface_.hides_anything) {
+    const Sheet hidden = sheetOf(surface_.hidden, image);
+    if (hidden.exists && !isBehind(hidden)) return placeAtSheet(hidden);
+  }
+  const Where where = nearest.exists ? Where::unseen : nearest.beyond_view ? Where::beyond : Where::free;
+  return {.where = where, .sheet = {}, .distance_m = 0};
+}
+
+Sheet SurfaceView::sheetNear(const ImagePosition& image, double depth_m) const HAPTICD_RT {
+  const Sheet nearest = sheetOf(surface_.visible, image);
+  if (!surface_.hides_anything) return nearest;
+  const Sheet hidden = sheetOf(surface_.hidden, image);
+  if (!nearest.exists || !hidden.exists) return nearest.exists ? nearest : hidden;
+  const bool nearer = std::abs(nearest.depth_m() - depth_m) <= std::abs(hidden.depth_m() - depth_m);
+  return nearer ? nearest : hidden;
+}
+
+}  // namespace hapticd::rt

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "tools/manual/help_text.h"
+#include "tools/manual/page.h"
+#include "tools/manual/roff.h"
+#include "tools/manual/sections.h"
+
+namespace hapticd::tools {
+namespace {
+
+constexpr const char* kText =
+    "# Reads and\n# more.\ninterface io.hapticd.Test\n\n"
+    "# On or off.\ntype Switch (on, off)\n\n"
+    "type Place (\n  # Metres\n  x: ?float,\n  state: (on, off),\n  words: [string]string\n)\n\n"
+    "# Moves.\nmethod Move(\n  # Where to\n  to: Place\n) -> ()\n"
+    "method Ask() -> (\n  answer: Switch\n)\n"
+    "# Refused.\nerror No (\n  # Why\n  reason: string\n)\n";
+
+TEST(InterfaceSection, HasMethodsThenErrorsThenTypesWithTheirFields) {
+  const auto roff = interfaceSection(kText);
+  ASSERT_TRUE(roff) << roff.error().text();
+  EXPECT_EQ(*roff,
+            ".SH \"io.hapticd.Test\"\n.PP\nReads and more.\n"
+            ".SS method Move\n.PP\nMoves.\n"
+            ".PP\nTakes:\n.TP\n\\fBto: Place\\fR\nWhere to.\n.PP\nAnswers nothing.\n"
+            ".SS method Ask\n"
+            ".PP\nTakes nothing.\n.PP\nAnswers:\n.TP\n\\fBanswer: Switch\\fR\nSee above.\n"
+            ".SS error No\n.PP\nRefused.\n.TP\n\\fBreason: string\\fR\nWhy.\n"
+            ".SS type Switch\n.PP\nOn or off.\n.PP\nOne of: on, off.\n"
+            ".SS type Place\n.TP\n\\fBx: ?float\\fR\nMetres.\n.TP\n\\fBstate: (on, off)\\fR\nSee above.\n"
+            ".TP\n\\fBwords: [string]string\\fR\nSee above.\n");
+}
+
+TEST(InterfaceSection, NamesALineThatHasAnotherForm) {
+  for (const char* const line : {"function F()", "  x: int", "type A", ") -> ()"}) {
+    const auto roff = interfaceSection("interface a.b\n" + std::string(line) + "\n");
+    ASSERT_FALSE(roff) << line;
+    EXPECT_EQ(roff.error().where, "line 2") << line;
+  }
+}
+
+constexpr const char* kHelp =
+    "box: does it\n"
+    "Usage: build/bin/box [OPTIONS] SUBCOMMAND\n"
+    "\n"
+    "Positionals:\n"
+    "  NAME TEXT ...               names\n"
+    "\n"
+    "Options:\n"
+    "  -h,--help                   show help\n"
+    "  --depth DIR_OR_PGM REQUIRED folder or file\n"
+    "  --interval TIME:INT in [20 - 60000]\n"
+    "                              time between two,\n"
+    "                              in ms\n"
+    "\n"
+    "Subcommands:\n"
+    "  watch                       look on\n"
+    "\n"
+    "Exit status: 0 done, 64 wrong, or no, usage,\n"
+    "78 configuration.\n"
+    "Socket: 5 of them, 6 at most.\n";
+
+TEST(HelpText, GivesUsageWithoutTheFolder) {
+  EXPECT_EQ(parseHelp(kHelp).usage, "box [OPTIONS] SUBCOMMAND");
+}
+
+TEST(HelpText, GivesOptionsWithTheirTexts) {
+  const HelpText help = parseHelp(kHelp);
+  ASSERT_EQ(help.options.size(), 3U);
+  EXPECT_EQ(help.options[0].name, "-h,--help");
+  EXPECT_EQ(help.options[0].text, "show help");
+}
+
+TEST(HelpText, SeparatesANameThatFillsItsColumnFromItsText) {
+  const HelpText help = parseHelp(kHelp);
+  ASSERT_EQ(help.options.size(), 3U);
+  EXPECT_EQ(help.options[1].name, "--depth DIR_OR_PGM REQUIRED");
+  EXPECT_EQ(help.options[1].text, "folder or file");
+}
+
+TEST(HelpText, TakesTheTextOfALongNameFromTheLinesBelow) {
+  const HelpText help = parseHelp(kHelp);
+  ASSERT_EQ(help.options.size(), 3U);
+  EXPECT_EQ(help.options[2].name, "--interval TIME:INT in [20 - 60000]");
+  EXPECT_EQ(help.options[2].text, "time between two, in ms");
+}
+
+TEST(HelpText, GivesArgumentsAndCommands) {
+  const HelpText help = parseHelp(kHelp);
+  ASSERT_EQ(help.arguments.size(), 1U);
+  EXPECT_EQ(help.arguments[0].name, "NAME TEXT ...");
+  ASSERT_EQ(help.commands.size(), 1U);
+  EXPECT_EQ(help.commands[0].name, "watch");
+}
+
+TEST(HelpText, GivesExitStatusesToTheEndOfTheSentence) {
+  const HelpText help = parseHelp(kHelp);
+  ASSERT_EQ(help.exit_statuses.size(), 3U);
+  EXPECT_EQ(help.exit_statuses[1].name, "64");
+  EXPECT_EQ(help.exit_statuses[1].text, "wrong, or no, usage");
+  EXPECT_EQ(help.exit_statuses[2].text, "configuration");
+}
+
+TEST(Roff, PrintsTextAsItStands) {
+  EXPECT_EQ(plainRoff(".so x\n'br a\\b --c"), "\\&.so x\n\\&'br a\\eb \\-\\-c");
+}
+
+TEST(ManualPage, RefusesAProgramThatIsNotThere) {
+  const auto page = manualPage({"@OPTIONS@\n", "/nowhere/program", "1"});
+  ASSERT_FALSE(page.has_value());
+  EXPECT_NE(page.error().text().find("/nowhere/program"), std::string::npos);
+}
+
+TEST(ManualPage, RefusesALineThatStandsForNothing) {
+  const auto page = manualPage({"@EXIT_STATUS@\n", "", "1"});
+  ASSERT_FALSE(page.has_value());
+  EXPECT_NE(page.error().text().find("@EXIT_STATUS@"), std::string::npos);
+}
+
+TEST(ManualPage, FillsTheVersionIn) {
+  EXPECT_EQ(manualPage({".TH A 1 \"\" \"a @VERSION@\"\n", "", "1.2"}).value(), ".TH A 1 \"\" \"a 1.2\"\n");
+}
+
+}  // namespace
+}  // namespace hapticd::tools

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/hapticctl/text/terminal_text.h"
+
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
+
+namespace hapticd::tools {
+namespace {
+
+bool continuesACharacter(char byte) {
+  return (static_cast<unsigned char>(byte) & 0xc0U) == 0x80U;
+}
+
+/// Bytes of the first `columns` characters.
+std::size_t bytesOf(std::string_view text, std::size_t columns) {
+  std::size_t end = 0;
+  for (std::size_t column = 0; end < text.size() && column < columns; ++column) {
+    do ++end;
+    while (end < text.size() && continuesACharacter(text[end]));
+  }
+  return end;
+}
+
+std::string_view environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr ? std::string_view() : value;
+}
+
+}  // namespace
+
+std::size_t columnsOf(std::string_view text) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(text, [](char byte) { return !continuesACharacter(byte); }));
+}
+
+std::string cutTo(std::string text, std::size_t columns) {
+  constexpr std::string_view kMore = "...";
+  if (columnsOf(text) <= columns) return text;
+  if (columns <= kMore.size()) return text.substr(0, bytesOf(text, columns));
+  return text.substr(0, bytesOf(text, columns - kMore.size())) + std::string(kMore);
+}
+
+std::string wrapped(const std::string& text, std::size_t columns, const std::string& indent) {
+  std::string lines;
+  std::string_view rest = text;
+  for (std::size_t room = columns; columnsOf(rest) > room; room = columns - indent.size()) {
+    const std::size_t most = bytesOf(rest, room);
+    const std::size_t blank = rest.rfind(' ', most);
+    const bool breaks = blank != std::string_view::npos && blank > 0;
+    lines += std::string(rest.substr(0, breaks ? blank : most)) + "\n" + indent;
+    rest.remove_prefix(breaks ? blank + 1 : most);
+  }
+  return lines + std::string(rest);
+}
+
+std::string painted(const std::string& text, Colour colour, bool on) {
+  if (!on || colour == Colour::plain) return text;
+  const char* code = colour == Colour::red      ? "31"
+                     : colour == Colour::yellow ? "33"
+                     : colour == Colour::green  ? "32"
+                                                : "2";
+  return std::string("\033[") + code + "m" + text + "\033[0m";
+}
+
+bool isScreen(int descriptor) {
+  return ::isatty(descriptor) == 1 && environment("TERM") != "dumb";
+}
+
+bool wantsColours(std::string_view when) {
+  if (when != "auto") return when == "always";
+  return isScreen(STDOUT_FILENO) && environment("NO_COLOR").empty();
+}
+
+bool showsUtf8() {
+  for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"}) {
+    std::string locale(environment(name));
+    if (locale.empty()) continue;
+    std::ranges::transform(locale, locale.begin(), [](unsigned char c) { return std::tolower(c); });
+    return locale.find("utf-8") != std::string::npos || locale.find("utf8") != std::string::npos;
+  }
+  return false;
+}
+
+TerminalSize terminalSize() {
+  if (::isatty(STDOUT_FILENO) != 1) return {TerminalSize::kNoLimit, TerminalSize::kNoLimit};
+  winsize size{};
+  if (::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0 || size.ws_row == 0) return {};
+  return {size.ws_col, size.ws_row};
+}
+
+}  // namespace hapticd::tools
