@@ -30,8 +30,8 @@ constexpr char32_t kByteOrderMarkCode = 0xfeff;
 std::optional<char32_t> unprintableIn(std::string_view line, bool first_line) {
   if (line.ends_with('\r')) line.remove_suffix(1);
   while (const auto found = base::firstUnprintable(line)) {
-    const bool harmless =
-        found->code_point == '\t' || (first_line && found->at == 0 && found->code_point == kByteOrderMarkCode);
+    const bool harmless = found->code_point == '\t' ||
+                          (first_line && found->at == 0 && found->code_point == kByteOrderMarkCode);
     if (!harmless) return found->code_point;
     line.remove_prefix(found->at + (found->code_point == '\t' ? 1 : 3));
     first_line = false;
