@@ -33,6 +33,9 @@ struct CameraDetails {
   std::optional<double> temperature_c = {};  ///< of its processor, in degrees Celsius
 };
 
+/// CameraStatus::detail until the first attempt to open the camera has ended.
+inline constexpr const char* kLookingForCamera = "looking for the camera";
+
 /// State of a camera as shown to people and to clients of the control API.
 struct CameraStatus {
   CameraState state = CameraState::absent;

@@ -14,7 +14,6 @@
 #include "tests/system/test_sockets.h"
 
 // Missing LEDs cause a warning, and nothing else changes.
-// hapticd starts, whatever it finds at the paths of its sockets.
 namespace hapticd {
 namespace {
 
@@ -118,6 +117,8 @@ using test::DaemonHome;
 using test::exitedWith;
 using test::Finished;
 using test::isTold;
+
+// hapticd starts, whatever it finds at the paths of its sockets.
 
 constexpr int kSocketsUnavailable = 69;
 

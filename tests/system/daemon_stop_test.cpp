@@ -10,8 +10,6 @@
 #include "tests/system/daemon_under_test.h"
 
 // Requesting force that already acts.
-// The force when the box stops: no process shows it, so the RunningBox itself is tested.
-// The end of hapticd: exit status 0, no socket file, no process, whenever the signal comes.
 namespace hapticd {
 namespace {
 
@@ -41,6 +39,8 @@ TEST(EngageAgain, InContactKeepsModeAndForce) {
 
 namespace hapticd::daemon {
 namespace {
+
+// The force when the box stops: no process shows it, so the RunningBox itself is tested.
 
 /// A hand that presses on a plane 1 m away.
 config::Settings pressing() {
@@ -93,6 +93,8 @@ namespace {
 using test::Daemon;
 using test::DaemonHome;
 using test::exitedWith;
+
+// The end of hapticd: exit status 0, no socket file, no process, whenever the signal comes.
 
 const std::vector<std::string> kOnlyTheFile{"hapticd.yaml"};
 

@@ -9,7 +9,6 @@
 #include "tests/system/daemon_under_test.h"
 
 // The documented stream of ticks, read by the shipped example from a running daemon.
-// The documented memory with the depth frames, read by the shipped example from a running daemon.
 namespace hapticd::test {
 namespace {
 
@@ -61,6 +60,8 @@ TEST(TickStream, TheExampleInPythonReportsAFieldThatTicksDoNotHave) {
   EXPECT_EQ(example.ending, exitedWith(1));
   EXPECT_NE(example.errors.find("io.hapticd.Status.UnknownField"), std::string::npos) << example.errors;
 }
+
+// The documented memory with the depth frames, read by the shipped example from a running daemon.
 
 TEST(DepthShare, TheExampleInPythonGetsFramesInTheirOrder) {
   const DaemonHome home;

@@ -115,19 +115,16 @@ class MeasuringSink final : public drivers::FrameSink {
 };
 
 /// Whether the driver has looked for the camera and knows why it cannot use it.
-bool hasReason(const drivers::CameraStatus& status, const std::string& searching) {
+bool hasReason(const drivers::CameraStatus& status) {
   const bool is_absent = status.state == drivers::CameraState::absent && status.damaged_frames == 0;
-  return is_absent && !searching.empty() && status.detail != searching;
+  return is_absent && !status.detail.empty() && status.detail != drivers::kLookingForCamera;
 }
 
 bool waitForFirst(MeasuringSink& sink, const drivers::Camera& camera, std::chrono::milliseconds patience) {
   const auto deadline = Clock::now() + patience;
-  std::string searching = camera.status().detail;  // until the first attempt has ended
   do {
     if (sink.waitForFirst(kLookPeriod)) return true;
-    const drivers::CameraStatus status = camera.status();
-    if (hasReason(status, searching)) break;
-    if (searching.empty()) searching = status.detail;
+    if (hasReason(camera.status())) break;
   } while (Clock::now() < deadline);
   return false;
 }

@@ -22,7 +22,7 @@ constexpr std::int64_t kHangsAfterNs =
 }  // namespace
 
 void FreenectWorker::run() {
-  board_.set(CameraState::absent, "looking for the camera");
+  board_.set(CameraState::absent, kLookingForCamera);
   board_.setIdentity(serial_.empty() ? "freenect" : "freenect " + serial_);
   Clock::time_point next_try = Clock::now();
   while (!stop_signal_.waitUntil(next_try)) {

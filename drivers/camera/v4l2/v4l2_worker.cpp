@@ -106,7 +106,7 @@ struct V4l2Worker::Metadata {
 };
 
 void V4l2Worker::run() {
-  board_.set(CameraState::absent, "looking for the camera");
+  board_.set(CameraState::absent, kLookingForCamera);
   board_.setIdentity("v4l2");
   Clock::time_point next_try = Clock::now();
   while (!stop_signal_.waitUntil(next_try)) {

@@ -13,7 +13,6 @@
 #include "tests/support/temporary_folder.h"
 
 // Changes of the configuration that a running daemon applies when it is read again.
-// What a reload loosens while the box is engaged waits for a person; everything else does not.
 namespace hapticd::daemon {
 namespace {
 
@@ -244,6 +243,8 @@ TEST(Reload, LeavesTheLabelImageOfAProfile) {
 }
 
 using Texts = std::vector<std::string>;
+
+// What a reload loosens while the box is engaged waits for a person; everything else does not.
 
 constexpr const char* kNerve =
     "fixtures: [{name: nerve, kind: sphere, position_m: [0, 0, -1], radius_m: 0.01}]\n";

@@ -15,8 +15,6 @@
 #include "tools/hapticctl/doctor/named_device.h"
 
 // What `hapticctl doctor` says of memory: what is left, and what the configuration takes.
-// What `hapticctl doctor` says of boards: kernels that are not Debian's, CPUs of two kinds, frequency
-// policies, GPIO chips and storage.
 namespace hapticd::tools {
 namespace {
 
@@ -78,6 +76,9 @@ TEST_F(DoctorsMemory, WarnsOfSwapWhenTheDaemonsMemoryIsNotLocked) {
 }
 
 using DoctorOnABoard = DoctorOnFiles;
+
+// What `hapticctl doctor` says of boards: kernels that are not Debian's, CPUs of two kinds, frequency
+// policies, GPIO chips and storage.
 
 TEST_F(DoctorOnABoard, FindsNothingWrongWithABoardThatIsSetUp) {
   for (void (*board)(const test::MadeUpMachine&) :

@@ -9,7 +9,6 @@
 #include "tests/support/video/made_up_sysfs.h"
 
 // The check of depth cameras that the kernel drives, on synthetic files of /sys, /proc, /etc and /dev.
-// The findings of `hapticctl doctor` about the configured handle and the traces, on synthetic files.
 namespace hapticd::tools {
 namespace {
 
@@ -100,6 +99,8 @@ TEST_F(DoctorsCamera, AKinectIsNotMissedWithIt) {
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_TRUE(says(findings.front(), Verdict::ok, "none on USB, and camera.driver is v4l2", ""));
 }
+
+// The findings of `hapticctl doctor` about the configured handle and the traces, on synthetic files.
 
 class DoctorOfHandles : public DoctorOnFiles {
  protected:

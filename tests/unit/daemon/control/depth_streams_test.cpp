@@ -19,7 +19,6 @@
 #include "tests/support/program.h"
 
 // The stream of a depth frame, over the real sockets.
-// The descriptor of the shared depth frames, over the real sockets.
 namespace hapticd::daemon::test {
 namespace {
 
@@ -140,6 +139,8 @@ TEST_F(SnapshotTest, ForgetsClientsThatLeftAndTakesNoMoreThanEightAtATime) {
 }
 
 using nlohmann::json;
+
+// The descriptor of the shared depth frames, over the real sockets.
 
 constexpr const char* kShareDepth = R"({"method":"io.hapticd.Status.ShareDepth","more":true})";
 
