@@ -24,10 +24,10 @@ namespace hapticd::config {
 namespace {
 
 // sizeof(sockaddr_un::sun_path) without the terminating NUL.
-constexpr std::size_t kLongestSocketPath = 107;
+constexpr std::size_t kMaxSocketPathLength = 107;
 
 // Shorter directions lose digits when they are normalised.
-constexpr double kShortestDirection = 1e-3;
+constexpr double kMinDirection = 1e-3;
 
 void add(std::vector<Conflict>& conflicts, std::vector<std::string_view> parameters, std::string what,
          std::string remedy) {
@@ -96,22 +96,22 @@ void checkConfiguredIntrinsics(const Settings& settings, std::vector<Conflict>& 
 
 /// The ranges of width and height begin at 0, which stands for the usual size.
 void checkFrameSize(const Settings& settings, std::vector<Conflict>& conflicts) {
-  constexpr int kLeastWidth_px = 160;
-  constexpr int kLeastHeight_px = 100;
+  constexpr int kMinWidth_px = 160;
+  constexpr int kMinHeight_px = 100;
   const auto check = [&conflicts](const char* name, int value_px, int least_px) {
     if (value_px == 0 || value_px >= least_px) return;
     add(conflicts, {name}, fmt::format("{} px is below {} px", value_px, least_px),
         fmt::format("set {} to at least {}, or to 0 for the usual size of the camera", name, least_px));
   };
-  check("camera.width_px", settings.camera.v4l2.width_px, kLeastWidth_px);
-  check("camera.height_px", settings.camera.v4l2.height_px, kLeastHeight_px);
+  check("camera.width_px", settings.camera.v4l2.width_px, kMinWidth_px);
+  check("camera.height_px", settings.camera.v4l2.height_px, kMinHeight_px);
 }
 
 /// Raw depth has 16 bits.
 void checkDepthUnit(const Settings& settings, std::vector<Conflict>& conflicts) {
   const CameraSettings& camera = settings.camera;
-  constexpr double kLargestRaw = 65535;
-  const double farthest_m = kLargestRaw * camera.v4l2.unit_um * 1e-6;
+  constexpr double kMaxRaw = 65535;
+  const double farthest_m = kMaxRaw * camera.v4l2.unit_um * 1e-6;
   if (!camera.deliversDepth() || camera.v4l2.unit_um == 0) return;
   if (camera.depth_model.near_m <= farthest_m) return;
   add(conflicts, {"camera.unit_um", "camera.near_m"},
@@ -172,12 +172,12 @@ void checkLabelImage(const Settings& settings, std::vector<Conflict>& conflicts)
 
 void checkDirection(const Settings& settings, std::vector<Conflict>& conflicts) {
   const rt::Vec3& direction = settings.handle.simulated.direction_in_world;
-  if (rt::norm(direction) >= kShortestDirection) return;
+  if (rt::norm(direction) >= kMinDirection) return;
   add(conflicts,
       {"simulated_handle.direction_x", "simulated_handle.direction_y", "simulated_handle.direction_z"},
       fmt::format("({}, {}, {}) is not a direction: it is shorter than {}", base::numberText(direction.x),
                   base::numberText(direction.y), base::numberText(direction.z),
-                  base::numberText(kShortestDirection)),
+                  base::numberText(kMinDirection)),
       "set at least one of direction_x, direction_y and direction_z, as in 0, 0, -1");
 }
 
@@ -279,10 +279,10 @@ void checkSocketPath(std::string_view name, const std::string& path, std::vector
   } else if (path.ends_with('/')) {
     add(conflicts, {name}, fmt::format("{} names a folder", base::inQuotes(path)),
         "give the path of the socket");
-  } else if (path.size() > kLongestSocketPath) {
+  } else if (path.size() > kMaxSocketPathLength) {
     add(conflicts, {name},
         fmt::format("{} has {} bytes, a socket's path at most {}", base::inQuotes(path), path.size(),
-                    kLongestSocketPath),
+                    kMaxSocketPathLength),
         "choose a shorter path, or one relative to the working directory");
   }
 }

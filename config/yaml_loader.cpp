@@ -19,7 +19,7 @@
 namespace hapticd::config {
 namespace {
 
-constexpr std::size_t kLongestFile = std::size_t{1} << 20;
+constexpr std::size_t kMaxFileBytes = std::size_t{1} << 20;
 constexpr std::size_t kMaxErrors = 100;
 
 base::Error unreadable(const std::filesystem::path& file, const base::FileFault& fault) {
@@ -297,7 +297,7 @@ std::expected<Settings, std::vector<base::Error>> settingsOf(
 std::expected<Configuration, std::vector<base::Error>> loadConfiguration(
     const std::filesystem::path& file, std::span<const std::string> overrides, base::FileKind kind) {
   Loading loading(file.string());
-  const auto content = base::fileContent(file, {.longest = kLongestFile, .kind = kind});
+  const auto content = base::fileContent(file, {.longest = kMaxFileBytes, .kind = kind});
   if (!content) return std::unexpected(std::vector{unreadable(file, content.error())});
   loading.take(*content);
   loading.requireGroup();

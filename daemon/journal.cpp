@@ -27,7 +27,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 /// How much may wait for the reader of the log: a few hundred entries.
-constexpr std::size_t kMostWaitingBytes = 64 * 1024;
+constexpr std::size_t kMaxWaitingBytes = 64 * 1024;
 
 /// systemd.exec(5): JOURNAL_STREAM names device and inode of the stream that goes to the journal; a child
 /// whose standard error was redirected inherits the variable all the same.
@@ -96,7 +96,7 @@ class Queue {
     const std::lock_guard lock(mutex_);
     if (!open_) return false;
     noteGap();
-    if (!waiting_.empty() && waiting_bytes_ + bytesOf(entry) > kMostWaitingBytes) {
+    if (!waiting_.empty() && waiting_bytes_ + bytesOf(entry) > kMaxWaitingBytes) {
       ++lost_;
       ++gap_;
     } else {
@@ -149,7 +149,7 @@ class Queue {
  private:
   /// Says where entries are missing, as soon as there is room for that.
   void noteGap() {
-    if (gap_ == 0 || waiting_bytes_ > kMostWaitingBytes / 2) return;
+    if (gap_ == 0 || waiting_bytes_ > kMaxWaitingBytes / 2) return;
     push({JournalEntry::Priority::warning,
           fmt::format("{} log entries are missing here, because nothing took them", std::exchange(gap_, 0))});
   }

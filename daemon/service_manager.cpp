@@ -13,7 +13,7 @@ namespace hapticd::daemon {
 namespace {
 
 /// Changes of state that may wait; the first to be dropped is the oldest.
-constexpr std::size_t kMostWaiting = 16;
+constexpr std::size_t kMaxWaiting = 16;
 
 }  // namespace
 
@@ -63,7 +63,7 @@ void ServiceManager::send(std::string message) {
   sendWaiting();
   waiting_.push_back(std::move(message));
   sendWaiting();
-  if (waiting_.size() <= kMostWaiting) return;
+  if (waiting_.size() <= kMaxWaiting) return;
   waiting_.pop_front();
   ++lost_;
 }

@@ -12,7 +12,7 @@ namespace hapticd::daemon {
 /// How long each part of the box may take to stop, in the order in which they stop. A part that takes longer
 /// hangs in a library or on a disk, and the process ends without it.
 struct StopLimits {
-  /// rt::StopBound::kLongest_s, with a reserve for a busy machine.
+  /// rt::StopBound::kMax_s, with a reserve for a busy machine.
   static constexpr std::chrono::seconds kForceThread{7};
   static constexpr std::chrono::seconds kHandle{4};
   static constexpr std::chrono::seconds kTraces{8};
@@ -23,7 +23,7 @@ struct StopLimits {
   static constexpr std::chrono::seconds kAll =
       kForceThread + kHandle + kTraces + kLeds + kCamera + kSceneThread;
 };
-static_assert(StopLimits::kForceThread > std::chrono::duration<double>(rt::StopBound::kLongest_s));
+static_assert(StopLimits::kForceThread > std::chrono::duration<double>(rt::StopBound::kMax_s));
 
 /// Logs the name of the part that hangs, then ends the process at once with EX_SOFTWARE.
 [[noreturn]] void endWithout(const std::string& part, std::chrono::milliseconds limit);

@@ -13,9 +13,9 @@ namespace hapticd::config {
 namespace {
 
 // Shorter directions lose digits when they are normalised.
-constexpr double kShortestDirection = 1e-6;
-constexpr double kLeastCapsule_m = 0.0001;
-constexpr std::size_t kLongestPath = 4095;
+constexpr double kMinDirection = 1e-6;
+constexpr double kMinCapsule_m = 0.0001;
+constexpr std::size_t kMaxPathLength = 4095;
 
 std::string withUnit(double number, std::string_view unit) {
   return unit.empty() ? base::numberText(number) : fmt::format("{} {}", base::numberText(number), unit);
@@ -89,7 +89,7 @@ class FieldChecks {
   void checkMember(const Field& field, const VectorMember<Owner>& member) {
     const rt::Vec3& vector = owner_.*member.member;
     if (!checkComponents(field, vector, vectorText(vector))) return;
-    if (member.use == VectorUse::direction && norm(vector) < kShortestDirection) {
+    if (member.use == VectorUse::direction && norm(vector) < kMinDirection) {
       refuse(field, vectorText(vector), "is not a direction");
     }
   }
@@ -119,7 +119,7 @@ class FieldChecks {
 template <typename Owner>
 void checkCapsule(const Owner& owner, FieldChecks<Owner>& checks) {
   if (!checks.isGood({"position_m", "end_m"})) return;
-  if (norm(owner.end_m - owner.position_m) >= kLeastCapsule_m) return;
+  if (norm(owner.end_m - owner.position_m) >= kMinCapsule_m) return;
   checks.report("end_m", fmt::format("{} is also position_m", vectorText(owner.end_m)),
                 "move it away from position_m, or use a sphere");
 }
@@ -264,13 +264,13 @@ std::vector<AdditionError> checkTogether(const SceneAdditions& additions) {
   };
   checkList(additions.fixtures);
   checkList(additions.regions);
-  if (additions.label_image.size() > kLongestPath || base::firstInvalidUtf8(additions.label_image) ||
+  if (additions.label_image.size() > kMaxPathLength || base::firstInvalidUtf8(additions.label_image) ||
       base::firstUnprintable(additions.label_image)) {
     errors.push_back(
         {"",
          "label_image",
          {"label_image", fmt::format("{} is not a path", base::inQuotes(additions.label_image)),
-          fmt::format("give the path of a PGM file, at most {} bytes of printable text", kLongestPath)}});
+          fmt::format("give the path of a PGM file, at most {} bytes of printable text", kMaxPathLength)}});
   }
   if (auto missing = labelImageProblem(additions)) errors.push_back(std::move(*missing));
   return errors;

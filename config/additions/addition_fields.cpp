@@ -13,14 +13,14 @@ using rt::FixtureKind;
 using Fixture = FixtureSettings;
 using Region = RegionSettings;
 
-constexpr std::size_t kLongestName = 32;
+constexpr std::size_t kMaxNameLength = 32;
 
 // Metres. The smallest size that the scene can show at all is far above it.
-constexpr double kLeastSize_m = 0.0001;
+constexpr double kMinSize_m = 0.0001;
 constexpr double kFarthest_m = 10;
 
 // A direction may have any length; this keeps its square within the numbers that a double can hold.
-constexpr double kLongestDirection = 1e6;
+constexpr double kMaxDirection = 1e6;
 
 template <typename Owner>
 constexpr bool always(const Owner&) {
@@ -110,22 +110,22 @@ const std::array kFixtureFields = std::to_array<AdditionField<Fixture>>({
      "whether it acts", Looser::lower},
     {"position_m", "m", vector(&Fixture::position_m, place), -kFarthest_m, kFarthest_m, isPlaced, isPlaced,
      "plane: a point of it; box, sphere: centre; capsule: first end; cone: tip; point: the point"},
-    {"normal", "", vector(&Fixture::normal, direction), -kLongestDirection, kLongestDirection,
+    {"normal", "", vector(&Fixture::normal, direction), -kMaxDirection, kMaxDirection,
      isOf<plane>, isOf<plane>,
      "towards the free side; any length except zero"},
-    {"axis", "", vector(&Fixture::axis, direction), -kLongestDirection, kLongestDirection,
+    {"axis", "", vector(&Fixture::axis, direction), -kMaxDirection, kMaxDirection,
      isOf<cone>, isOf<cone>,
      "from the tip into the cone; any length except zero"},
     {"end_m", "m", vector(&Fixture::end_m, place), -kFarthest_m, kFarthest_m, isOf<capsule>, isOf<capsule>,
      "second end"},
-    {"size_m", "m", vector(&Fixture::size_m, size), kLeastSize_m, kFarthest_m, isOf<box>, isOf<box>,
+    {"size_m", "m", vector(&Fixture::size_m, size), kMinSize_m, kFarthest_m, isOf<box>, isOf<box>,
      "lengths of the edges"},
     {"rotation_deg", "deg", vector(&Fixture::rotation_deg, angles), -360, 360, isOf<box>, never<Fixture>,
      "roll, pitch and yaw about the fixed axes x, y and z of the frame, in this order"},
     {"orientation_xyzw", "", QuaternionMember<Fixture>{&Fixture::rotation_deg, "rotation_deg"}, -1, 1,
      isOf<box>, never<Fixture>,
      "the rotation as a unit quaternion, instead of rotation_deg"},
-    {"radius_m", "m", &Fixture::radius_m, kLeastSize_m, kFarthest_m,
+    {"radius_m", "m", &Fixture::radius_m, kMinSize_m, kFarthest_m,
      isOf<sphere, capsule>, isOf<sphere, capsule>,
      "radius"},
     {"half_angle_deg", "deg", &Fixture::half_angle_deg, 1, 85, isOf<cone>, never<Fixture>,
@@ -172,7 +172,7 @@ const std::array kRegionFields = std::to_array<AdditionField<Region>>({
     {"end_m", "m", vector(&Region::end_m, place), -kFarthest_m, kFarthest_m,
      isShaped<rt::ShapeKind::capsule>, isShaped<rt::ShapeKind::capsule>,
      "second end"},
-    {"size_m", "m", vector(&Region::size_m, size), kLeastSize_m, kFarthest_m,
+    {"size_m", "m", vector(&Region::size_m, size), kMinSize_m, kFarthest_m,
      isShaped<rt::ShapeKind::box>, isShaped<rt::ShapeKind::box>,
      "lengths of the edges"},
     {"rotation_deg", "deg", vector(&Region::rotation_deg, angles), -360, 360,
@@ -181,7 +181,7 @@ const std::array kRegionFields = std::to_array<AdditionField<Region>>({
     {"orientation_xyzw", "", QuaternionMember<Region>{&Region::rotation_deg, "rotation_deg"}, -1, 1,
      isShaped<rt::ShapeKind::box>, never<Region>,
      "the rotation as a unit quaternion, instead of rotation_deg"},
-    {"radius_m", "m", &Region::radius_m, kLeastSize_m, kFarthest_m,
+    {"radius_m", "m", &Region::radius_m, kMinSize_m, kFarthest_m,
      isShaped<rt::ShapeKind::sphere, rt::ShapeKind::capsule>,
      isShaped<rt::ShapeKind::sphere, rt::ShapeKind::capsule>,
      "radius"},
@@ -238,7 +238,7 @@ std::string variantOf(const RegionSettings& region) {
 }
 
 bool isAdditionName(std::string_view name) {
-  return !name.empty() && name.size() <= kLongestName &&
+  return !name.empty() && name.size() <= kMaxNameLength &&
          name.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-") ==
              std::string_view::npos;
 }

@@ -17,7 +17,7 @@ namespace hapticd::config {
 namespace {
 
 constexpr std::string_view kLabelImage = "label_image";
-constexpr std::size_t kLongestText = std::size_t{1} << 20;
+constexpr std::size_t kMaxTextLength = std::size_t{1} << 20;
 constexpr std::size_t kMaxErrors = 100;
 
 template <typename Owner>
@@ -124,7 +124,7 @@ std::expected<Owner, std::vector<AdditionError>> changedBy(const Owner& owner, s
     return std::unexpected(
         std::vector{additionError(nounOf(owner), owner.name, "", std::move(what), std::move(remedy))});
   };
-  if (members.size() > kLongestText) return fail("the change is longer than 1 MiB", "shorten it");
+  if (members.size() > kMaxTextLength) return fail("the change is longer than 1 MiB", "shorten it");
   const auto node = readYamlNode(members);
   if (!node) return fail(node.error().what, node.error().remedy);
   std::vector<PlacedAdditionError> errors;
@@ -139,7 +139,7 @@ std::expected<Owner, std::vector<AdditionError>> changedBy(const Owner& owner, s
 std::expected<SceneAdditions, std::vector<AdditionError>> additionsOf(std::string_view text,
                                                                       const std::string& name,
                                                                       bool of_model) {
-  if (text.size() > kLongestText) {
+  if (text.size() > kMaxTextLength) {
     return std::unexpected(std::vector{AdditionError{
         "", "", {name, "is longer than 1 MiB", "a path has at most 256 points; leave out the others"}}});
   }

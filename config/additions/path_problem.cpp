@@ -22,7 +22,7 @@ double angleBetween_deg(const Vec3& a, const Vec3& b) {
   return std::atan2(norm(cross(a, b)), dot(a, b)) * 180 / std::numbers::pi;
 }
 
-/// Returns the distance of two segments of at least kLeastPointDistance_m (Ericson, Real-Time Collision
+/// Returns the distance of two segments of at least kMinPointDistance_m (Ericson, Real-Time Collision
 /// Detection, section 5.1.9).
 double segmentDistance_m(const Vec3& p1, const Vec3& q1, const Vec3& p2, const Vec3& q2) {
   const Vec3 d1 = q1 - p1;
@@ -80,10 +80,10 @@ std::optional<PathProblem> pathProblem(std::span<const Vec3> given_m, bool allow
   if (closed) points_m.back() = points_m.front();
   for (std::size_t i = 0; i + 1 < points_m.size(); ++i) {
     const double distance_m = norm(points_m[i + 1] - points_m[i]);
-    if (distance_m >= rt::kLeastPointDistance_m) continue;
+    if (distance_m >= rt::kMinPointDistance_m) continue;
     return PathProblem{fmt::format("points {} and {} are {:.2g} m apart", i + 1, i + 2, distance_m),
                        fmt::format("delete one of the two, or move them at least {} m apart",
-                                   base::numberText(rt::kLeastPointDistance_m))};
+                                   base::numberText(rt::kMinPointDistance_m))};
   }
   for (std::size_t i = 1; i + (closed ? 0 : 1) < points_m.size(); ++i) {
     const Vec3 onward = i + 1 < points_m.size() ? points_m[i + 1] - points_m[i] : points_m[1] - points_m[0];

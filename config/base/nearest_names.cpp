@@ -14,7 +14,7 @@ namespace hapticd::base {
 namespace {
 
 constexpr std::size_t kMaxSuggestions = 3;
-constexpr std::size_t kLongestName = 64;  // longer ones are not near anything; bounds the work
+constexpr std::size_t kMaxNameLength = 64;  // longer ones are not near anything; bounds the work
 
 // Returns the number of characters to insert, delete or replace to turn one into the other (Levenshtein).
 std::size_t editDistance(std::string_view from, std::string_view to) {
@@ -48,7 +48,7 @@ std::size_t distance(std::string_view name, std::string_view candidate) {
 }  // namespace
 
 std::string didYouMean(std::string_view name, std::span<const std::string_view> candidates) {
-  if (name.size() > kLongestName) return {};
+  if (name.size() > kMaxNameLength) return {};
   const std::size_t farthest = std::max<std::size_t>(1, lastPart(name).size() / 3);
   std::vector<std::pair<std::size_t, std::string_view>> near;
   for (const std::string_view candidate : candidates) {

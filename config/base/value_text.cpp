@@ -12,7 +12,7 @@
 namespace hapticd::base {
 namespace {
 
-constexpr std::size_t kLongestQuotation = 60;
+constexpr std::size_t kMaxQuotationLength = 60;
 
 std::uint8_t byteAt(std::string_view text, std::size_t at) {
   return at < text.size() ? static_cast<std::uint8_t>(text[at]) : std::uint8_t{0};
@@ -107,7 +107,7 @@ std::optional<Unprintable> firstUnprintable(std::string_view text) {
 std::string inQuotes(std::string_view text) {
   std::string shown = "\"";
   for (std::size_t at = 0; at < text.size();) {
-    if (at + std::max<std::size_t>(sequenceLength(text, at), 1) > kLongestQuotation) return shown + "...\"";
+    if (at + std::max<std::size_t>(sequenceLength(text, at), 1) > kMaxQuotationLength) return shown + "...\"";
     shown += nextShown(text, at);
   }
   return shown + '"';

@@ -15,7 +15,7 @@ namespace hapticd::config {
 namespace {
 
 // Room for the header and long comments in it.
-constexpr std::size_t kLongestFile = rt::kMaxFramePixels + 65536;
+constexpr std::size_t kMaxFileBytes = rt::kMaxFramePixels + 65536;
 constexpr std::string_view kBlanks = " \t\r\n\v\f";
 
 std::unexpected<base::Error> failure(const std::filesystem::path& file, std::string what,
@@ -57,7 +57,7 @@ class Header {
 }  // namespace
 
 base::Result<LabelImage> loadLabelImage(const std::filesystem::path& file) {
-  const auto content = base::fileContent(file, {.longest = kLongestFile, .kind = base::FileKind::regular});
+  const auto content = base::fileContent(file, {.longest = kMaxFileBytes, .kind = base::FileKind::regular});
   if (!content) {
     return failure(file, content.error().text(),
                    "name a PGM file of 8 bits, of the size of the depth image, that hapticd can read");

@@ -12,7 +12,7 @@ namespace hapticd::config {
 namespace {
 
 // GPIO_MAX_NAME_SIZE of Linux without the terminating NUL.
-constexpr std::size_t kLongestLineName = 31;
+constexpr std::size_t kMaxLineNameLength = 31;
 
 constexpr std::string_view kActiveLow = " active-low";
 constexpr std::string_view kForm = "write it as NAME, OFFSET, NAME active-low or OFFSET active-low";
@@ -35,10 +35,10 @@ base::Result<LineAddress> withOffset(std::string_view digits, LineAddress line) 
 }
 
 base::Result<LineAddress> withName(std::string_view name, LineAddress line) {
-  if (name.size() > kLongestLineName) {
-    return refused(name,
-                   fmt::format("has {} bytes, the name of a line at most {}", name.size(), kLongestLineName),
-                   "gpioinfo lists the lines of each chip");
+  if (name.size() > kMaxLineNameLength) {
+    return refused(
+        name, fmt::format("has {} bytes, the name of a line at most {}", name.size(), kMaxLineNameLength),
+        "gpioinfo lists the lines of each chip");
   }
   // A misspelt suffix would be part of the name, and no such line would ever be found.
   if (name.find(" active") != std::string_view::npos) return refused(name, "does not end in \"active-low\"");

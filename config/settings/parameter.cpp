@@ -13,7 +13,7 @@ namespace hapticd::config {
 namespace {
 
 // PATH_MAX of Linux without the terminating NUL: the longest text that any parameter can use.
-constexpr std::size_t kLongestText = 4095;
+constexpr std::size_t kMaxTextLength = 4095;
 
 base::Error refusal(const Parameter& parameter, std::string_view shown, std::string_view why) {
   return {.where = std::string(parameter.name),
@@ -51,9 +51,9 @@ base::Result<Value> checkChoice(const Parameter& parameter, const std::string& w
 }
 
 base::Result<Value> checkText(const Parameter& parameter, const std::string& text) {
-  if (text.size() > kLongestText) {
+  if (text.size() > kMaxTextLength) {
     return std::unexpected(
-        refusal(parameter, base::inQuotes(text), fmt::format("is longer than {} bytes", kLongestText)));
+        refusal(parameter, base::inQuotes(text), fmt::format("is longer than {} bytes", kMaxTextLength)));
   }
   if (base::firstInvalidUtf8(text))
     return std::unexpected(refusal(parameter, base::inQuotes(text), "is not valid UTF-8"));

@@ -21,7 +21,7 @@ using config::AdditionError;
 constexpr const char* kDefinitionRemedy =
     "give an object with the members that the configuration has, see man 5 hapticd.yaml";
 /// Longest definition in an entry of the journal.
-constexpr std::size_t kLongestValue = 4000;
+constexpr std::size_t kMaxValueLength = 4000;
 
 /// The list of a type, and its words.
 template <typename T>
@@ -32,7 +32,7 @@ struct ListOf<config::FixtureSettings> {
   static constexpr const char* kWord = "fixture";
   static constexpr auto kEvent = config::EventKind::fixture;
   static constexpr auto kMember = &config::SceneAdditions::fixtures;
-  static constexpr std::size_t kMost = rt::kMaxFixtures;
+  static constexpr std::size_t kMaxCount = rt::kMaxFixtures;
 };
 template <>
 struct ListOf<config::RegionSettings> {
@@ -40,7 +40,7 @@ struct ListOf<config::RegionSettings> {
   static constexpr const char* kWord = "region";
   static constexpr auto kEvent = config::EventKind::region;
   static constexpr auto kMember = &config::SceneAdditions::regions;
-  static constexpr std::size_t kMost = rt::kMaxTissueRegions;
+  static constexpr std::size_t kMaxCount = rt::kMaxTissueRegions;
 };
 
 AdditionError problem(const std::string& name, std::string field, std::string what, std::string remedy) {
@@ -91,17 +91,17 @@ class ListChange {
   }
 
  private:
-  static constexpr std::size_t kMost = ListOf<T>::kMost;
+  static constexpr std::size_t kMaxCount = ListOf<T>::kMaxCount;
 
   void report(const std::string& name, std::string field, std::string what, std::string remedy) {
     problems_.push_back(problem(name, std::move(field), std::move(what), std::move(remedy)));
   }
   /// Returns whether a list has more elements than there can be, which are not looked at then.
   bool isTooLong(const std::vector<Json>& list, const char* verb) {
-    if (list.size() <= kMost) return false;
+    if (list.size() <= kMaxCount) return false;
     report("", "",
            fmt::format("the call names {} {}s to {}, and there are at most {}", list.size(), ListOf<T>::kWord,
-                       verb, kMost),
+                       verb, kMaxCount),
            "name each of them once");
     return true;
   }
@@ -152,14 +152,14 @@ class ListChange {
   void add(const std::vector<Json>& definitions) {
     if (definitions.empty()) return;
     const std::size_t count = items_.size() + definitions.size();
-    if (count > kMost) {
-      report(
-          nameIn(definitions[kMost - std::min(kMost, items_.size())]), "",
-          fmt::format("there would be {} {}s, and at most {} are possible", count, ListOf<T>::kWord, kMost),
-          fmt::format("remove {}", count - kMost));
+    if (count > kMaxCount) {
+      report(nameIn(definitions[kMaxCount - std::min(kMaxCount, items_.size())]), "",
+             fmt::format("there would be {} {}s, and at most {} are possible", count, ListOf<T>::kWord,
+                         kMaxCount),
+             fmt::format("remove {}", count - kMaxCount));
     }
     std::vector<Json> objects;
-    for (std::size_t i = 0; i < std::min(definitions.size(), kMost); ++i) {
+    for (std::size_t i = 0; i < std::min(definitions.size(), kMaxCount); ++i) {
       if (definitions[i].is_object()) {
         objects.push_back(definitions[i]);
       } else {
@@ -206,8 +206,8 @@ std::vector<AdditionError> apply(config::SceneAdditions& additions, const Additi
 }
 
 std::string cut(std::string text) {
-  if (text.size() <= kLongestValue) return text;
-  text.resize(kLongestValue);
+  if (text.size() <= kMaxValueLength) return text;
+  text.resize(kMaxValueLength);
   return text + "...";
 }
 

@@ -36,11 +36,11 @@ OrderedJson problemJson(const char* name_field, const config::AdditionError& err
 
 /// `errors`: at least one.
 Reply refusal(AdditionList list, const std::vector<config::AdditionError>& errors) {
-  constexpr std::size_t kMostProblems = 100;
+  constexpr std::size_t kMaxProblems = 100;
   const bool fixture = list == AdditionList::fixtures;
   OrderedJson parameters = problemJson(fixture ? "fixture" : "region", errors.front());
   OrderedJson& problems = parameters["problems"] = OrderedJson::array();
-  for (std::size_t i = 0; i < std::min(errors.size(), kMostProblems); ++i)
+  for (std::size_t i = 0; i < std::min(errors.size(), kMaxProblems); ++i)
     problems.push_back(problemJson("name", errors[i]));
   return {fixture ? "io.hapticd.Control.FixtureRefused" : "io.hapticd.Control.RegionRefused",
           std::move(parameters)};
@@ -115,7 +115,7 @@ std::expected<StiffnessFeed::Sample, Reply> sampleOf(const Call& call) {
   const auto weight = numberField(call, "weight");
   if (!weight) return std::unexpected(weight.error());
   sample.weight = weight->value_or(1);
-  if (sample.weight <= 0 || sample.weight > StiffnessFeed::kMostPastWeight)
+  if (sample.weight <= 0 || sample.weight > StiffnessFeed::kMaxPastWeight)
     return std::unexpected(invalidParameter("weight"));
   return sample;
 }
@@ -123,7 +123,7 @@ std::expected<StiffnessFeed::Sample, Reply> sampleOf(const Call& call) {
 Reply refusal(const StiffnessFeed::Refusal& refused) {
   return std::visit(
       Overloaded{[](const StiffnessFeed::TooFast&) {
-                   return Reply{"io.hapticd.Control.FeedLimited", {{"limit", StiffnessFeed::kMostPerSecond}}};
+                   return Reply{"io.hapticd.Control.FeedLimited", {{"limit", StiffnessFeed::kMaxPerSecond}}};
                  },
                  [](const StiffnessFeed::Outside&) { return Reply{"io.hapticd.Control.OutsideRegions"}; },
                  [](const config::AdditionError& error) { return refusal(AdditionList::regions, {error}); }},

@@ -21,7 +21,7 @@ constexpr const char* kNoFrame = "io.hapticd.Status.NoFrame";
 /// Pixels in one reply: as many as take less than 64 KiB in base64.
 constexpr int kPixelsAtATime = 38 * 640;
 /// The most streams at once; each holds a frame of 2 MB.
-constexpr std::size_t kMostStreams = 8;
+constexpr std::size_t kMaxStreams = 8;
 
 OrderedJson depthModelJson(const rt::DepthModelParameters& model) {
   return {{"aPerM", model.a_per_m},
@@ -79,7 +79,7 @@ std::vector<Method> SnapshotStreams::methods() {
 }
 
 void SnapshotStreams::getSnapshot(const Call&, const Caller& caller, Replies& replies) {
-  if (streams_.size() >= kMostStreams) {
+  if (streams_.size() >= kMaxStreams) {
     return replies.finish(caller.connection,
                           failed(kNoFrame, "others are taking snapshots now (try again later)"));
   }
@@ -133,8 +133,8 @@ std::vector<Method> DepthStreams::methods() {
 }
 
 void DepthStreams::shareDepth(const Call&, const Caller& caller, Replies& replies) {
-  if (streams_.size() == kMostStreams) {
-    return replies.finish(caller.connection, {"io.hapticd.Status.TooManyStreams", {{"limit", kMostStreams}}});
+  if (streams_.size() == kMaxStreams) {
+    return replies.finish(caller.connection, {"io.hapticd.Status.TooManyStreams", {{"limit", kMaxStreams}}});
   }
   if (streams_.empty()) {
     const auto shared = box_.shareDepth();

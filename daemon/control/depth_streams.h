@@ -43,7 +43,7 @@ class SnapshotStreams {
 /// The box writes there as long as one of them is open. Thread: control thread only.
 class DepthStreams {
  public:
-  static constexpr std::size_t kMostStreams = 8;
+  static constexpr std::size_t kMaxStreams = 8;
 
   explicit DepthStreams(Box& box) : box_(box) {}
   std::vector<Method> methods();

@@ -20,9 +20,9 @@ namespace {
 
 constexpr std::size_t kKept = 256;
 constexpr std::size_t kShownAtTheStart = 64;
-constexpr std::size_t kMostKinds = 32;
+constexpr std::size_t kMaxKinds = 32;
 /// Keeps an event far below the size of the largest reply.
-constexpr std::size_t kLongestText = 4096;
+constexpr std::size_t kMaxTextLength = 4096;
 
 const char* priorityName(JournalEntry::Priority priority) {
   switch (priority) {
@@ -47,18 +47,18 @@ std::string inLowerCase(std::string_view name) {
 
 OrderedJson eventJson(std::uint64_t number, config::EventKind kind, const JournalEntry& entry) {
   OrderedJson fields = OrderedJson::object();
-  for (const auto& [name, value] : entry.fields) fields[inLowerCase(name)] = value.substr(0, kLongestText);
+  for (const auto& [name, value] : entry.fields) fields[inLowerCase(name)] = value.substr(0, kMaxTextLength);
   return {{"number", number},
           {"timeNs", rt::realtimeNow_ns()},
           {"kind", nameOf(kind)},
-          {"text", entry.text.substr(0, kLongestText)},
+          {"text", entry.text.substr(0, kMaxTextLength)},
           {"priority", priorityName(entry.priority)},
           {"fields", std::move(fields)}};
 }
 
 /// The kinds that a call of Events names; empty: all.
 std::expected<std::vector<config::EventKind>, Reply> kindsOf(const Call& call) {
-  const auto words = textsField(call, "kinds", kMostKinds);
+  const auto words = textsField(call, "kinds", kMaxKinds);
   if (!words) return std::unexpected(words.error());
   if (*words && (*words)->empty()) return std::unexpected(invalidParameter("kinds"));
   std::vector<config::EventKind> kinds;

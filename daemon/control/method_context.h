@@ -38,14 +38,14 @@ class PendingAnswers {
   };
 
   /// How many calls may wait; some places are reserved for calls that change something.
-  static constexpr std::size_t kMostReads = 32;
-  static constexpr std::size_t kMost = 64;
+  static constexpr std::size_t kMaxReads = 32;
+  static constexpr std::size_t kMaxPending = 64;
   /// The reason given to a call that is refused because too many wait.
   static constexpr const char* kFullReason =
       "too many requests wait for the disk or the camera (try again later)";
   /// Whether there is no place for another waiting call.
   bool full(Access access) const noexcept {
-    return entries_.size() >= (access == Access::read ? kMostReads : kMost);
+    return entries_.size() >= (access == Access::read ? kMaxReads : kMaxPending);
   }
 
   /// Answers `call` at once, or as soon as it can be.

@@ -84,10 +84,10 @@ OrderedJson StatusFields::of(const OrderedJson& status) const {
 
 namespace {
 
-constexpr std::int64_t kShortestIntervalMs = 20;
-constexpr std::int64_t kLongestIntervalMs = 60'000;
+constexpr std::int64_t kMinIntervalMs = 20;
+constexpr std::int64_t kMaxIntervalMs = 60'000;
 constexpr std::int64_t kDefaultIntervalMs = 200;
-constexpr std::size_t kMostFields = 256;
+constexpr std::size_t kMaxFields = 256;
 
 /// The requested interval in milliseconds; nothing if its value is not acceptable.
 std::optional<std::int64_t> intervalOf(const Call& call) {
@@ -95,12 +95,12 @@ std::optional<std::int64_t> intervalOf(const Call& call) {
   if (!interval) return kDefaultIntervalMs;
   if (!interval->is_number_integer()) return std::nullopt;
   const auto milliseconds = interval->get<std::int64_t>();
-  if (milliseconds < kShortestIntervalMs || milliseconds > kLongestIntervalMs) return std::nullopt;
+  if (milliseconds < kMinIntervalMs || milliseconds > kMaxIntervalMs) return std::nullopt;
   return milliseconds;
 }
 
 std::expected<StatusFields, Reply> fieldsOf(const Call& call) {
-  const auto paths = textsField(call, "fields", kMostFields);
+  const auto paths = textsField(call, "fields", kMaxFields);
   if (!paths) return std::unexpected(paths.error());
   if (!*paths) return StatusFields();
   return StatusFields::from(**paths);

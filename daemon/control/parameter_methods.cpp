@@ -20,7 +20,7 @@ namespace hapticd::daemon {
 namespace {
 
 /// The most problems that a reply lists: with more it would be too long, and they would hardly be of use.
-constexpr std::size_t kMostProblems = 100;
+constexpr std::size_t kMaxProblems = 100;
 
 const char* kindName(config::Kind kind) {
   switch (kind) {
@@ -97,7 +97,7 @@ class Change {
     }
   }
 
-  bool full() const { return problems_.size() >= kMostProblems; }
+  bool full() const { return problems_.size() >= kMaxProblems; }
 
   std::expected<config::Settings, Reply> finish() {
     if (problems_.empty()) checkTogether();

@@ -26,10 +26,10 @@ ConnectionLimits within(const ConnectionLimits& limits, std::size_t places, std:
 ServerLimits limitsWithin(const ServerLimits& limits, std::size_t descriptors) {
   const std::size_t room = descriptors > kForFiles ? descriptors - kForFiles : 0;
   if (room >= limits.read.all + limits.control.all + limits.lingering) return limits;
-  constexpr std::size_t kFewest = 4;
-  return {.read = within(limits.read, room / 3, kFewest),
-          .control = within(limits.control, room / 3, kFewest),
-          .lingering = std::clamp(room / 6, std::min(kFewest, limits.lingering), limits.lingering)};
+  constexpr std::size_t kMin = 4;
+  return {.read = within(limits.read, room / 3, kMin),
+          .control = within(limits.control, room / 3, kMin),
+          .lingering = std::clamp(room / 6, std::min(kMin, limits.lingering), limits.lingering)};
 }
 
 std::size_t freeDescriptors() {

@@ -14,7 +14,7 @@ constexpr std::chrono::seconds kPause{10};
 /// The mean with one more value; `past_weight` is the weight of the mean, and grows up to the limit.
 double mean(double past, double& past_weight, double value, double weight) {
   const double result = (past * past_weight + value * weight) / (past_weight + weight);
-  past_weight = std::min(past_weight + weight, StiffnessFeed::kMostPastWeight);
+  past_weight = std::min(past_weight + weight, StiffnessFeed::kMaxPastWeight);
   return result;
 }
 
@@ -32,7 +32,7 @@ bool StiffnessFeed::isTooFast(Clock::time_point now) {
     second_ = now;
     samples_ = 0;
   }
-  return ++samples_ > kMostPerSecond;
+  return ++samples_ > kMaxPerSecond;
 }
 
 /// Reads the regions again where another call has changed them; a region that it has changed begins a new

@@ -22,15 +22,15 @@ namespace hapticd::daemon {
 class StiffnessFeed {
  public:
   using Clock = std::chrono::steady_clock;
-  static constexpr int kMostPerSecond = 200;
+  static constexpr int kMaxPerSecond = 200;
   static constexpr std::chrono::milliseconds kChangeInterval{50};
-  static constexpr double kMostPastWeight = 50;
+  static constexpr double kMaxPastWeight = 50;
 
   struct Sample {
     rt::Vec3 position_m_in_world;  ///< finite
     double stiffness_n_per_m = 0;
     std::optional<double> damping_n_s_per_m;
-    double weight = 1;  ///< > 0, at most kMostPastWeight
+    double weight = 1;  ///< > 0, at most kMaxPastWeight
   };
   /// A region after a sample.
   struct Accepted {

@@ -20,8 +20,8 @@
 namespace hapticd::daemon {
 namespace {
 
-constexpr std::int64_t kShortestIntervalMs = 5;
-constexpr std::int64_t kLongestIntervalMs = 1000;
+constexpr std::int64_t kMinIntervalMs = 5;
+constexpr std::int64_t kMaxIntervalMs = 1000;
 constexpr std::int64_t kDefaultIntervalMs = 50;
 
 /// The names of a tick's fields, as traces have them.
@@ -67,9 +67,9 @@ std::expected<std::chrono::milliseconds, Reply> intervalOf(const Call& call) {
   if (!interval) return std::chrono::milliseconds(kDefaultIntervalMs);
   if (!interval->is_number_integer()) return std::unexpected(invalidParameter("intervalMs"));
   const auto milliseconds = interval->get<std::int64_t>();
-  if (milliseconds < kShortestIntervalMs || milliseconds > kLongestIntervalMs) {
+  if (milliseconds < kMinIntervalMs || milliseconds > kMaxIntervalMs) {
     return std::unexpected(
-        outOfRange("intervalMs", fmt::format("{}..{} ms", kShortestIntervalMs, kLongestIntervalMs)));
+        outOfRange("intervalMs", fmt::format("{}..{} ms", kMinIntervalMs, kMaxIntervalMs)));
   }
   return std::chrono::milliseconds(milliseconds);
 }
@@ -79,8 +79,8 @@ std::expected<std::vector<std::size_t>, Reply> fieldsOf(const Call& call) {
   const auto names = textsField(call, "fields", std::numeric_limits<std::size_t>::max());
   if (!names) return std::unexpected(names.error());
   if (!*names) return std::unexpected(invalidParameter("fields"));
-  if ((*names)->empty() || (*names)->size() > TickStreams::kMostFields)
-    return std::unexpected(outOfRange("fields", fmt::format("1..{} names", TickStreams::kMostFields)));
+  if ((*names)->empty() || (*names)->size() > TickStreams::kMaxFields)
+    return std::unexpected(outOfRange("fields", fmt::format("1..{} names", TickStreams::kMaxFields)));
   std::vector<std::size_t> places;
   for (const std::string& name : **names) {
     const auto known = std::ranges::find(tickFields(), name);
@@ -105,8 +105,8 @@ void TickStreams::ticks(const Call& call, const Caller& caller, Replies& replies
   if (!interval) return replies.finish(caller.connection, interval.error());
   auto fields = fieldsOf(call);
   if (!fields) return replies.finish(caller.connection, fields.error());
-  if (streams_.size() == kMostStreams) {
-    return replies.finish(caller.connection, {"io.hapticd.Status.TooManyStreams", {{"limit", kMostStreams}}});
+  if (streams_.size() == kMaxStreams) {
+    return replies.finish(caller.connection, {"io.hapticd.Status.TooManyStreams", {{"limit", kMaxStreams}}});
   }
   kept_.resize(kTicksKept);
   streams_.push_back({.connection = caller.connection,
@@ -126,7 +126,7 @@ void TickStreams::feed(Replies& replies) {
   const Clock::time_point now = Clock::now();
   for (Stream& stream : streams_) {
     if (now < stream.due) continue;
-    // A reply holds no more than kMostPerReply ticks: what is left goes in the next period.
+    // A reply holds no more than kMaxPerReply ticks: what is left goes in the next period.
     if (stream.next == count_ || (send(stream, replies) && stream.next == count_))
       stream.due = now + stream.interval;
   }
@@ -138,7 +138,7 @@ bool TickStreams::send(Stream& stream, Replies& replies) const {
   const std::uint64_t oldest = count_ - std::min<std::uint64_t>(count_, kTicksKept);
   Stream after = stream;
   after.next = std::max(stream.next, oldest);
-  const std::uint64_t end = std::min(count_, after.next + kMostPerReply);
+  const std::uint64_t end = std::min(count_, after.next + kMaxPerReply);
 
   std::vector<OrderedJson> columns(stream.fields.size(), OrderedJson::array());
   const std::uint64_t ticks = end - after.next;

@@ -17,9 +17,9 @@ namespace hapticd::daemon {
 class TickStreams {
  public:
   static constexpr std::size_t kTicksKept = 4096;  ///< about 4 s at 1 kHz
-  static constexpr std::size_t kMostStreams = 8;   ///< bounds the time that they take from other clients
-  static constexpr std::size_t kMostFields = 80;   ///< and kMostPerReply: a reply stays below kMaxReplyBytes
-  static constexpr std::size_t kMostPerReply = 80;
+  static constexpr std::size_t kMaxStreams = 8;    ///< bounds the time that they take from other clients
+  static constexpr std::size_t kMaxFields = 80;    ///< and kMaxPerReply: a reply stays below kMaxReplyBytes
+  static constexpr std::size_t kMaxPerReply = 80;
 
   std::vector<Method> methods();
 

@@ -17,14 +17,14 @@ namespace {
 using Unawaited = PendingAnswers::Unawaited;
 
 constexpr const char* kFailed = "io.hapticd.Control.TraceFailed";
-constexpr std::size_t kLongestLabel = 64;
-constexpr std::size_t kMostListed = 1000;
+constexpr std::size_t kMaxLabelLength = 64;
+constexpr std::size_t kMaxListed = 1000;
 /// Largest size of the traces in a reply, so that it stays below kMaxReplyBytes.
-constexpr std::size_t kMostListedBytes = 240 * 1024;
-constexpr std::size_t kLongestMark = 200;
+constexpr std::size_t kMaxListedBytes = 240 * 1024;
+constexpr std::size_t kMaxMarkLength = 200;
 
 bool isLabel(std::string_view text) {
-  return text.size() <= kLongestLabel &&
+  return text.size() <= kMaxLabelLength &&
          text.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_.-") ==
              std::string_view::npos;
 }
@@ -45,10 +45,10 @@ Reply listReply(const base::Result<std::vector<drivers::TraceEntry>>& entries, c
   if (!entries) return failed("io.hapticd.Status.ListFailed", entries.error().text());
   std::deque<OrderedJson> newest;
   std::size_t length = 0;
-  for (auto entry = entries->rbegin(); entry != entries->rend() && newest.size() < kMostListed; ++entry) {
+  for (auto entry = entries->rbegin(); entry != entries->rend() && newest.size() < kMaxListed; ++entry) {
     OrderedJson trace = entryJson(*entry);
     length += trace.dump(-1, ' ', false, OrderedJson::error_handler_t::replace).size() + 1;
-    if (length > kMostListedBytes) break;
+    if (length > kMaxListedBytes) break;
     newest.push_front(std::move(trace));
   }
   const std::size_t omitted = entries->size() - newest.size();
@@ -122,7 +122,7 @@ void TraceMethods::startTrace(const Call& call, const Caller& caller, Replies& r
         failed(kFailed,
                fmt::format("the label is not possible in the name of a file (take at most {} letters, "
                            "digits, '_', '.' and '-')",
-                           kLongestLabel)));
+                           kMaxLabelLength)));
   }
   if (refused(caller, replies)) return;
   answerWhenDone(call, caller, replies, context_.box.startTrace(request), "start", "starts trace");
@@ -184,10 +184,10 @@ void TraceMethods::noteTrace(const Call& call, const Caller& caller, Replies& re
 void TraceMethods::markTrace(const Call& call, const Caller& caller, Replies& replies) {
   const auto text = requiredText(call, "text");
   if (!text) return replies.finish(caller.connection, text.error());
-  if (text->empty() || text->size() > kLongestMark || base::printable(*text) != *text) {
+  if (text->empty() || text->size() > kMaxMarkLength || base::printable(*text) != *text) {
     return replies.finish(
         caller.connection,
-        failed(kFailed, fmt::format("a mark takes one line of 1 to {} bytes", kLongestMark)));
+        failed(kFailed, fmt::format("a mark takes one line of 1 to {} bytes", kMaxMarkLength)));
   }
   const TraceStatus trace = context_.box.status().trace;
   if (trace.state != TraceState::writing) {

@@ -107,7 +107,7 @@ ssize_t VarlinkConnection::sendSome() noexcept {
 void LingeringSockets::add(ConnectionId id, base::Descriptor socket, Clock::time_point now) {
   ::shutdown(socket.get(), SHUT_WR);
   if (sockets_.size() == most_) sockets_.erase(sockets_.begin());
-  sockets_.push_back({id, std::move(socket), now + kLongest});
+  sockets_.push_back({id, std::move(socket), now + kMaxAge});
 }
 
 void LingeringSockets::drain(ConnectionId id) {

@@ -108,10 +108,10 @@ class VarlinkConnection {
 class LingeringSockets {
  public:
   using Clock = std::chrono::steady_clock;
-  static constexpr std::size_t kMost = 32;
-  static constexpr std::chrono::seconds kLongest{30};
+  static constexpr std::size_t kMaxSockets = 32;
+  static constexpr std::chrono::seconds kMaxAge{30};
 
-  /// Beyond `most`, at most kMost, the oldest is closed.
+  /// Beyond `most`, at most kMaxSockets, the oldest is closed.
   void limit(std::size_t most) { most_ = most; }
 
   /// Shuts down sending to the client, and takes the socket. `id`: names it in drain().
@@ -127,7 +127,7 @@ class LingeringSockets {
     Clock::time_point end;
   };
 
-  std::size_t most_ = kMost;
+  std::size_t most_ = kMaxSockets;
   std::vector<Lingering> sockets_;  // the oldest first
 };
 

@@ -95,10 +95,10 @@ std::expected<Call, std::string> parseCall(std::string_view message) {
 }
 
 Reply malformedCall(std::string_view reason) {
-  constexpr std::size_t kLongestReason = 200;
+  constexpr std::size_t kMaxReasonLength = 200;
   std::string text;
-  for (const char byte : reason.substr(0, kLongestReason)) text += byte >= ' ' && byte <= '~' ? byte : '?';
-  if (reason.size() > kLongestReason) text += " ...";
+  for (const char byte : reason.substr(0, kMaxReasonLength)) text += byte >= ' ' && byte <= '~' ? byte : '?';
+  if (reason.size() > kMaxReasonLength) text += " ...";
   return {"io.hapticd.Status.MalformedCall", {{"reason", std::move(text)}}};
 }
 

@@ -96,7 +96,7 @@ base::Result<void> VarlinkServer::open() {
   }
   reserve_.refill();
   const ServerLimits limits = limitsWithin(
-      {options_.read_limits, options_.control_limits, LingeringSockets::kMost}, freeDescriptors());
+      {options_.read_limits, options_.control_limits, LingeringSockets::kMaxSockets}, freeDescriptors());
   options_.read_limits = limits.read;
   options_.control_limits = limits.control;
   lingering_.limit(limits.lingering);

@@ -14,11 +14,11 @@
 namespace hapticd::daemon {
 namespace {
 
-constexpr double kLongest_s = 86'400;
-constexpr std::size_t kLongestScript = std::size_t{1} << 20;
+constexpr double kMax_s = 86'400;
+constexpr std::size_t kMaxScriptBytes = std::size_t{1} << 20;
 
 bool isTime(double seconds) {
-  return std::isfinite(seconds) && seconds >= 0 && seconds <= kLongest_s;
+  return std::isfinite(seconds) && seconds >= 0 && seconds <= kMax_s;
 }
 
 base::Result<ScriptedFault> faultOn(const std::string& line) {
@@ -30,7 +30,7 @@ base::Result<ScriptedFault> faultOn(const std::string& line) {
   words >> begin_s >> duration_s >> name;
   if (words.fail() || words >> rest || !isTime(begin_s) || !isTime(duration_s)) {
     return std::unexpected(base::Error{
-        "", fmt::format("{} is not BEGIN_S DURATION_S FAULT, both 0..{} s", base::inQuotes(line), kLongest_s),
+        "", fmt::format("{} is not BEGIN_S DURATION_S FAULT, both 0..{} s", base::inQuotes(line), kMax_s),
         "write for example: 2.5 0.5 frozen_camera"});
   }
   const std::optional<Fault> fault = rt::withWord<Fault>(name);
@@ -45,7 +45,7 @@ base::Result<ScriptedFault> faultOn(const std::string& line) {
 }  // namespace
 
 base::Result<std::vector<ScriptedFault>> readFaultScript(const std::filesystem::path& file) {
-  const auto content = base::fileContent(file, {.longest = kLongestScript, .kind = base::FileKind::any});
+  const auto content = base::fileContent(file, {.longest = kMaxScriptBytes, .kind = base::FileKind::any});
   if (!content) {
     return std::unexpected(
         base::Error{file.string(), content.error().text(), "give a script that exists and may be read"});

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kLongestName = 64;
+constexpr std::size_t kMaxNameLength = 64;
 
 bool isLive(const config::Parameter& parameter) {
   return parameter.effect == config::Effect::live;
@@ -38,7 +38,7 @@ std::int64_t changeTime_ns(const fs::path& file) {
 }  // namespace
 
 bool isProfileName(std::string_view name) {
-  return !name.empty() && name.size() <= kLongestName &&
+  return !name.empty() && name.size() <= kMaxNameLength &&
          name.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-") ==
              std::string_view::npos;
 }
@@ -57,7 +57,7 @@ bool ProfileFolder::has(const std::string& name) const {
 base::Result<void> ProfileFolder::checkNamed(const std::string& name) const {
   if (!isProfileName(name)) {
     return failure("profile " + base::inQuotes(name), "is no name of a profile",
-                   fmt::format("take 1 to {} letters, digits, '_' and '-'", kLongestName));
+                   fmt::format("take 1 to {} letters, digits, '_' and '-'", kMaxNameLength));
   }
   return {};
 }
@@ -67,7 +67,7 @@ base::Result<std::vector<ProfileEntry>> ProfileFolder::list() const {
   std::vector<ProfileEntry> entries;
   std::error_code error;
   fs::directory_iterator files(folder_, error);
-  for (; !error && files != fs::directory_iterator() && entries.size() < kMostProfiles;
+  for (; !error && files != fs::directory_iterator() && entries.size() < kMaxProfiles;
        files.increment(error)) {
     const fs::path file = files->path();
     const std::string name = file.stem().string();
@@ -86,8 +86,8 @@ base::Result<void> ProfileFolder::save(const std::string& name, const config::Se
   if (auto named = checkNamed(name); !named) return named;
   if (!has(name)) {
     const auto entries = list();
-    if (entries && entries->size() >= kMostProfiles) {
-      return failure(folder_.string(), fmt::format("holds {} profiles, no more are possible", kMostProfiles),
+    if (entries && entries->size() >= kMaxProfiles) {
+      return failure(folder_.string(), fmt::format("holds {} profiles, no more are possible", kMaxProfiles),
                      "delete one that is not needed");
     }
   }
@@ -145,11 +145,11 @@ base::Result<void> ProfileFolder::setBoot(const std::optional<std::string>& name
 }
 
 std::string textOf(const std::vector<base::Error>& errors) {
-  constexpr std::size_t kMostShown = 10;
+  constexpr std::size_t kMaxShown = 10;
   std::vector<std::string> texts;
   for (const base::Error& error : errors) {
-    if (texts.size() == kMostShown) {
-      texts.push_back(fmt::format("{} more problems", errors.size() - kMostShown));
+    if (texts.size() == kMaxShown) {
+      texts.push_back(fmt::format("{} more problems", errors.size() - kMaxShown));
       break;
     }
     texts.push_back(error.text());

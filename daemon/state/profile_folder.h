@@ -30,14 +30,14 @@ struct ProfileEntry {
 /// Thread: any, one at a time.  Progress: blocking.
 class ProfileFolder {
  public:
-  static constexpr std::size_t kMostProfiles = 256;
+  static constexpr std::size_t kMaxProfiles = 256;
 
   explicit ProfileFolder(const std::filesystem::path& state_folder);
 
   /// All profiles, sorted by name; none if there is no such folder.
   base::Result<std::vector<ProfileEntry>> list() const;
   /// Saves the live parameters and the additions of `settings`, and replaces a profile of that name.
-  /// Errors: also more than kMostProfiles.
+  /// Errors: also more than kMaxProfiles.
   base::Result<void> save(const std::string& name, const config::Settings& settings) const;
   /// Loads a profile; one without fixtures or regions leaves them as they are. Errors: also no such profile,
   /// and every problem in it.

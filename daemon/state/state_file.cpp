@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kLongestFile = 1024 * 1024;
+constexpr std::size_t kMaxFileBytes = 1024 * 1024;
 
 std::string remedyFor(int error) {
   switch (error) {
@@ -91,7 +91,7 @@ base::Result<void> removeFile(const fs::path& file) {
 }
 
 base::Result<std::optional<std::string>> readStateFile(const fs::path& file) {
-  auto content = base::fileContent(file, {.longest = kLongestFile, .follow_link = false});
+  auto content = base::fileContent(file, {.longest = kMaxFileBytes, .follow_link = false});
   if (content) return std::move(*content);
   using Reason = base::FileFault::Reason;
   const base::FileFault& fault = content.error();

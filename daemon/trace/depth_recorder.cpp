@@ -57,7 +57,7 @@ bool DepthRecorder::offer(const rt::DepthFrame& frame) {
 bool DepthRecorder::nextFrame(std::size_t& slot, drivers::ModelledBall& ball) {
   std::unique_lock lock(mutex_);
   wake_.wait(lock,
-             [this] { return finishing_ || (!offered_.empty() && compressed_bytes_ < kMostWaitingBytes); });
+             [this] { return finishing_ || (!offered_.empty() && compressed_bytes_ < kMaxWaitingBytes); });
   if (offered_.empty()) return false;
   slot = offered_.front();
   offered_.pop_front();

@@ -34,7 +34,7 @@ class DepthRecorder {
   static constexpr std::size_t kFrames = 8;
   /// Capacity for compressed frames that wait for the disk: several seconds, or a quarter of a second of
   /// frames that cannot be compressed.
-  static constexpr std::size_t kMostWaitingBytes = 8 << 20;
+  static constexpr std::size_t kMaxWaitingBytes = 8 << 20;
 
   /// `common`: the header fields that all frames of the camera share.
   /// `cloud`: record the points in the ball too.

@@ -47,11 +47,11 @@ std::optional<std::string> DumpSchedule::takeWaiting() {
 namespace {
 
 /// Capacity for the other records, which are rare; of a flood of changes only the newest are kept.
-constexpr std::size_t kMostRecords = 10'000;
+constexpr std::size_t kMaxRecords = 10'000;
 
 /// The same for fixtures and tissue regions, which a program may change many times a second and of which a
 /// record with a label image holds some hundred kilobytes.
-constexpr std::size_t kMostAdditionsBytes = std::size_t{32} << 20;
+constexpr std::size_t kMaxAdditionsBytes = std::size_t{32} << 20;
 
 std::size_t bytesOf(const drivers::AdditionsRecord& additions) {
   return sizeof additions + additions.text.size() + additions.labels.bytes.size();
@@ -65,7 +65,7 @@ bool reached(const rt::Tick& tick, const drivers::AdditionsRecord& additions) {
 
 template <typename Record>
 void limit(std::deque<Record>& records) {
-  while (records.size() > kMostRecords) records.pop_front();
+  while (records.size() > kMaxRecords) records.pop_front();
 }
 
 }  // namespace
@@ -99,7 +99,7 @@ void FlightRecorder::add(const drivers::AdditionsRecord& additions) {
   forgetOldRecords();
   additions_.push_back(additions);
   additions_bytes_ += bytesOf(additions);
-  while (additions_.size() > 1 && additions_bytes_ > kMostAdditionsBytes) forgetOldestAdditions();
+  while (additions_.size() > 1 && additions_bytes_ > kMaxAdditionsBytes) forgetOldestAdditions();
 }
 
 void FlightRecorder::add(const drivers::EventRecord& event) {

@@ -15,7 +15,7 @@ namespace {
 constexpr double kBytesPerMb = 1e6;
 /// Space for the start of a trace: schemas and settings take about 50 kB, a second of uncompressed ticks 0.7
 /// MB.
-constexpr std::uint64_t kLeastToBegin_bytes = 1'000'000;
+constexpr std::uint64_t kMinToBegin_bytes = 1'000'000;
 
 }  // namespace
 
@@ -37,7 +37,7 @@ void DiskSpace::measure() {
 }
 
 base::Result<void> DiskSpace::enoughToBegin() const {
-  return enough(std::max(least_bytes_, kLeastToBegin_bytes));
+  return enough(std::max(least_bytes_, kMinToBegin_bytes));
 }
 
 base::Result<void> DiskSpace::enough(std::uint64_t least_bytes) const {

@@ -31,13 +31,13 @@ constexpr std::int64_t kStall_ns = 5 * kNsPerSecond;
 /// The first chunk is short, so that a trace that is cut off within its first second still has some content.
 constexpr std::int64_t kFirstChunk_ns = kNsPerSecond / 10;
 /// Number of records from clients and events that may wait for the trace thread.
-constexpr std::size_t kMostWaitingRecords = 4096;
+constexpr std::size_t kMaxWaitingRecords = 4096;
 
 /// Number of traces kept open because their end did not fit on the disk.
-constexpr std::size_t kMostUnfinished = 16;
+constexpr std::size_t kMaxUnfinished = 16;
 
 /// Number of news kept for the status.
-constexpr std::size_t kMostNews = 64;
+constexpr std::size_t kMaxNews = 64;
 
 std::string stallText(std::int64_t stalled_ns) {
   const double ring_s = static_cast<double>(rt::kTraceRingCapacity) / 1000;
@@ -97,14 +97,14 @@ void TraceRecorder::addNews(TraceNews news) {
   const std::lock_guard lock(news_mutex_);
   news.number = ++news_count_;
   news_.push_back(std::move(news));
-  if (news_.size() > kMostNews) news_.pop_front();
+  if (news_.size() > kMaxNews) news_.pop_front();
 }
 
 /// Leaves a record to the trace thread. Thread: any.
 template <typename Record>
 void TraceRecorder::accept(Record record, std::deque<Record>& waiting) {
   const std::lock_guard lock(mutex_);
-  if (waiting.size() >= kMostWaitingRecords) {
+  if (waiting.size() >= kMaxWaitingRecords) {
     ++records_refused_;
   } else {
     waiting.push_back(std::move(record));
@@ -362,7 +362,7 @@ base::Result<void> TraceRecorder::mayGoOn() const {
 void TraceRecorder::rotateIfDue(std::int64_t now_ns) {
   if (!session_) return;
   const auto age_s = static_cast<double>(now_ns - session_->beginNs()) / static_cast<double>(kNsPerSecond);
-  if (session_->writer().bytes() < retention_.mostFileBytes() && age_s < drivers::kLongestFile_s) return;
+  if (session_->writer().bytes() < retention_.mostFileBytes() && age_s < drivers::kMaxFile_s) return;
   note("end of the trace", endSession());
   if (auto begun = beginSession(); !begun) own_status_.detail = begun.error().text();
 }
@@ -404,7 +404,7 @@ base::Result<std::string> TraceRecorder::endSession() {
   retention_.requestListAfter(name);
   if (!ended) {
     unfinished_.push_back(std::move(session));
-    if (unfinished_.size() > kMostUnfinished)
+    if (unfinished_.size() > kMaxUnfinished)
       unfinished_.pop_front();  // the next start of the daemon recovers it
     return std::unexpected(ended.error());
   }

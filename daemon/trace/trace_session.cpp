@@ -65,7 +65,7 @@ base::Result<void> TraceSession::write(const drivers::ModelRecord& model) {
   if (depth_ && !model.depth_recorded) first_model_ = 0;
   if (depth_ && model.depth_recorded && (first_model_ == 0 || model.forgot)) {
     first_model_ = model.model;
-    next_snapshot_ns_ = std::min(next_snapshot_ns_, last_snapshot_ns_ + kLeastSnapshotPeriod_ns);
+    next_snapshot_ns_ = std::min(next_snapshot_ns_, last_snapshot_ns_ + kMinSnapshotPeriod_ns);
   }
   return writer_->write(model);
 }

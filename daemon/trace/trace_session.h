@@ -31,7 +31,7 @@ class TraceSession {
     drivers::TraceOptions options;  ///< its `cloud` has an effect only with depth
   };
   static constexpr std::int64_t kSnapshotPeriod_ns = drivers::kSnapshotPeriod_ns;
-  static constexpr std::int64_t kLeastSnapshotPeriod_ns = drivers::kLeastSnapshotPeriod_ns;
+  static constexpr std::int64_t kMinSnapshotPeriod_ns = drivers::kMinSnapshotPeriod_ns;
 
   /// Starts a trace, and creates a missing folder. `scene_thread` and `core_memory` outlive the session.
   /// Errors: the folder cannot be created or written, no space.

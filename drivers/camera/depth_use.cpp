@@ -11,13 +11,13 @@ namespace {
 /// One row in so many is looked at for its bytes, with the row below it.
 constexpr int kRowStep = 16;
 /// Pairs of neighbours that must speak for swapped bytes, and how many times as often as against them.
-constexpr std::size_t kLeastPairs = 100;
-constexpr std::size_t kMostPairsAgainst = 4;
+constexpr std::size_t kMinPairs = 100;
+constexpr std::size_t kMaxPairsAgainst = 4;
 /// By how much a step between neighbours must be smaller for it to count.
 constexpr int kSmoother = 8;
 /// Limits for an image without steps: the usable share as it is, and with the bytes swapped.
-constexpr std::size_t kMostUsable_percent = 25;
-constexpr std::size_t kLeastIfSwapped_percent = 95;
+constexpr std::size_t kMaxUsable_percent = 25;
+constexpr std::size_t kMinIfSwapped_percent = 95;
 
 std::uint16_t swapped(std::uint16_t raw) {
   return static_cast<std::uint16_t>(raw << 8 | raw >> 8);
@@ -36,9 +36,9 @@ struct Steps {
     if (as_is < if_swapped / kSmoother) ++rougher_if_swapped;
   }
   bool speakForSwapping() const {
-    return smoother_if_swapped >= kLeastPairs && smoother_if_swapped > kMostPairsAgainst * rougher_if_swapped;
+    return smoother_if_swapped >= kMinPairs && smoother_if_swapped > kMaxPairsAgainst * rougher_if_swapped;
   }
-  bool areSilent() const { return smoother_if_swapped + rougher_if_swapped < kLeastPairs; }
+  bool areSilent() const { return smoother_if_swapped + rougher_if_swapped < kMinPairs; }
 };
 
 /// Pixels with a depth; without branches, so that the compiler vectorises it.
@@ -113,8 +113,8 @@ DepthUse DepthUse::of(const rt::DepthFrame& frame, const rt::DepthModel& model) 
   const Steps steps = stepsOf(frame, model);
   if (!steps.speakForSwapping() && !steps.areSilent()) return use;
   use.if_swapped = countUsable(frame, model, swapped);
-  const bool is_better = percent(use.usable, use) < kMostUsable_percent &&
-                         percent(use.if_swapped, use) >= kLeastIfSwapped_percent;
+  const bool is_better =
+      percent(use.usable, use) < kMaxUsable_percent && percent(use.if_swapped, use) >= kMinIfSwapped_percent;
   // a flat image without noise has no steps
   use.looks_swapped = steps.speakForSwapping() ? use.if_swapped > use.measured / 2 : is_better;
   return use;
@@ -136,7 +136,7 @@ void DepthUseWatch::add(const DepthUse& use) {
 
 std::string DepthUseWatch::newest() const {
   if (last_.looks_swapped) return swappedText(last_);
-  return unusable_in_row_ < kLeast ? "" : unusableText(unusable_in_row_, measured_);
+  return unusable_in_row_ < kMin ? "" : unusableText(unusable_in_row_, measured_);
 }
 
 std::string DepthUseWatch::all() const {

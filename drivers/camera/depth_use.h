@@ -35,7 +35,7 @@ class DepthUseWatch {
 
  private:
   /// Frames without a usable pixel before that is reported of a live stream, where a hand may pass by.
-  static constexpr std::uint64_t kLeast = 10;
+  static constexpr std::uint64_t kMin = 10;
 
   std::uint64_t frames_ = 0;
   std::uint64_t unusable_ = 0;         ///< frames without a usable pixel

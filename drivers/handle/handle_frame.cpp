@@ -24,7 +24,7 @@ bool VelocityCheck::add(const Vec3& position_m, std::int64_t time_ns, const Vec3
   if (!isFinite(claimed_m_per_s) || !isFinite(position_m)) return true;
   if (started_ && gap_ns <= 0) return norm(error_m_) > kTolerance_m + kTolerance_s * speed_m_per_s_;
   const double leap_m = kLeap_m + kFastest_m_per_s * static_cast<double>(gap_ns) * 1e-9;
-  if (!started_ || gap_ns > kLongestGapNs || norm(position_m - position_m_) > leap_m) {
+  if (!started_ || gap_ns > kMaxGapNs || norm(position_m - position_m_) > leap_m) {
     reset();
   } else {
     const double period_s = static_cast<double>(gap_ns) * 1e-9;

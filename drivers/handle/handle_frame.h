@@ -27,7 +27,7 @@ class VelocityCheck {
   static constexpr double kTolerance_m = 0.0005;
   static constexpr double kTolerance_s = 0.02;
   /// Measurements farther apart are not compared: the device paused.
-  static constexpr std::int64_t kLongestGapNs = 50'000'000;
+  static constexpr std::int64_t kMaxGapNs = 50'000'000;
 
   /// Adds a measurement, all in the device's frame. `estimated_m_per_s`: the velocity by the positions alone.
   /// Returns whether the claimed velocity is contradicted.

@@ -14,7 +14,7 @@ rt::Vec3 VelocityEstimator::add(const rt::Vec3& position_m, std::int64_t time_ns
   samples_[next_] = {position_m, time_ns};
   next_ = (next_ + 1) % kMaxSamples;
   count_ = std::min(count_ + 1, kMaxSamples);
-  while (count_ > 1 && time_ns - newest(count_ - 1).time_ns > kLongestWindowNs) --count_;
+  while (count_ > 1 && time_ns - newest(count_ - 1).time_ns > kMaxWindowNs) --count_;
   return {slope(&rt::Vec3::x), slope(&rt::Vec3::y), slope(&rt::Vec3::z)};
 }
 
@@ -29,7 +29,7 @@ double VelocityEstimator::slope(double rt::Vec3::*axis) const {
   double best = 0;
   for (std::size_t n = 2; n <= count_; ++n) {
     const Sample& oldest = newest(n - 1);
-    if (n > 2 && now.time_ns - oldest.time_ns > kLongestLineNs) return best;
+    if (n > 2 && now.time_ns - oldest.time_ns > kMaxLineNs) return best;
     const double t = static_cast<double>(oldest.time_ns - now.time_ns) * 1e-9;
     const double p = oldest.position_m.*axis - now.position_m.*axis;
     sum_t += t;

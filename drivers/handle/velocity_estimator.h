@@ -12,7 +12,7 @@ namespace hapticd::drivers {
 /// Velocity of a sampled position: the slope of the least-squares line over an adaptive window, per axis
 /// (first-order adaptive windowing, Janabi-Sharifi, Hayward, Chen, "Discrete-time adaptive windowing for
 /// velocity estimation", IEEE Trans. Control Systems Technology 8(6), 2000). The window is the longest one,
-/// of 2 to kMaxSamples samples and at most kLongestLineNs, whose line stays within the resolution of every
+/// of 2 to kMaxSamples samples and at most kMaxLineNs, whose line stays within the resolution of every
 /// sample in it: long and quiet when the hand is slow, short and quick when it accelerates.
 ///
 /// With n samples at the period T and independent noise of standard deviation s, the slope lags by (n-1) T /
@@ -30,9 +30,9 @@ class VelocityEstimator {
   static constexpr std::size_t kMaxSamples = 16;
   /// Longest line of more than two samples: two periods of a device at 1 kHz whose clock may be off by a
   /// quarter of a period.
-  static constexpr std::int64_t kLongestLineNs = 2'500'000;
+  static constexpr std::int64_t kMaxLineNs = 2'500'000;
   /// Samples older than this relative to the newest one are discarded: the device paused.
-  static constexpr std::int64_t kLongestWindowNs = 100'000'000;
+  static constexpr std::int64_t kMaxWindowNs = 100'000'000;
 
   /// `resolution_m`: largest error of a position by rounding and noise, above zero.
   explicit VelocityEstimator(double resolution_m) : resolution_m_(resolution_m) {}

@@ -34,7 +34,7 @@ constexpr std::string_view kKeepEnding = ".keep";
 constexpr std::string_view kNoteEnding = ".note";
 /// Length of the time at the beginning of a name, "2026-03-04T05-06-07Z" (UTC).
 constexpr std::size_t kTimeLength = 20;
-constexpr std::size_t kLongestName = 100;
+constexpr std::size_t kMaxNameLength = 100;
 
 std::unexpected<base::Error> refuse(const fs::path& where, std::string what, std::string remedy) {
   return std::unexpected(base::Error{where.string(), std::move(what), std::move(remedy)});
@@ -84,8 +84,8 @@ std::optional<std::int64_t> beginOf(std::string_view name) {
   const char* const end = ::strptime(time.c_str(), "%Y-%m-%dT%H-%M-%SZ", &utc);
   if (end == nullptr || *end != '\0') return std::nullopt;
   const std::int64_t seconds = ::timegm(&utc);
-  constexpr std::int64_t kMostSeconds = std::numeric_limits<std::int64_t>::max() / rt::kNsPerSecond;
-  if (seconds < 0 || seconds >= kMostSeconds) return std::nullopt;
+  constexpr std::int64_t kMaxSeconds = std::numeric_limits<std::int64_t>::max() / rt::kNsPerSecond;
+  if (seconds < 0 || seconds >= kMaxSeconds) return std::nullopt;
   return seconds * rt::kNsPerSecond;
 }
 
@@ -127,7 +127,7 @@ bool describe(const fs::path& file, TraceEntry& entry) {
 
 base::Result<void> checkName(std::string_view name) {
   if (isTraceName(name)) return {};
-  return refuse({}, fmt::format("\"{}\" is not the name of a trace", name.substr(0, kLongestName)),
+  return refuse({}, fmt::format("\"{}\" is not the name of a trace", name.substr(0, kMaxNameLength)),
                 "1 to 100 letters, digits, '-', '_' and '.', not beginning with '.'");
 }
 
@@ -139,7 +139,7 @@ std::unexpected<base::Error> noSuchTrace(const fs::path& file) {
 
 bool isTraceName(std::string_view name) {
   const std::size_t own_length = recoveredFrom(name).value_or(name).size();
-  return own_length > 0 && own_length <= kLongestName && name.front() != '.' &&
+  return own_length > 0 && own_length <= kMaxNameLength && name.front() != '.' &&
          std::ranges::all_of(name, isNameCharacter);
 }
 
@@ -160,7 +160,8 @@ std::string newTraceName(const fs::path& folder, std::int64_t realtime_ns, std::
   constexpr std::size_t kRoomForNumber = 8;
   const auto seconds = static_cast<std::time_t>(realtime_ns / rt::kNsPerSecond);
   std::string name = fmt::format("{:%Y-%m-%dT%H-%M-%S}Z", fmt::gmtime(seconds));
-  if (!label.empty()) name += "-" + std::string(label.substr(0, kLongestName - name.size() - kRoomForNumber));
+  if (!label.empty())
+    name += "-" + std::string(label.substr(0, kMaxNameLength - name.size() - kRoomForNumber));
   std::ranges::replace_if(
       name, [](char c) { return !isNameCharacter(c); }, '-');
   const auto taken = [&folder](const std::string& candidate) {
@@ -226,7 +227,7 @@ std::string noteOf(const fs::path& trace_file) {
     break;
   }
   const auto text =
-      base::fileContent(fileOf(trace_file.parent_path(), name, kNoteEnding), {.longest = kLongestNote + 1});
+      base::fileContent(fileOf(trace_file.parent_path(), name, kNoteEnding), {.longest = kMaxNoteLength + 1});
   return text ? base::printable(text->substr(0, text->find('\n'))) : "";
 }
 
@@ -256,9 +257,9 @@ base::Result<void> noteTrace(const fs::path& folder, std::string_view name, cons
   if (!isFinished(folder, name) && !has(folder, name, kPartEnding)) {
     return noSuchTrace(finishedFile(folder, name));
   }
-  if (text.size() > kLongestNote || base::printable(text) != text) {
+  if (text.size() > kMaxNoteLength || base::printable(text) != text) {
     return refuse(note, "cannot hold that note",
-                  fmt::format("give one line of at most {} bytes", kLongestNote));
+                  fmt::format("give one line of at most {} bytes", kMaxNoteLength));
   }
   const fs::path part = note.string() + ".part";
   std::error_code failure;

@@ -59,7 +59,7 @@ base::Result<std::vector<TraceEntry>> listTraces(const std::filesystem::path& fo
 std::vector<std::string> openTraces(const std::filesystem::path& folder);
 
 /// The longest note of a trace, in bytes: a list of many traces has room for their notes.
-inline constexpr std::size_t kLongestNote = 200;
+inline constexpr std::size_t kMaxNoteLength = 200;
 
 /// The note beside a trace file, finished or not; empty: there is none.
 std::string noteOf(const std::filesystem::path& trace_file);

@@ -29,7 +29,7 @@ constexpr std::int64_t kMaxClockStep_ns = 3600 * rt::kNsPerSecond;
 
 const mcap::Refusal kNotATrace{"is not a trace of hapticd", "give the path of a trace"};
 /// Of a file without metadata of hapticd, as many messages are looked at for a channel of hapticd.
-constexpr std::uint64_t kMostForeignMessages = 10'000;
+constexpr std::uint64_t kMaxForeignMessages = 10'000;
 
 const std::string* find(const TraceText& pairs, std::string_view key) {
   const auto found = std::ranges::find(pairs, key, &TraceText::value_type::first);
@@ -72,7 +72,7 @@ class Reading final : public mcap::Visitor {
     info.first_ns = messages_ == 0 ? time_ns : std::min(info.first_ns, time_ns);
     info.last_ns = messages_ == 0 ? time_ns : std::max(info.last_ns, time_ns);
     ++messages_;
-    if (!isTrace() && messages_ > kMostForeignMessages) refusal_ = kNotATrace;
+    if (!isTrace() && messages_ > kMaxForeignMessages) refusal_ = kNotATrace;
     const auto taker = takers_.find(message.channel);
     return taker == takers_.end() ? "" : taker->second(message);
   }

@@ -89,7 +89,7 @@ TraceVolume mostPerHour(const config::Settings& settings, bool depth) {
   const rt::DepthModelParameters camera = settings.camera.effectiveDepthModel();
   const double pixels = double{1} * camera.width_px * camera.height_px;
   const double frames_hz = framesPerSecond(settings.camera);
-  const double snapshots_hz = 1e9 / static_cast<double>(depth ? kLeastSnapshotPeriod_ns : kSnapshotPeriod_ns);
+  const double snapshots_hz = 1e9 / static_cast<double>(depth ? kMinSnapshotPeriod_ns : kSnapshotPeriod_ns);
   const double ticks_per_s = settings.loop.rate_hz * bytesOf(rt::Tick{}) +
                              frames_hz * kModelsPerFrame * bytesOf(ModelRecord{}) +
                              snapshots_hz * bytesOf(SnapshotRecord{});
@@ -110,7 +110,7 @@ TraceVolume mostPerHour(const config::Settings& settings, bool depth) {
   const double file_mb =
       trace.max_folder_mb > 0 ? std::min(trace.max_file_mb, trace.max_folder_mb / 4) : trace.max_file_mb;
   const double files =
-      2 + kSecondsPerHour / kLongestFile_s + static_cast<double>(volume.total()) / (file_mb * kBytesPerMb);
+      2 + kSecondsPerHour / kMaxFile_s + static_cast<double>(volume.total()) / (file_mb * kBytesPerMb);
   volume.ticks += static_cast<std::uint64_t>(chunks * kAroundChunk + files * kAroundFile);
   return volume;
 }

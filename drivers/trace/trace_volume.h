@@ -24,11 +24,11 @@ struct TraceVolume {
 TraceVolume mostPerHour(const config::Settings& settings, bool depth);
 
 /// Duration after which a trace goes on in another file: an hour is what a damaged file may cost.
-inline constexpr double kLongestFile_s = 3600;
+inline constexpr double kMaxFile_s = 3600;
 
 /// Time between two snapshots of the core in a trace, and the least time to the next one after a depth frame
 /// that could not be recorded.
 inline constexpr std::int64_t kSnapshotPeriod_ns = 10'000'000'000;
-inline constexpr std::int64_t kLeastSnapshotPeriod_ns = 1'000'000'000;
+inline constexpr std::int64_t kMinSnapshotPeriod_ns = 1'000'000'000;
 
 }  // namespace hapticd::drivers

@@ -90,10 +90,10 @@ void useDefaultFloatingPoint() noexcept {
 void prefaultStack() noexcept {
   constexpr std::size_t kBytes = 128 * 1024;
   // larger pages, as of many ARM kernels, are touched several times
-  constexpr std::size_t kSmallestPage = 4096;
+  constexpr std::size_t kMinPage = 4096;
   char stack[kBytes];
   volatile char* const pages = stack;
-  for (std::size_t i = 0; i < kBytes; i += kSmallestPage) pages[i] = 0;
+  for (std::size_t i = 0; i < kBytes; i += kMinPage) pages[i] = 0;
 }
 
 }  // namespace hapticd::rt

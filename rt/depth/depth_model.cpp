@@ -19,7 +19,7 @@ DepthModel::SingleRay single(double x, double y, double z) {
 /// No camera sees this far; comparisons against it also reject NaN.
 constexpr double kOutOfSight_m = 1e6;
 
-constexpr int kLeastSide_px = 16;
+constexpr int kMinSide_px = 16;
 constexpr std::uint32_t kMaxRawValues = 65536;
 
 struct Interval {
@@ -58,8 +58,8 @@ CameraFault faultOf(const DepthModelParameters& camera) noexcept {
   const auto isFinite = [](std::initializer_list<double> numbers) {
     return std::ranges::all_of(numbers, [](double number) { return std::isfinite(number); });
   };
-  if (camera.width_px < kLeastSide_px || camera.width_px > kMaxFrameWidth ||
-      camera.height_px < kLeastSide_px || camera.height_px > kMaxFrameHeight) {
+  if (camera.width_px < kMinSide_px || camera.width_px > kMaxFrameWidth || camera.height_px < kMinSide_px ||
+      camera.height_px > kMaxFrameHeight) {
     return CameraFault::size;
   }
   if (!isFinite({camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px}) || !(camera.fx_px > 0) ||
@@ -189,8 +189,8 @@ std::uint16_t DepthModel::disparityOf(std::uint16_t raw) const noexcept {
 double DepthModel::noiseScale(double depth_m) const noexcept {
   if (!parameters_.noise.isKnown() || !(depth_m > 0)) return 1;
   // Rounding to whole units, 0.29 raw units, and its steps between neighbours must not exceed the tolerances.
-  constexpr double kLeast = 0.6;
-  return std::max(kLeast,
+  constexpr double kMin = 0.6;
+  return std::max(kMin,
                   noiseOfPixel_m(parameters_, depth_m) / (disparity_.unit_m(depth_m) * kKinectNoise_raw));
 }
 

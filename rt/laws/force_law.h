@@ -13,19 +13,19 @@ namespace hapticd::rt {
 
 /// Longest time for which a moving surface is extrapolated; beyond it, its velocity does not predict its
 /// place.
-inline constexpr double kLongestPrediction_s = 0.1;
+inline constexpr double kMaxPrediction_s = 0.1;
 
 /// Returns how long before `now_ns` (same clock as Scene::frame_time_ns) the camera saw what the scene shows:
 /// the time since its exposure, or since the arrival plus the camera's latency where it is not known, clamped
-/// to 0..kLongestPrediction_s.  RT: safe.
+/// to 0..kMaxPrediction_s.  RT: safe.
 inline double frameAge_s(const Scene& scene, std::int64_t now_ns, const LiveParameters& parameters) noexcept {
   if (scene.frame == 0) return 0;
   const auto since_s = [now_ns](std::int64_t then_ns) {
     return static_cast<double>(now_ns - then_ns) * 1e-9;
   };
-  if (scene.exposure_ns != 0) return std::clamp(since_s(scene.exposure_ns), 0.0, kLongestPrediction_s);
+  if (scene.exposure_ns != 0) return std::clamp(since_s(scene.exposure_ns), 0.0, kMaxPrediction_s);
   const double since_arrival_s = since_s(scene.frame_time_ns);
-  return std::clamp(since_arrival_s + parameters.camera.latency_s, 0.0, kLongestPrediction_s);
+  return std::clamp(since_arrival_s + parameters.camera.latency_s, 0.0, kMaxPrediction_s);
 }
 
 /// Input of every force law.
@@ -34,7 +34,7 @@ struct LawInput {
   Vec3 hip_m_in_world;                 ///< finite
   Vec3 hip_velocity_m_per_s_in_world;  ///< for damping only
   const LiveParameters& parameters;
-  double frame_age_s = 0;  ///< time from what the frame shows to this tick, 0..kLongestPrediction_s
+  double frame_age_s = 0;  ///< time from what the frame shows to this tick, 0..kMaxPrediction_s
 };
 
 /// Position of a constraint law's proxy relative to the surface.
@@ -61,9 +61,9 @@ struct ProxyRadii {
   double swept_m;  ///< largest displacement of a surface over the proxy between two frames
 
   static ProxyRadii of(const ContactParameters& parameters) noexcept {
-    constexpr double kMost_m = 0.06;
+    constexpr double kMaxReach_m = 0.06;
     constexpr double kSwept_m = 0.04;  // 0.5 m/s for 50 ms, and a raw unit at 2 m
-    return {parameters.proxy_radius_m, std::max(kMost_m, parameters.proxy_radius_m), kSwept_m};
+    return {parameters.proxy_radius_m, std::max(kMaxReach_m, parameters.proxy_radius_m), kSwept_m};
   }
 };
 

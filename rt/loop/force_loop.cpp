@@ -106,11 +106,11 @@ void ForceLoop::answerSnapshotRequest() HAPTICD_RT {
   channels_.core_memory->snapshot.write({request, state_.counters.ticks + 1, core_.memory()});
 }
 
-/// Busy-waits, for at most kLongestStall_ns.
+/// Busy-waits, for at most kMaxStall_ns.
 void ForceLoop::stall(std::int64_t since_ns) const HAPTICD_RT {
   const std::int64_t requested_ns = channels_.stall_ns->load(std::memory_order_relaxed);
   if (requested_ns <= 0 || state_.counters.ticks % 2 == 0) return;
-  const std::int64_t end_ns = since_ns + std::min(requested_ns, kLongestStall_ns);
+  const std::int64_t end_ns = since_ns + std::min(requested_ns, kMaxStall_ns);
   while (monotonicNow_ns() < end_ns) {
   }
 }

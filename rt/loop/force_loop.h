@@ -35,14 +35,14 @@ struct ForceLoopChannels {
   HandleCommandChannel& handle_command;  ///< written
   TripleBuffer<Vec3>& focus;             ///< written: where the scene thread is to model
   ControlChannels& control;              ///< directives are read, the rest is written
-  /// Fault injection, normally null: every second tick takes this much longer, at most kLongestStall_ns.
+  /// Fault injection, normally null: every second tick takes this much longer, at most kMaxStall_ns.
   const std::atomic<std::int64_t>* stall_ns = nullptr;
   /// Channel for snapshots of the core's memory; null: none are taken.
   CoreMemoryChannel* core_memory = nullptr;
 };
 
 /// Longest injected stall of a tick.
-inline constexpr std::int64_t kLongestStall_ns = 20'000'000;
+inline constexpr std::int64_t kMaxStall_ns = 20'000'000;
 
 /// The 1 kHz loop: one HapticCore step per period of a fixed grid of CLOCK_MONOTONIC times. While it runs it
 /// does not allocate, takes no lock, makes no system call except reading and sleeping on the clock, and waits

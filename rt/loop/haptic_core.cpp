@@ -326,7 +326,7 @@ bool HapticCore::isInDebt(const Input& input) HAPTICD_RT {
   const double stored_j = hasProxy(laws_.law())
                               ? spring_j
                               : std::max(spring_j, max_n * parameters.springs.radius_m / scale.motion_scale);
-  const double allowed_j = std::max(stored_j, EnergyDebt::kLeast_j) +
+  const double allowed_j = std::max(stored_j, EnergyDebt::kMin_j) +
                            max_n * kHandSpeed_m_per_s * memory_.latency.delay_s(input.handle);
   const bool at_zero = memory_.supervisor.gain() == 0 && memory_.safety.lastForce_n_in_world() == Vec3{};
   return memory_.debt.follow(memory_.safety.energy_j(), allowed_j, at_zero, input.period_s);

@@ -20,8 +20,8 @@ constexpr double kSteepestSlope = 3.7;  // tan 75 degrees
 /// Gaps in a surface up to this width are closed: flickering patches are about 9 pixels or 2 cm wide. The
 /// projector's shadow next to an object is not such a gap: across it the disparity changes by 7 raw units per
 /// pixel, more than on a surface of the steepest slope below.
-constexpr double kLongestGap_m = 0.04;
-constexpr int kLongestGap_px = 16;
+constexpr double kMaxGap_m = 0.04;
+constexpr int kMaxGap_px = 16;
 constexpr double kSteepestGap = 1.73;  // tan 60 degrees
 /// Pixels flicker most where the noise jumps, so the two ends of a gap differ by more than adjacent pixels.
 constexpr double kGapNoise_raw = 6;
@@ -62,7 +62,7 @@ constexpr double kFastFrom_sigma = 4;
 constexpr double kForgetRest = 0.8;
 
 constexpr double kUsualPeriod_s = 1.0 / 30;
-constexpr double kLongestPeriod_s = 0.2;
+constexpr double kMaxPeriod_s = 0.2;
 constexpr std::uint32_t kFramesApart = 2;  // one frame may be lost
 
 int blockOf(double pixel) noexcept {
@@ -216,7 +216,7 @@ void SurfaceBuilder::beginFrame(const DisparityFrame& frame, const SurfaceParame
   if (sequence == sequence_) return;
   const double since_s = static_cast<double>(frame.arrival_ns - arrival_ns_) * 1e-9;
   const bool continues = sequence_ != 0 && sequence > sequence_ && sequence - sequence_ <= kFramesApart &&
-                         since_s <= kLongestPeriod_s;
+                         since_s <= kMaxPeriod_s;
   before_ = continues ? sequence_ : 0;
   period_s_ = since_s > 0 ? since_s : kUsualPeriod_s;
   if (!continues) rate_ = moving_ = used_rate_ = 0;
@@ -356,7 +356,7 @@ void SurfaceBuilder::build(const DisparityFrame& frame, const std::uint16_t* hid
   surface.blocks = job.sites;
   surface.of_facet_raw = static_cast<float>(job.noise * kOfFacet_raw + kOfFacet_px * job.raw_per_px);
   gaps_.longest_px =
-      std::max(kLongestGap_px, static_cast<int>(kLongestGap_m * model_.parameters().fx_px / job.depth_m));
+      std::max(kMaxGap_px, static_cast<int>(kMaxGap_m * model_.parameters().fx_px / job.depth_m));
   gaps_.max_raw = static_cast<float>(job.noise * kGapNoise_raw);
   gaps_.max_raw_per_px = static_cast<float>(kSteepestGap * job.raw_per_px);
   copyClosingGaps(frame.raw, hidden, layout_, job.pixels, gaps_, surface.visible.image);

@@ -12,7 +12,7 @@ namespace hapticd::rt {
 class EnergyDebt {
  public:
   /// The smallest debt that ends the force: below it the account is not exact enough.
-  static constexpr double kLeast_j = 0.005;
+  static constexpr double kMin_j = 0.005;
   /// After a debt the force may act again when it has been zero for this long.
   static constexpr double kPause_s = 1;
 

@@ -29,7 +29,7 @@ class HiddenLatency {
     if (!input.handle.probes) return {};
     if (input.handle.session != session_) {
       session_ = input.handle.session;
-      tries_left_ = kMostTries;
+      tries_left_ = kMaxTries;
       hidden_s_ = 0;
       probe_.stop();
     }
@@ -65,7 +65,7 @@ class HiddenLatency {
   const LatencyProbe::Result& result() const noexcept { return probe_.result(); }
 
  private:
-  static constexpr int kMostTries = 3;
+  static constexpr int kMaxTries = 3;
   static constexpr Vec3 kDirection{1, 0, 0};
 
   LatencyProbe probe_;

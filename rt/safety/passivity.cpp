@@ -19,7 +19,7 @@ constexpr double kFading_s = 0.5;
 /// Largest damping that is added: about that of a hand in a light grip
 /// (HandleScaleParameters::damping_n_s_per_m), which doubles it; more would hold the hand instead of calming
 /// the handle.
-constexpr double kMostDamping_n_s_per_m = 5;
+constexpr double kMaxDamping_n_s_per_m = 5;
 
 }  // namespace
 
@@ -76,7 +76,7 @@ Passivity::Output Passivity::apply(const Input& input, const SafetyParameters& p
   const Vec3 along = (1 / length_n) * input.force_n;
   const double speed = dot(input.velocity_m_per_s, along);
   if (!std::isfinite(speed)) return {input.force_n};
-  const double most = std::min(kMostDamping_n_s_per_m, std::max(0.0, input.max_damping_n_s_per_m));
+  const double most = std::min(kMaxDamping_n_s_per_m, std::max(0.0, input.max_damping_n_s_per_m));
   // What takes the debt back within the tick; a resting hand has no motion to take it from.
   const double power_w = most * speed * speed;
   const double damping =

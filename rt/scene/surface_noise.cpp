@@ -18,25 +18,25 @@ constexpr double kFar_m = 0.25;
 /// Time for which the last result holds without any surface near the focus.
 constexpr double kKept_s = 2;
 /// Neighbouring windows share most of their frames, so their mean is taken over several seconds.
-constexpr std::uint32_t kMostWindows = 150;
+constexpr std::uint32_t kMaxWindows = 150;
 /// Number of windows as which a result counts that was measured at another place.
 constexpr std::uint32_t kWindowsElsewhere = 15;
-constexpr std::uint32_t kMostSteps = 15;
+constexpr std::uint32_t kMaxSteps = 15;
 /// The fusion of frames takes this many frames to settle.
 constexpr std::uint32_t kSettling = 30;
 /// Noise alone looks like motion for a frame or two, which is noise that the law sees.
 constexpr int kCertainlyMoving = 4;
 constexpr std::uint64_t kFramesApart = 2;  // one frame may be lost
-constexpr double kLongestPeriod_s = 0.2;
+constexpr double kMaxPeriod_s = 0.2;
 constexpr double kUsualPeriod_s = 1.0 / 30;
 
 /// Laws on points are measured by the mean of a patch of this half width ...
 constexpr double kPatch_m = 0.008;
-constexpr int kLeastPatch_px = 2;
-constexpr int kMostPatch_px = 12;
+constexpr int kMinPatch_px = 2;
+constexpr int kMaxPatch_px = 12;
 /// ... of the pixels within this distance along the ray; fewer pixels show no surface.
 constexpr double kPatchDepth_m = 0.04;
-constexpr int kLeastPixels = 4;
+constexpr int kMinPixels = 4;
 /// A patch that changes by more between two frames moves, in raw units.
 constexpr double kMoves_raw = 2;
 
@@ -62,7 +62,7 @@ bool SurfaceNoiseMeter::beginFrame(const DepthFrame& frame, const Vec3& focus_m_
   const double since_s = static_cast<double>(frame.arrival_ns - arrival_ns_) * 1e-9;
   const std::uint64_t apart = frame.sequence - sequence_;
   const bool continues =
-      sequence_ != 0 && frame.sequence > sequence_ && apart <= kFramesApart && since_s <= kLongestPeriod_s;
+      sequence_ != 0 && frame.sequence > sequence_ && apart <= kFramesApart && since_s <= kMaxPeriod_s;
   result_.frame_period_s = continues && since_s > 0 ? since_s / static_cast<double>(apart) : kUsualPeriod_s;
   sequence_ = frame.sequence;
   arrival_ns_ = frame.arrival_ns;
@@ -115,7 +115,7 @@ SurfaceNoiseMeter::Sample SurfaceNoiseMeter::samplePatch(const std::uint16_t* ra
   const double one = model_.rawOf(std::max(SurfaceView::kNearest_m, depth_m_ - kPatchDepth_m));
   const double other = model_.rawOf(depth_m_ + kPatchDepth_m);
   const int half =
-      std::clamp(static_cast<int>(kPatch_m * camera.fx_px / depth_m_), kLeastPatch_px, kMostPatch_px);
+      std::clamp(static_cast<int>(kPatch_m * camera.fx_px / depth_m_), kMinPatch_px, kMaxPatch_px);
   const int column = static_cast<int>(std::lround(image_.u));
   const int row = static_cast<int>(std::lround(image_.v));
   double sum = 0;
@@ -132,7 +132,7 @@ SurfaceNoiseMeter::Sample SurfaceNoiseMeter::samplePatch(const std::uint16_t* ra
       ++pixels;
     }
   }
-  if (pixels < kLeastPixels) return {};
+  if (pixels < kMinPixels) return {};
   const double depth = model_.depthOfReal_m(sum / pixels);
   if (!(depth > 0)) return {};
   // The distance along the ray, at least that along the normal.
@@ -158,7 +158,7 @@ void SurfaceNoiseMeter::addToVariance() noexcept {
   for (const double distance : distance_m_) squares += (distance - mean) * (distance - mean);
   const double variance = squares / static_cast<double>(kWindow - 1);
   if (distances_ == kWindow) windows_ = std::min(windows_, kWindowsElsewhere);
-  windows_ = std::min(windows_ + 1, kMostWindows);
+  windows_ = std::min(windows_ + 1, kMaxWindows);
   if (windows_ > 1) variance_m2_ *= noiseGrowth() * noiseGrowth();
   variance_m2_ += (variance - variance_m2_) / windows_;
   variance_depth_m_ = depth_m_;
@@ -171,7 +171,7 @@ void SurfaceNoiseMeter::take(const Sample& sample) noexcept {
   const double step = std::abs(sample.distance_m - last_m_);
   const bool same = has_last_ && step <= kOther_m;
   if (same) {
-    steps_ = std::min(steps_ + 1, kMostSteps);
+    steps_ = std::min(steps_ + 1, kMaxSteps);
     result_.step_m += (step - result_.step_m) / steps_;
   }
   if (sample.moves || (has_last_ && !same)) distances_ = 0;

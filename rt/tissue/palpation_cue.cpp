@@ -12,7 +12,7 @@ constexpr double kFullTurn_rad = 2 * std::numbers::pi;
 /// Fastest turn of the direction.
 constexpr double kTurn_rad_per_s = kFullTurn_rad;
 /// Shorter projections onto the surface have no usable direction.
-constexpr double kLeastProjection = 0.1;
+constexpr double kMinProjection = 0.1;
 
 Vec3 alongSurface(const Vec3& v, const Vec3& normal) noexcept {
   return v - dot(v, normal) * normal;
@@ -32,10 +32,10 @@ void PalpationCue::turn(const Input& input) HAPTICD_RT {
   const double speed = norm(motion);
   const Vec3 kept = alongSurface(direction_, input.normal_in_world);
   Vec3 aim;
-  if (speed > kLeastSpeed_m_per_s && std::isfinite(speed)) {
+  if (speed > kMinSpeed_m_per_s && std::isfinite(speed)) {
     aim = (1 / speed) * motion;
   } else {
-    aim = norm(kept) > kLeastProjection ? (1 / norm(kept)) * kept : anyTangent(input.normal_in_world);
+    aim = norm(kept) > kMinProjection ? (1 / norm(kept)) * kept : anyTangent(input.normal_in_world);
   }
   if (!(amplitude_n_ > 0) || direction_ == Vec3{}) {
     direction_ = aim;

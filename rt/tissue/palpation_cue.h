@@ -21,7 +21,7 @@ class PalpationCue {
   static constexpr double kRamp_s = 0.02;
   static constexpr double kMaxFrequency_hz = 250;
   /// Slower motion along the surface does not turn the vibration.
-  static constexpr double kLeastSpeed_m_per_s = 0.005;
+  static constexpr double kMinSpeed_m_per_s = 0.005;
 
   struct Input {
     bool allowed = false;    ///< the mode is `engaged` and the HIP in contact

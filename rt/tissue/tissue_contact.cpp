@@ -10,7 +10,7 @@ namespace hapticd::rt {
 namespace {
 
 /// The secant stiffness is taken at this depth or below, where a Hunt-Crossley contact has one.
-constexpr double kLeastDepth_m = 0.001;
+constexpr double kMinDepth_m = 0.001;
 
 /// The contact with all tissue at the proxy, weighted by the shares.
 struct MixedContact {
@@ -75,14 +75,13 @@ MixedContact mixedAt(const TissueMap& map, const TissueContact::Memory& memory,
     mixed.add(shares.rest, linearContact(stiffness, parameters.contact.damping_n_s_per_m, depth_m), stiffness,
               parameters.contact.friction, 0);
   }
-  const double secant_depth_m = std::max(depth_m, kLeastDepth_m);
+  const double secant_depth_m = std::max(depth_m, kMinDepth_m);
   for (std::size_t i = 0; i < shares.count; ++i) {
     const TissueShares::Entry& at = shares.entries[i];
     const TissueRegion region = inEffect(map.regions[at.region], memory.following[at.region]);
     const ModelContact contact = contactOf(region, depth_m);
-    const double secant = depth_m >= kLeastDepth_m
-                              ? contact.force_n / depth_m
-                              : contactOf(region, secant_depth_m).force_n / secant_depth_m;
+    const double secant = depth_m >= kMinDepth_m ? contact.force_n / depth_m
+                                                 : contactOf(region, secant_depth_m).force_n / secant_depth_m;
     const bool by_force = region.model == ContactModel::hunt_crossley;
     mixed.add(at, contact, secant, region.friction, by_force ? region.damping_per_speed_s_per_m : 0);
   }

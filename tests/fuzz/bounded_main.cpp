@@ -21,7 +21,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
 namespace {
 
-constexpr std::size_t kLongest = 4096;
+constexpr std::size_t kMaxLength = 4096;
 
 void runOn(const std::string& bytes) {
   // from the heap and without a NUL behind it, so that a sanitizer sees a read past the end
@@ -37,7 +37,7 @@ std::string variantOf(std::string bytes, std::mt19937& random) {
   for (std::size_t changes = 1 + below(4); changes > 0; --changes) {
     const std::size_t kind = below(5);
     if (bytes.empty() || kind == 3) {
-      if (bytes.size() < kLongest) bytes.append(1 + below(64), static_cast<char>(below(256)));
+      if (bytes.size() < kMaxLength) bytes.append(1 + below(64), static_cast<char>(below(256)));
       continue;
     }
     const std::size_t at = below(bytes.size());
@@ -46,7 +46,7 @@ std::string variantOf(std::string bytes, std::mt19937& random) {
     if (kind == 2) bytes.resize(at);
     if (kind == 4) {
       bytes.insert(below(at + 1), bytes.substr(at));
-      bytes.resize(std::min(bytes.size(), kLongest));
+      bytes.resize(std::min(bytes.size(), kMaxLength));
     }
   }
   return bytes;

@@ -86,7 +86,7 @@ TEST_P(ClosedLoop, AReleasedDeviceThatFallsOntoTheSurfaceComesToRest) {
       EXPECT_FALSE(run.ran_away) << where;
       EXPECT_LT(run.peak_to_peak_m, 2 * std::max(of.quantum_m, 5e-5))
           << where << ": rest, but for the encoder";
-      EXPECT_LE(run.most_given_j, tools::kMostGiven_j) << where;
+      EXPECT_LE(run.most_given_j, tools::kMaxGiven_j) << where;
       EXPECT_GT(run.deepest_m, -0.025) << where << ": it is stopped";
     }
   }
@@ -101,7 +101,7 @@ TEST_P(ClosedLoop, FastTapsComeToRest) {
           tools::runContactFor(*wall, rigOf(of, 400 * grip, 4 * grip),
                                {.start_m = 0, .speed_m_per_s = 0.5, .hand_target_m = -0.005}, 4);
       EXPECT_LT(run.peak_to_peak_m, 1e-4) << of.mass_kg << " " << of.friction_n << " " << of.delay_ticks;
-      EXPECT_LE(run.most_given_j, tools::kMostGiven_j) << of.mass_kg << " " << of.delay_ticks;
+      EXPECT_LE(run.most_given_j, tools::kMaxGiven_j) << of.mass_kg << " " << of.delay_ticks;
     }
   }
 }

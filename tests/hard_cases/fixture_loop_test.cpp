@@ -125,7 +125,7 @@ TEST_P(FixtureLoop, AReleasedDeviceComesToRest) {
         const std::string where = fmt::format("{} kg, {} ms, {} m", mass_kg, delay_ticks, height_m);
         EXPECT_FALSE(run.ran_away) << where;
         EXPECT_LT(run.peak_to_peak_m, kRest_m) << where << ": rest, but for the encoder";
-        EXPECT_LE(run.most_given_j, tools::kMostGiven_j) << where;
+        EXPECT_LE(run.most_given_j, tools::kMaxGiven_j) << where;
         EXPECT_GT(run.deepest_m, -0.035) << where << ": it is stopped within the shell of the surface";
       }
     }
@@ -140,7 +140,7 @@ TEST_P(FixtureLoop, FastTapsOfAHandComeToRest) {
           tools::runContactFor(*wall, rigOf(0.045, delay_ticks, 400 * grip, 4 * grip),
                                {.start_m = 0.004, .speed_m_per_s = 0.5, .hand_target_m = -0.005}, 4);
       EXPECT_LT(run.peak_to_peak_m, kRest_m) << delay_ticks << " ms, grip " << grip;
-      EXPECT_LE(run.most_given_j, tools::kMostGiven_j) << delay_ticks << " ms, grip " << grip;
+      EXPECT_LE(run.most_given_j, tools::kMaxGiven_j) << delay_ticks << " ms, grip " << grip;
     }
   }
 }

@@ -195,16 +195,16 @@ std::optional<SeenSurface> surfaceAround(const rt::DepthModel& model, const rt::
       ++count;
     }
   }
-  constexpr int kLeastPixels = 60;
-  if (count < kLeastPixels) return std::nullopt;
+  constexpr int kMinPixels = 60;
+  if (count < kMinPixels) return std::nullopt;
   const double mean = sum / count;
   // Missing pixels are few, so rows and columns are still nearly orthogonal and have a mean near zero.
   const double per_column = (across - mean * columns) / squares;
   const double per_row = (down - mean * rows) / squares;
   const double slope_m_per_px = std::hypot(per_column, per_row);
-  constexpr double kMostSpread_raw = 6;  // of the noise; the rest is slope
+  constexpr double kMaxSpread_raw = 6;  // of the noise; the rest is slope
   if (farthest - nearest >
-      kMostSpread_raw * rawUnit_m(mean) + 2 * kRadius_px * slope_m_per_px * std::numbers::sqrt2)
+      kMaxSpread_raw * rawUnit_m(mean) + 2 * kRadius_px * slope_m_per_px * std::numbers::sqrt2)
     return std::nullopt;
   // the plane N * X = 1 with 1 / Z linear in the image, see rt::SurfaceView
   const double w = 1 / mean;

@@ -25,7 +25,7 @@ using rt::Cause;
 using rt::Mode;
 using rt::Vec3;
 
-constexpr double kLargest_n = 0.5;
+constexpr double kMax_n = 0.5;
 constexpr double kSlew_n_per_s = 1;
 constexpr double kFilter_hz = 80;
 constexpr double kFelt_n = 0.1;
@@ -38,7 +38,7 @@ class Stopping {
   Stopping() {
     rt::LiveParameters& live = rig.directive.parameters;
     live.blend.duration_s = 10;
-    live.safety.max_force_n = kLargest_n;
+    live.safety.max_force_n = kMax_n;
     live.safety.max_slew_n_per_s = kSlew_n_per_s;
     live.safety.engage_ramp_s = 0;
     live.safety.depth_ramp_s = 100;
@@ -185,7 +185,7 @@ TEST_P(StoppingForceLoop, EndsWithEveryStageOn) {
   // The time that the slew limit needs from the largest force, the low-pass from 1000 N to 1e-9 N, a tenth of
   // a second, and a release.
   const double longest_s =
-      kLargest_n / kSlew_n_per_s + std::log(1e12) / (2 * std::numbers::pi * kFilter_hz) + 0.1;
+      kMax_n / kSlew_n_per_s + std::log(1e12) / (2 * std::numbers::pi * kFilter_hz) + 0.1;
   EXPECT_LE(static_cast<double>(loop.stoppingTicks().size()), std::ceil(1000 * longest_s) + 3);
   EXPECT_EQ(loop.rig.ticks.back().command_force_n_in_world, Vec3{});
 }

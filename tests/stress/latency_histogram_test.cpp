@@ -21,7 +21,7 @@ namespace {
 /// and its upper end is reported.
 constexpr double kRelativeResolution = 1.0 / 16;
 /// Longer durations count as this one.
-constexpr std::int64_t kLongest_ns = (std::int64_t{1} << 32) - 1;
+constexpr std::int64_t kMax_ns = (std::int64_t{1} << 32) - 1;
 
 constexpr double kQuantiles[] = {0.0, 0.001, 0.01, 0.1, 0.25, 0.5, 0.75, 0.9, 0.99, 0.999, 0.99999, 1.0};
 
@@ -39,7 +39,7 @@ void expectQuantilesOf(std::vector<std::int64_t> durations_ns) {
   EXPECT_EQ(histogram.maxNs(), static_cast<std::uint64_t>(std::max<std::int64_t>(durations_ns.back(), 0)));
   for (const double quantile : kQuantiles) {
     const auto exact =
-        static_cast<double>(std::clamp<std::int64_t>(exactQuantile(durations_ns, quantile), 0, kLongest_ns));
+        static_cast<double>(std::clamp<std::int64_t>(exactQuantile(durations_ns, quantile), 0, kMax_ns));
     const auto reported = static_cast<double>(histogram.quantileNs(quantile));
     EXPECT_GE(reported, exact) << "quantile " << quantile;
     EXPECT_LE(reported, exact * (1 + kRelativeResolution)) << "quantile " << quantile;
@@ -97,7 +97,7 @@ TEST(LatencyHistogram, IsExactBelow32Nanoseconds) {
 
 TEST(LatencyHistogram, CountsNegativeDurationsAsZeroAndVeryLongOnesAsTheLongest) {
   expectQuantilesOf({-1, INT64_MIN, -1'000'000});
-  expectQuantilesOf({kLongest_ns, kLongest_ns + 1, INT64_MAX});
+  expectQuantilesOf({kMax_ns, kMax_ns + 1, INT64_MAX});
 }
 
 /// Checks what a reader may see at any moment while `durations` are being added.

@@ -36,12 +36,12 @@ class HapticctlTouch : public testing::Test {
 
   /// Where this machine holds the hand's packets up for 100 ms, the handle counts as lost; then a command
   /// runs again.
-  static constexpr int kMostRuns = 10;
+  static constexpr int kMaxRuns = 10;
   static bool isLost(const std::string& said) { return said.find("the handle is lost") != std::string::npos; }
 
   /// Runs a command at a terminal, answers its questions and returns what it said.
   std::string answered(const std::vector<std::string>& arguments, const std::vector<Touch>& touches) {
-    for (int run = 0; run < kMostRuns; ++run) {
+    for (int run = 0; run < kMaxRuns; ++run) {
       TerminalProgram command(home.controlCommand(arguments), {}, 24, 200);
       for (const Touch& touch : touches) {
         EXPECT_TRUE(becomesTrue([&] {
@@ -64,7 +64,7 @@ class HapticctlTouch : public testing::Test {
   }
   std::string refusal(const std::vector<std::string>& arguments, const std::string& input = "") const {
     Finished refused = home.controlWithInput(input, arguments);
-    for (int run = 1; run < kMostRuns && isLost(refused.errors); ++run)
+    for (int run = 1; run < kMaxRuns && isLost(refused.errors); ++run)
       refused = home.controlWithInput(input, arguments);
     EXPECT_EQ(refused.ending, exitedWith(1)) << refused.output;
     return refused.errors;

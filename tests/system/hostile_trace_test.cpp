@@ -27,8 +27,8 @@ using test::Program;
 
 constexpr std::size_t kMega = 1'000'000;
 // As many as are read of a file as small as these become.
-constexpr std::size_t kMostEvents = 350;
-constexpr std::size_t kMostDirectives = 1500;
+constexpr std::size_t kMaxEvents = 350;
+constexpr std::size_t kMaxDirectives = 1500;
 
 std::string repeated(const std::string& text, std::size_t times) {
   std::string all;
@@ -185,9 +185,9 @@ const Hostile kHostile[] = {
     {"SmallMessages", smallMessages},
     {"ManyChunksOfSmallMessages", manyChunksOfSmallMessages},
     {"EventsOfEmptyTexts", [] { return eventsOfEmptyTexts(kMega / 2); }},
-    {"AsManyEventsAsAreRead", [] { return eventsOfEmptyTexts(kMostEvents); }},
+    {"AsManyEventsAsAreRead", [] { return eventsOfEmptyTexts(kMaxEvents); }},
     {"EmptyDirectives", [] { return emptyDirectives(kMega); }},
-    {"AsManyDirectivesAsAreRead", [] { return emptyDirectives(kMostDirectives); }},
+    {"AsManyDirectivesAsAreRead", [] { return emptyDirectives(kMaxDirectives); }},
     {"AParameterForEachDirective", aParameterForEachDirective},
     {"ChangesOfMode", [] { return changesOf("mode", 0, 1); }},
     {"ChangesOfTime", [] { return changesOf("planned_ns", 0, std::numeric_limits<std::int64_t>::max()); }},
@@ -229,7 +229,7 @@ INSTANTIATE_TEST_SUITE_P(Kinds, HostileTrace, testing::ValuesIn(kHostile),
 
 TEST(HostileTraceOfTheLargestKind, IsRead) {
   const test::TemporaryFolder folder;
-  for (const std::string& bytes : {eventsOfEmptyTexts(kMostEvents), emptyDirectives(kMostDirectives)}) {
+  for (const std::string& bytes : {eventsOfEmptyTexts(kMaxEvents), emptyDirectives(kMaxDirectives)}) {
     const test::Finished info =
         test::runToEnd(test::hapticctlCommand({"trace", "info", folder.write("a.mcap", bytes).string()}));
     EXPECT_EQ(info.ending, test::exitedWith(0)) << info.errors;

@@ -119,8 +119,8 @@ class BusyLoops {
 
 TEST(TraceCrash, AtAHundredRandomMomentsLosesAtMostTheOpenChunk) {
   constexpr int kRounds = 20;
-  constexpr std::uint64_t kChunkTicks = 1002;           // a second of them, and its first and last one
-  constexpr std::int64_t kMostLost_ns = 2'000'000'000;  // a chunk of a second, and the next being written
+  constexpr std::uint64_t kChunkTicks = 1002;          // a second of them, and its first and last one
+  constexpr std::int64_t kMaxLost_ns = 2'000'000'000;  // a chunk of a second, and the next being written
   std::mt19937 random(1);
   std::uniform_int_distribution<int> pause_ms(0, 400);
   std::array<Writer, 5> writers;
@@ -161,7 +161,7 @@ TEST(TraceCrash, AtAHundredRandomMomentsLosesAtMostTheOpenChunk) {
   std::ranges::sort(losses_ns);
   const std::int64_t longest_loss_ns = losses_ns.back();
   // not all: a stalling disk delays the completion of a chunk
-  EXPECT_LT(losses_ns[losses_ns.size() / 2], kMostLost_ns);
+  EXPECT_LT(losses_ns[losses_ns.size() / 2], kMaxLost_ns);
   RecordProperty("longest_loss_ms", static_cast<int>(longest_loss_ns / 1'000'000));
   std::printf("longest loss %.3f s, %d of %d killed without a whole chunk\n",
               static_cast<double>(longest_loss_ns) * 1e-9, empty, 100);

@@ -180,20 +180,19 @@ TEST(RecentEvents, AreTheNewestWithinTheirLimits) {
     const std::size_t length = random() % (number % 20 == 0 ? 200'000 : 2000);
     all.push_back({{"number", number}, {"text", std::string(length, 'x')}});
     events.add(all.back());
-    ASSERT_LE(events.size(), RecentEvents::kMost);
-    ASSERT_LE(bytesOf(events), RecentEvents::kMostBytes);
+    ASSERT_LE(events.size(), RecentEvents::kMaxEvents);
+    ASSERT_LE(bytesOf(events), RecentEvents::kMaxBytes);
     ASSERT_TRUE(events.contains(all.back()));
     const std::size_t next = all.size() - events.size() - 1;  // the newest that is not kept
-    if (events.size() == RecentEvents::kMost || events.size() == all.size()) continue;
-    ASSERT_GT(bytesOf(events) + all[next].dump().size(), RecentEvents::kMostBytes)
-        << "it would have had room";
+    if (events.size() == RecentEvents::kMaxEvents || events.size() == all.size()) continue;
+    ASSERT_GT(bytesOf(events) + all[next].dump().size(), RecentEvents::kMaxBytes) << "it would have had room";
   }
 }
 
 TEST(RecentEvents, KeepNoneThatIsLongerThanAllMayBe) {
   RecentEvents events;
   events.add({{"text", "short"}});
-  events.add({{"text", std::string(RecentEvents::kMostBytes, 'x')}});
+  events.add({{"text", std::string(RecentEvents::kMaxBytes, 'x')}});
   EXPECT_EQ(events.size(), 0U);
   events.add({{"text", "short"}});
   EXPECT_EQ(events.size(), 1U);

@@ -80,17 +80,17 @@ TEST(Outbox, HoldsALimitedNumberOfBytesForKeysThatAreNew) {
   Outbox outbox(all);
   for (std::uint64_t i = 1; i <= 1000; ++i) {
     outbox.add(messageOf(kMiB), key(i));
-    ASSERT_LE(outbox.bytes(), Outbox::kMostKeyedBytes);
+    ASSERT_LE(outbox.bytes(), Outbox::kMaxKeyedBytes);
     ASSERT_TRUE(outbox.waits(key(i)));
   }
-  EXPECT_EQ(outbox.dropped(), 1000 - Outbox::kMostKeyedBytes / kMiB);
+  EXPECT_EQ(outbox.dropped(), 1000 - Outbox::kMaxKeyedBytes / kMiB);
 }
 
 TEST(Outbox, LosesItsLargestMessageFirst) {
   Outbox::All all;
   Outbox outbox(all);
   outbox.add(textMessage("parameters"), key(1));
-  outbox.add(messageOf(Outbox::kMostKeyedBytes - kMiB, "cloud"), key(2));
+  outbox.add(messageOf(Outbox::kMaxKeyedBytes - kMiB, "cloud"), key(2));
   outbox.add(messageOf(2 * kMiB, "image"), key(3));
   EXPECT_EQ(headsOf(outbox), (std::vector<std::string>{"parameters", "image"}));
 }
@@ -107,7 +107,7 @@ TEST(Outbox, TakesFromTheFullestClientWhatAllTogetherMayNotHold) {
   EXPECT_TRUE(modest.waits(key(1)));
   std::size_t bytes = modest.bytes();
   for (const Outbox& each : greedy) bytes += each.bytes();
-  EXPECT_LE(bytes, Outbox::kMostKeyedBytesOfAll);
+  EXPECT_LE(bytes, Outbox::kMaxKeyedBytesOfAll);
   EXPECT_EQ(modest.dropped(), 0U);
 }
 
@@ -163,7 +163,7 @@ TEST(Outbox, KeepsItsLimitsAndItsAccountsOverRandomUse) {
     for (const Outbox& each : clients) bytes += each.bytes();
     const std::size_t queues =
         clients.size() * 2 * 20 * kMiB;  // at most a large message each, and another in transmission
-    ASSERT_LE(bytes, Outbox::kMostKeyedBytesOfAll + queues);
+    ASSERT_LE(bytes, Outbox::kMaxKeyedBytesOfAll + queues);
   }
   for (std::size_t i = 0; i < clients.size(); ++i) {
     const Account& account = accounts[i];

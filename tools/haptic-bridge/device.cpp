@@ -10,7 +10,7 @@ namespace hapticd::tools {
 DeviceReading SimulatedDevice::read() {
   const std::int64_t now_ns = rt::monotonicNow_ns();
   if (moved_to_ns_ == 0) moved_to_ns_ = now_ns;
-  moved_to_ns_ = std::max(moved_to_ns_, now_ns - kMostCatchUpNs);
+  moved_to_ns_ = std::max(moved_to_ns_, now_ns - kMaxCatchUpNs);
   for (; now_ns - moved_to_ns_ >= kStepNs; moved_to_ns_ += kStepNs) hand_.step(force_n_);
   DeviceReading reading;
   reading.position_m = hand_.position_m_in_world();

@@ -29,11 +29,11 @@ class Device {
 };
 
 /// A drivers::SimulatedHand in real time: between two readings it moves by the whole steps that
-/// have passed, at most kMostCatchUpNs.
+/// have passed, at most kMaxCatchUpNs.
 class SimulatedDevice final : public Device {
  public:
   static constexpr std::int64_t kStepNs = 250'000;
-  static constexpr std::int64_t kMostCatchUpNs = 50'000'000;
+  static constexpr std::int64_t kMaxCatchUpNs = 50'000'000;
 
   /// The settings are taken to be in the device's frame.
   explicit SimulatedDevice(const config::SimulatedHandleSettings& settings)

@@ -80,8 +80,8 @@ base::Result<std::string> forcesOf(Replay& replay, const std::vector<HipSample>&
 /// Adds the fixtures and regions of a file to those of the settings.
 /// Errors: the file, also together with the settings.
 std::vector<base::Error> addFrom(const std::string& file, config::SceneAdditions& additions) {
-  constexpr std::size_t kMostBytes = 1024 * 1024;
-  const auto content = base::fileContent(file, {kMostBytes, base::FileKind::any});
+  constexpr std::size_t kMaxBytes = 1024 * 1024;
+  const auto content = base::fileContent(file, {kMaxBytes, base::FileKind::any});
   if (!content) return {{file, content.error().text(), "name a file with fixtures: or regions:"}};
   const auto read = config::additionsFromText(*content, file);
   std::vector<config::AdditionError> problems;

@@ -19,7 +19,7 @@ namespace hapticd::tools {
 namespace {
 
 constexpr const char* kHeader = "t_s,x_m,y_m,z_m";
-constexpr double kLongest_s = 1e9;  // nanoseconds of it fit into 64 bits
+constexpr double kMax_s = 1e9;  // nanoseconds of it fit into 64 bits
 
 }  // namespace
 
@@ -31,7 +31,7 @@ std::expected<std::vector<HipSample>, std::vector<base::Error>> readHipCsv(
     const auto metres = [&](std::size_t column) {
       return table.number(column, fields, -rt::kWorkspaceHalfEdge_m, rt::kWorkspaceHalfEdge_m, "m");
     };
-    const double time_s = table.number(0, fields, 0, kLongest_s, "s");
+    const double time_s = table.number(0, fields, 0, kMax_s, "s");
     samples.push_back({time_s, {metres(1), metres(2), metres(3)}});
   });
   if (!table.errors().empty()) return std::unexpected(std::move(table.errors()));
@@ -89,21 +89,21 @@ config::Settings settingsFor(const config::Settings& settings, const DepthSource
 }  // namespace
 
 std::optional<base::Error> wholeFrameProblem(const config::Settings& settings, const DepthSource& source) {
-  constexpr std::size_t kMostWords = std::size_t{1} << 21;  // of 64 voxels each: 25 MB with their ranks
-  constexpr double kMostUnits = rt::PackedPixel::kRawRange - 1;
+  constexpr std::size_t kMaxWords = std::size_t{1} << 21;  // of 64 voxels each: 25 MB with their ranks
+  constexpr double kMaxUnits = rt::PackedPixel::kRawRange - 1;
   const config::CameraSettings camera = settingsFor(settings, source).camera;
   const rt::DepthModel model(camera.effectiveDepthModel(), camera.pose);
   const auto& [near_m, far_m, unit_m] =
       std::tie(model.parameters().near_m, model.parameters().far_m, model.parameters().unit_m);
-  if (model.isLinear() && far_m - near_m >= kMostUnits * unit_m) {
+  if (model.isLinear() && far_m - near_m >= kMaxUnits * unit_m) {
     return base::Error{
         "--full-model",
         fmt::format("a scene of the whole frame holds {:.4g} m of depth in units of {:.4g} um, "
                     "but from camera.near_m to camera.far_m it is {} m",
-                    kMostUnits * unit_m, unit_m * 1e6, base::numberText(far_m - near_m)),
+                    kMaxUnits * unit_m, unit_m * 1e6, base::numberText(far_m - near_m)),
         "move camera.near_m and camera.far_m together, or leave out --full-model"};
   }
-  if (rt::GridShape::of(settings.grid, model).words() <= kMostWords) return std::nullopt;
+  if (rt::GridShape::of(settings.grid, model).words() <= kMaxWords) return std::nullopt;
   return base::Error{
       "--full-model",
       fmt::format("the camera's whole view up to camera.far_m, {} m, takes more memory than is "

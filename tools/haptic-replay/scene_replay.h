@@ -44,14 +44,14 @@ class TraceFrames {
   void add(const drivers::DepthRecord& record, std::int64_t needed_ns);
   /// Whether as many are kept as memory permits: half a minute, tens of megabytes where frames compress
   /// well.
-  bool full() const { return kept_.size() > kMostKept; }
+  bool full() const { return kept_.size() > kMaxKept; }
 
   State stateOf(std::int64_t arrival_ns) const;
   /// Only where stateOf() is `here`. Frames that arrived before it are not requested any more.
   base::Result<void> read(std::int64_t arrival_ns, rt::DepthFrame& frame);
 
  private:
-  static constexpr std::size_t kMostKept = 1024;
+  static constexpr std::size_t kMaxKept = 1024;
 
   std::filesystem::path trace_;
   std::set<std::int64_t> arrivals_ns_;

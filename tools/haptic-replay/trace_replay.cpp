@@ -14,7 +14,7 @@ namespace hapticd::tools {
 namespace {
 
 /// The ticks of a minute.
-constexpr std::size_t kMostWaitingTicks = 60'000;
+constexpr std::size_t kMaxWaitingTicks = 60'000;
 constexpr const char* kSettingsAttachment = "settings.yaml";
 constexpr const char* kOtherVersion = "is of another version of hapticd, whose core may compute otherwise";
 constexpr const char* kSameVersion =
@@ -152,10 +152,10 @@ base::Result<void> TraceReplay::replayWaiting(const OnTick& on_tick, bool all) {
     if (auto replayed = replay(waiting_.front(), on_tick); !replayed) return replayed;
     waiting_.pop_front();
   }
-  if (waiting_.size() <= kMostWaitingTicks) return {};
-  return refuse(
-      trace_, fmt::format("has more than {} ticks before the depth frame that they used", kMostWaitingTicks),
-      "replay the trace as hapticd wrote it, or sort it by time (mcap sort)");
+  if (waiting_.size() <= kMaxWaitingTicks) return {};
+  return refuse(trace_,
+                fmt::format("has more than {} ticks before the depth frame that they used", kMaxWaitingTicks),
+                "replay the trace as hapticd wrote it, or sort it by time (mcap sort)");
 }
 
 base::Result<void> TraceReplay::replay(const rt::Tick& tick, const OnTick& on_tick) {

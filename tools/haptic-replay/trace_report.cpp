@@ -11,11 +11,11 @@ namespace {
 
 /// "3..5, 9, ...": at most so many stretches.
 std::string stretchesOf(const std::set<std::uint64_t>& numbers) {
-  constexpr int kMostStretches = 20;
+  constexpr int kMaxStretches = 20;
   std::string text;
   int stretches = 0;
   for (auto number = numbers.begin(); number != numbers.end();) {
-    if (++stretches > kMostStretches) return text + ", ...";
+    if (++stretches > kMaxStretches) return text + ", ...";
     const std::uint64_t first = *number;
     std::uint64_t last = first;
     while (++number != numbers.end() && *number == last + 1) ++last;

@@ -82,8 +82,8 @@ double CoreWall::onset_m() const {
 
 namespace {
 
-constexpr double kShortest_s = 2;
-constexpr double kLongest_s = 32;
+constexpr double kMin_s = 2;
+constexpr double kMax_s = 32;
 constexpr double kStill_m = 1e-4;
 constexpr double kStillSteps = 3;
 constexpr double kAway_m = 0.2;
@@ -183,7 +183,7 @@ class Simulation {
 /// second and the last quarter.
 double longest_s(const DeviceAndHand& system) {
   const double rate = 0.01 * system.viscosity_n_s_per_m() / (2 * system.inertia_kg());
-  return std::clamp(2 * std::numbers::ln2 / rate, kShortest_s, kLongest_s);
+  return std::clamp(2 * std::numbers::ln2 / rate, kMin_s, kMax_s);
 }
 
 }  // namespace
@@ -198,7 +198,7 @@ double peakToPeak(const std::vector<double>& values, std::size_t first, std::siz
 ContactRun runContact(Wall& wall, const Rig& rig, const Tap& tap, const Potential& potential_j) {
   Simulation simulation(wall, rig, tap, potential_j);
   bool stable = false;
-  for (double end_s = kShortest_s;; end_s *= 2) {
+  for (double end_s = kMin_s;; end_s *= 2) {
     simulation.runUntil(end_s);
     if (simulation.away()) break;
     const double before_m = simulation.quarter(2);

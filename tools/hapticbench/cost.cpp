@@ -222,9 +222,9 @@ class CostRun {
 }  // namespace
 
 base::Result<std::vector<TimedScene>> timedScenes(const std::string& recordings) {
-  constexpr std::size_t kMostFrames = 60;
+  constexpr std::size_t kMaxFrames = 60;
   std::vector<TimedScene> scenes;
-  auto sequences = recordedSequences(recordings, kMostFrames);
+  auto sequences = recordedSequences(recordings, kMaxFrames);
   if (!sequences) return std::unexpected(sequences.error());
   sequences->insert(sequences->begin(), syntheticScene());
   for (BenchSequence& sequence : *sequences) {

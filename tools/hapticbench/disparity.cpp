@@ -108,9 +108,9 @@ using rt::Vec3;
 
 std::optional<RobustFit> fitDisparity(std::span<const DisparitySample> samples, double middle_column,
                                       double middle_row, double half_px) {
-  constexpr std::size_t kFewest = 30;
+  constexpr std::size_t kMin = 30;
   constexpr QuadraticFitOptions kOptions{.rounds = 6, .least_deviation = 0.02, .outlier_deviations = 4};
-  if (samples.size() < kFewest) return std::nullopt;
+  if (samples.size() < kMin) return std::nullopt;
   std::vector<QuadraticSample> scaled;
   for (const DisparitySample& sample : samples) {
     scaled.push_back(

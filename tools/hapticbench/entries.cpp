@@ -100,8 +100,8 @@ EntryTick truthAt(const EntryCase& entry, const Vec3& hip, double stiffness, dou
 
 bool isAbout(const Vec3& force_n, const Vec3& true_n) {
   constexpr double kShare = 0.2;
-  constexpr double kLeast_n = 0.5;
-  return norm(true_n) > 0 && norm(force_n - true_n) <= std::max(kLeast_n, kShare * norm(true_n));
+  constexpr double kMin_n = 0.5;
+  return norm(true_n) > 0 && norm(force_n - true_n) <= std::max(kMin_n, kShare * norm(true_n));
 }
 
 }  // namespace

@@ -17,8 +17,8 @@ constexpr double kDistance_m = 1;
 constexpr double kFineRange_m = 0.05;  // to either side; one raw unit is then 0.05 mm
 constexpr double kY_m = -0.00052;      // off the lattice of pixels
 constexpr double kStrokeDepth_m = 0.005;
-constexpr double kLowestRidge_m = 0.0001;
-constexpr double kHighestRidge_m = 0.04;
+constexpr double kMinRidge_m = 0.0001;
+constexpr double kMaxRidge_m = 0.04;
 constexpr double kRidgeWidth_m = 0.02;
 constexpr double kFarAside_m = 0.08;  // neither edge nor ridge has an effect there, whatever the radius
 
@@ -148,7 +148,7 @@ void FeelProbe::strokeOverEdge(const rt::LiveParameters& parameters, Feel& feel)
 }
 
 void FeelProbe::strokeOverRidges(const rt::LiveParameters& parameters, Feel& feel) {
-  for (double height_m = kLowestRidge_m; height_m < kHighestRidge_m; height_m *= ridge_step_) {
+  for (double height_m = kMinRidge_m; height_m < kMaxRidge_m; height_m *= ridge_step_) {
     if (!isNoticeable(parameters, height_m, feel.stroke_h_m)) continue;
     feel.smallest_ridge_m = height_m;
     return;

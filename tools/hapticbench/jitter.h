@@ -98,7 +98,7 @@ struct LoopRun {
 base::Result<LoopRun> runForceLoop(const LoopSetting& setting, const Interrupt& interrupt);
 
 /// Largest allowed ratio of the p99.9 wake-up latency of hapticd's loop to that of cyclictest.
-inline constexpr double kMostLatencyRatio = 1.25;
+inline constexpr double kMaxLatencyRatio = 1.25;
 
 struct JitterOptions {
   int seconds = 2;  ///< of each phase
@@ -126,7 +126,7 @@ struct LoadJitter {
   double ratio() const;         ///< of p99.9 over all rounds
   /// Ratios of the single rounds, in ascending order.
   std::vector<double> sortedRatios() const;
-  bool kept() const { return ratio() <= kMostLatencyRatio; }
+  bool kept() const { return ratio() <= kMaxLatencyRatio; }
 };
 
 struct JitterResult {

@@ -29,18 +29,18 @@ int periodsBetween(const drivers::RecordedFrame& earlier, const drivers::Recorde
   const std::uint32_t ticks = later.device_ticks - earlier.device_ticks;  // wraps as the counter does
   const double periods = counts ? static_cast<double>(ticks) / kTicksPerPeriod
                                 : static_cast<double>(later.host_ns - earlier.host_ns) / kPeriod_ns;
-  constexpr double kLongestPause = 1000;  // a counter that was reset is no reason for a lag of hours
-  return static_cast<int>(std::lround(std::clamp(periods, 1.0, kLongestPause)));
+  constexpr double kMaxPause = 1000;  // a counter that was reset is no reason for a lag of hours
+  return static_cast<int>(std::lround(std::clamp(periods, 1.0, kMaxPause)));
 }
 
 }  // namespace
 
 base::Result<std::size_t> framesOf(const std::filesystem::path& recording, std::size_t recorded, int wanted) {
   const std::size_t frames = std::min(recorded, static_cast<std::size_t>(wanted));
-  if (frames >= kFewestFrames) return frames;
+  if (frames >= kMinFrames) return frames;
   return std::unexpected(
       base::Error{recording.string(),
-                  fmt::format("{} depth frames are too few, at least {} are needed", frames, kFewestFrames),
+                  fmt::format("{} depth frames are too few, at least {} are needed", frames, kMinFrames),
                   "take another recording"});
 }
 
@@ -157,8 +157,8 @@ bool moves(const std::vector<QuadraticSample>& before, const std::vector<Quadrat
   std::vector<double> changes(before.size());
   for (std::size_t i = 0; i < before.size(); ++i) changes[i] = after[i].value - before[i].value;
   // a body that passes through a part of the window leaves the median alone
-  constexpr double kLargestDeviation = 1.5;
-  return std::abs(quantile(changes, 0.5)) > kMotionRaw || rootMeanSquare(changes) > kLargestDeviation;
+  constexpr double kMaxDeviation = 1.5;
+  return std::abs(quantile(changes, 0.5)) > kMotionRaw || rootMeanSquare(changes) > kMaxDeviation;
 }
 
 void subtract(const Quadratic& surface, const NoiseSession& session, const Window& window,

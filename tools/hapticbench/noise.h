@@ -22,16 +22,16 @@ struct NoiseSession {
 };
 
 /// How many of `recorded` frames are measured when `wanted` are to be, from the first on.
-/// Errors: fewer than a measurement takes (kFewestFrames).
+/// Errors: fewer than a measurement takes (kMinFrames).
 base::Result<std::size_t> framesOf(const std::filesystem::path& recording, std::size_t recorded, int wanted);
 
 /// The depth frames of a recording in libfreenect's format, by the camera's own counter or, where it has
 /// none, by the host's clock. Errors: those of the reader, and fewer frames than a measurement takes
-/// (kFewestFrames).
+/// (kMinFrames).
 base::Result<NoiseSession> readSession(const std::filesystem::path& recording, int frames = 60);
 
 /// Fewest frames that a measurement takes: both halves of a session are compared.
-inline constexpr int kFewestFrames = 8;
+inline constexpr int kMinFrames = 8;
 
 /// A resting wall in front of a synthetic camera, 1.8 m away and turned by 25 degrees about both axes of the
 /// image, so that all phases of rounding occur. `shift_raw`: added to every disparity.

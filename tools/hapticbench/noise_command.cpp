@@ -122,7 +122,7 @@ StudyCommand noiseCommand(CLI::App& app) {
       ->check(CLI::IsMember({"recorded", "harsh"}))
       ->excludes(recording);
   command->add_option("--frames", chosen->frames, "number of frames that are used (60)")
-      ->check(within(kFewestFrames, 600));
+      ->check(within(kMinFrames, 600));
   command.onRun([chosen](const StudyCommand& self) { return runNoise(*chosen, self); });
   return command;
 }

@@ -360,7 +360,7 @@ void addEntries(const OcclusionRows& rows, const std::string& law, std::vector<R
 void addNear(const OcclusionRows& rows, const std::string& law, std::vector<Requirement>& list) {
   // safety.depth_timeout_s; and that with safety.depth_ramp_s, after ten frames in which what is missing may
   // only flicker, and a tenth more.
-  constexpr double kLeastHeld_ms = 500;
+  constexpr double kMinHeld_ms = 500;
   constexpr double kLatestRelease_ms = 1130;
   double least_held_ms = std::numeric_limits<double>::infinity();
   double latest_ms = 0;
@@ -374,7 +374,7 @@ void addNear(const OcclusionRows& rows, const std::string& law, std::vector<Requ
   }
   if (rows.near.empty()) return;
   list.push_back(Requirement::atLeast(law, "a surface nearer than near_m: the force is held for, ms",
-                                      kLeastHeld_ms, least_held_ms));
+                                      kMinHeld_ms, least_held_ms));
   list.push_back(
       Requirement::atMost(law, "the same: the force is released after, ms", kLatestRelease_ms, latest_ms));
   list.push_back(Requirement::atMost(law, "the same: runs that do not name the cause", 0, unnamed));

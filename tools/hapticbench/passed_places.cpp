@@ -51,17 +51,17 @@ std::optional<PassedPlace> placeAt(int column, int row, const BenchSequence& ses
                                    std::span<const float> background, const CameraDisparity& camera) {
   constexpr double kPatch_m = 0.04;
   constexpr double kFitted_m = 0.12;
-  constexpr int kLeastHalf_px = 8;
-  constexpr double kMostResidual_raw = 1;
-  constexpr int kLeastFramesInSight = 15;
-  constexpr int kLeastFramesPassed = 2;
+  constexpr int kMinHalf_px = 8;
+  constexpr double kMaxResidual_raw = 1;
+  constexpr int kMinFramesInSight = 15;
+  constexpr int kMinFramesPassed = 2;
   const float raw = background[camera.pixelOf(column, row)];
   if (!std::isfinite(raw)) return std::nullopt;
   const rt::DepthModelParameters& pinhole = camera.model().parameters();
   const double depth = camera.depth_m(double{raw});
   if (depth < pinhole.near_m + kFromNear_m || depth > pinhole.far_m - kFromFar_m) return std::nullopt;
   const int fitted_px =
-      std::max(kLeastHalf_px, static_cast<int>(std::lround(kFitted_m / 2 * pinhole.fx_px / depth)));
+      std::max(kMinHalf_px, static_cast<int>(std::lround(kFitted_m / 2 * pinhole.fx_px / depth)));
   const bool inside = column >= kBorder_px + fitted_px &&
                       column < camera.width_px() - kBorder_px - fitted_px && row >= kBorder_px + fitted_px &&
                       row < camera.height_px() - kBorder_px - fitted_px;
@@ -79,7 +79,7 @@ std::optional<PassedPlace> placeAt(int column, int row, const BenchSequence& ses
   const auto fit = fitDisparity(samples, column, row, fitted_px);
   if (!fit || fit->outlier_share > 0.02) return std::nullopt;
   const double middle_raw = fit->quadratic.at(column, row);
-  if (fit->residual_raw > kMostResidual_raw * camera.noiseScale(middle_raw)) return std::nullopt;
+  if (fit->residual_raw > kMaxResidual_raw * camera.noiseScale(middle_raw)) return std::nullopt;
   PassedPlace place{.surface = fit->quadratic,
                     .column = static_cast<double>(column),
                     .row = static_cast<double>(row),
@@ -94,7 +94,7 @@ std::optional<PassedPlace> placeAt(int column, int row, const BenchSequence& ses
     place.covered.push_back(content.covered());
     if (content.passed()) ++passed;
   }
-  if (passed < kLeastFramesPassed || longestInSight(place.covered).frames < kLeastFramesInSight)
+  if (passed < kMinFramesPassed || longestInSight(place.covered).frames < kMinFramesInSight)
     return std::nullopt;
   return place;
 }

@@ -69,23 +69,23 @@ std::vector<PixelStatistics> pixelStatistics(const BenchSequence& session, const
 bool rests(const PixelStatistics& pixel, std::size_t frames) {
   // Temporal noise of a Kinect is 0.33 to 0.45 raw with rounding, its drift over a second less than that; a
   // surface that moves by a raw unit or an edge exceeds both.
-  constexpr float kMostDeviation = 1.0F;
-  constexpr float kMostDrift = 0.7F;
-  constexpr float kMostDriftDeviations = 4;
-  const float most_drift = std::max(kMostDrift * pixel.noise_scale, kMostDriftDeviations * pixel.drift_noise);
+  constexpr float kMaxDeviation = 1.0F;
+  constexpr float kMaxDrift = 0.7F;
+  constexpr float kMaxDriftDeviations = 4;
+  const float most_drift = std::max(kMaxDrift * pixel.noise_scale, kMaxDriftDeviations * pixel.drift_noise);
   return 10 * static_cast<std::size_t>(pixel.valid) >= 8 * frames &&
-         pixel.deviation <= kMostDeviation * pixel.noise_scale && std::abs(pixel.drift) <= most_drift;
+         pixel.deviation <= kMaxDeviation * pixel.noise_scale && std::abs(pixel.drift) <= most_drift;
 }
 
 namespace {
 
 constexpr int kTermsOfQuadratic = 6;
-constexpr int kLeastHalf_px = 12;
-constexpr double kLeastRestingShare = 0.97;
-constexpr double kMostOutliers = 0.01;
-constexpr double kMostResidual_raw = 0.8;  // the static pattern of a Kinect is 0.24 to 0.56
+constexpr int kMinHalf_px = 12;
+constexpr double kMinRestingShare = 0.97;
+constexpr double kMaxOutliers = 0.01;
+constexpr double kMaxResidual_raw = 0.8;  // the static pattern of a Kinect is 0.24 to 0.56
 // A surface that bends more within its size is no longer flat for a patch of 40 mm.
-constexpr double kLeastRadius_m = 0.3;
+constexpr double kMinRadius_m = 0.3;
 
 /// A square of pixels around a middle.
 struct Square {
@@ -161,9 +161,9 @@ std::optional<RestingSurface> surfaceIn(const Square& square, std::span<const Pi
   const int step = std::max(1, square.half_px / 16);
   const auto fit = fitDisparity(samplesOf(pixels, frames, camera, square, step), square.column, square.row,
                                 square.half_px);
-  if (!fit || fit->outlier_share > kMostOutliers) return std::nullopt;
+  if (!fit || fit->outlier_share > kMaxOutliers) return std::nullopt;
   const double noise_scale = camera.noiseScale(fit->quadratic.at(square.column, square.row));
-  if (fit->residual_raw > kMostResidual_raw * noise_scale) return std::nullopt;
+  if (fit->residual_raw > kMaxResidual_raw * noise_scale) return std::nullopt;
   RestingSurface surface{.fit = fit->quadratic,
                          .column = static_cast<double>(square.column),
                          .row = static_cast<double>(square.row),
@@ -171,7 +171,7 @@ std::optional<RestingSurface> surfaceIn(const Square& square, std::span<const Pi
                          .residual_raw = fit->residual_raw};
   const SurfacePoint middle = surfacePoint(camera, surface.fit, surface.column, surface.row);
   surface.distance_m = -middle.position_m.z;
-  if (curvatureOf(camera, surface) > 1 / kLeastRadius_m) return std::nullopt;
+  if (curvatureOf(camera, surface) > 1 / kMinRadius_m) return std::nullopt;
   const double side_px = 2 * square.half_px + 1;
   // samples that are farther apart than errors are alike are independent
   const double alike_px = std::max(camera.correlation_px(), static_cast<double>(step));
@@ -189,7 +189,7 @@ std::optional<Square> squareAround(int column, int row, double size_m, double di
   const bool inside = column - square.half_px >= 0 && row - square.half_px >= 0 &&
                       column + square.half_px < camera.width_px() &&
                       row + square.half_px < camera.height_px();
-  if (!inside || square.half_px < kLeastHalf_px) return std::nullopt;
+  if (!inside || square.half_px < kMinHalf_px) return std::nullopt;
   return square;
 }
 
@@ -205,7 +205,7 @@ std::vector<RestingSurface> candidates(std::span<const PixelStatistics> pixels, 
       const double distance_m = camera.depth_m(double{middle.mean});
       if (!rests(middle, frames) || distance_m < limits.near_m || distance_m >= limits.far_m) continue;
       const auto square = squareAround(column, row, size_m, distance_m, camera);
-      if (!square || resting.share(*square) < kLeastRestingShare) continue;
+      if (!square || resting.share(*square) < kMinRestingShare) continue;
       if (auto surface = surfaceIn(*square, pixels, frames, camera)) {
         surface->size_m = size_m;
         found.push_back(*surface);
@@ -264,11 +264,11 @@ constexpr double kStep_m = 1e-4;  // 0.1 m/s at 1 kHz
 constexpr int kWaitTicks = 700;   // 20 frames, more than any law takes a mean over
 constexpr int kStillTicks = 2000;
 constexpr int kCalmTicks = 150;  // from the end of the push to where forces count
-constexpr double kLongestStroke_m = 0.1;
+constexpr double kMaxStroke_m = 0.1;
 constexpr double kBorder_m = 0.025;  // from the end of a stroke to where the surface is no longer known
 
 int strokeTicks(const RestingSurface& surface) {
-  const double length_m = std::clamp(surface.size_m - 2 * kBorder_m, 0.0, kLongestStroke_m);
+  const double length_m = std::clamp(surface.size_m - 2 * kBorder_m, 0.0, kMaxStroke_m);
   return static_cast<int>(std::lround(length_m / kStep_m));
 }
 

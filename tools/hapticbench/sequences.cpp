@@ -132,7 +132,7 @@ namespace {
 constexpr double kDeviceTicksPerTick = 60000;  // 60 MHz, of a Kinect
 constexpr double kTick_ns = 1e6;
 constexpr long kUsualPeriod = 33;
-constexpr long kLongestPeriod = 500;  // longer ones are a recording that was interrupted
+constexpr long kMaxPeriod = 500;  // longer ones are a recording that was interrupted
 
 /// Ticks from one frame of the session to the next.
 long ticksBetween(const rt::DepthFrame& frame, const rt::DepthFrame& next, bool is_kinect) {
@@ -148,7 +148,7 @@ std::vector<long> arrivalTicks(const BenchSequence& session) {
   std::vector<long> ticks{0};
   for (std::size_t i = 1; i < session.frames.size(); ++i) {
     const long period = ticksBetween(*session.frames[i - 1], *session.frames[i], isKinect(session.camera()));
-    ticks.push_back(ticks.back() + (period >= 1 && period <= kLongestPeriod ? period : kUsualPeriod));
+    ticks.push_back(ticks.back() + (period >= 1 && period <= kMaxPeriod ? period : kUsualPeriod));
   }
   return ticks;
 }

@@ -46,12 +46,12 @@ double eigenvalueLimit_n_per_m(const DeviceAndHand& system, SampledSpring spring
     spring.stiffness_n_per_m = stiffness_n_per_m;
     return spectralRadius(system, spring) < 1;
   };
-  constexpr double kLargest_n_per_m = 1e7;
+  constexpr double kMax_n_per_m = 1e7;
   double low = 1;
   if (!stable(low)) return 0;
   double high = low * 1.1;
   for (; stable(high); high *= 1.1) {
-    if (high > kLargest_n_per_m) return std::numeric_limits<double>::infinity();
+    if (high > kMax_n_per_m) return std::numeric_limits<double>::infinity();
     low = high;
   }
   while (high - low > 1e-6 * low) {
@@ -67,8 +67,8 @@ constexpr double kPress_m = 0.0075;  // of the hand's target behind the onset
 constexpr double kPreload_m =
     0.004;  // of a device that nobody holds; 500 N/m then are half the shipped limit
 constexpr double kTapSpeed_m_per_s = 0.1;
-constexpr double kSmallestSwing_m = 3e-5;
-constexpr double kLargestSearched = 20;  // times the eigenvalue limit
+constexpr double kMinSwing_m = 3e-5;
+constexpr double kMaxSearched = 20;  // times the eigenvalue limit
 
 DeviceAndHand systemOf(const LoopCase& loop) {
   return {.mass_kg = loop.device.mass_kg,
@@ -138,7 +138,7 @@ void measureFelt(Wall& wall, const ContactRun& rest, LoopLimit& limit) {
   const double largest_m = std::max({motion_m, 2 * tap_m, wall.onset_m() - rest.mean_m, 0.0005});
   const StaticCurve curve(wall, rest.mean_m, largest_m);
   limit.softest_by_set = limit.stiffest_by_set = limit.rendered_by_set;
-  for (double amplitude_m = kSmallestSwing_m; amplitude_m <= largest_m; amplitude_m *= 1.1) {
+  for (double amplitude_m = kMinSwing_m; amplitude_m <= largest_m; amplitude_m *= 1.1) {
     const double equivalent = curve.equivalent_n_per_m(amplitude_m) / set_n_per_m;
     limit.softest_by_set = std::min(limit.softest_by_set, equivalent);
     limit.stiffest_by_set = std::max(limit.stiffest_by_set, equivalent);
@@ -265,7 +265,7 @@ LoopLimit findLimit(const LoopCase& loop) {
     return run.stable;
   };
   const LargestStable found =
-      largestStable(is_stable, limit.eigenvalue_n_per_m, kLargestSearched * limit.eigenvalue_n_per_m);
+      largestStable(is_stable, limit.eigenvalue_n_per_m, kMaxSearched * limit.eigenvalue_n_per_m);
   limit.found_n_per_m = found.value;
   limit.capped = found.capped;
   if (found.value <= 0) return limit;

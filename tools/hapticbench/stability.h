@@ -280,7 +280,7 @@ auto fieldsOf(Is<DefaultRun> auto& shipped) {
   return std::tie(loop, run, kept, popped_through);
 }
 /// Largest energy that the shipped settings may give with the laws that have a proxy.
-inline constexpr double kMostGiven_j = 0.01;
+inline constexpr double kMaxGiven_j = 0.01;
 DefaultRun runDefaults(const LoopCase& loop);
 
 /// Why a limit differs from the theory, by measurement; empty where it is within 10 %, and beginning with

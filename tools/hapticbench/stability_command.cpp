@@ -111,7 +111,7 @@ void addDefaults(const std::vector<DefaultRun>& runs, Report& report) {
     row.most_given_j = std::max(row.most_given_j, run.run.most_given_j);
     row.most_above_potential_j = std::max(row.most_above_potential_j, run.run.most_above_potential_j);
     row.least_kept_n_per_m = std::min(row.least_kept_n_per_m, run.stiffness_kept_n_per_m);
-    if (!run.run.stable || run.run.most_given_j > kMostGiven_j) bad.push_back(run);
+    if (!run.run.stable || run.run.most_given_j > kMaxGiven_j) bad.push_back(run);
   }
   std::vector<Row> rows;
   for (const auto& [key, row] : summaries) rows.push_back(row);
@@ -126,7 +126,7 @@ void addDefaults(const std::vector<DefaultRun>& runs, Report& report) {
                              {"", "above potential mJ", 2, &Row::most_above_potential_j, 1e3}};
   if (!rows.empty()) report.say(kDefaultsExplanation + tableText(columns, rows));
   if (bad.empty()) return;
-  report.say(fmt::format("\nunstable, or giving more than {:g} mJ\n", kMostGiven_j * 1e3) +
+  report.say(fmt::format("\nunstable, or giving more than {:g} mJ\n", kMaxGiven_j * 1e3) +
              tableText(defaultColumns(), bad));
 }
 

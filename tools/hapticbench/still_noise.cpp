@@ -19,7 +19,7 @@ using rt::Vec3;
 constexpr double kAround_m = 0.05;  // of a site, that must be still and flat
 constexpr int kSpacing_px = 24;     // of the positions that are tried
 constexpr double kFarthest_m = 3.5;
-constexpr double kSmallestCosine = 0.7;  // of incidence: noise along an oblique surface is another matter
+constexpr double kMinCosine = 0.7;  // of incidence: noise along an oblique surface is another matter
 
 /// Means over the frames and how steady they are.
 class StillImage {
@@ -120,7 +120,7 @@ std::optional<StillSite> siteAt(const StillImage& image, std::size_t sequence, i
     return std::nullopt;
   const double length = std::sqrt(plane->a * plane->a + plane->b * plane->b + 1);
   const Vec3 normal{-plane->a / length, -plane->b / length, 1 / length};
-  if (-dot(normal, middle) < kSmallestCosine * norm(middle)) return std::nullopt;
+  if (-dot(normal, middle) < kMinCosine * norm(middle)) return std::nullopt;
   return StillSite{sequence, middle + Vec3{0, 0, plane->c}, normal};
 }
 

@@ -15,9 +15,9 @@ namespace {
 using rt::Vec3;
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kLongest_m = 0.16;       // of a stroke
-constexpr double kWallBehind_m = 0.12;    // from a body's front to the wall behind it
-constexpr double kLargestPatch_m = 0.04;  // the fact sheet's patch
+constexpr double kMaxStrokeLength_m = 0.16;     // of a stroke
+constexpr double kWallBehind_m = 0.12;  // from a body's front to the wall behind it
+constexpr double kMaxPatch_m = 0.04;    // the fact sheet's patch
 constexpr double kBlockThickness_m = 0.06;
 constexpr double kBeforeEnd_m = 0.07;  // of a stroke that leaves its body
 constexpr double kAfterEnd_m = 0.03;
@@ -43,7 +43,7 @@ class CaseMaker {
   bool deadColumns() const { return placement_.dead_columns; }
 
   /// Length of a stroke; shorter near the camera, so that one that runs towards it stays in its range.
-  double length_m() const { return std::min(kLongest_m, 0.25 * placement_.distance_m); }
+  double length_m() const { return std::min(kMaxStrokeLength_m, 0.25 * placement_.distance_m); }
 
   /// The point at the scene's distance on the ray through a point of the image.
   Vec3 at_m(double column, double row) const {
@@ -151,7 +151,7 @@ Cases rods(CaseMaker& make, double diameter_m, bool deep) {
                      .path = path,
                      .held_in_front = deep,
                      .curved = true,
-                     .patch_side_m = std::min(kLargestPatch_m, 0.8 * diameter_m)});
+                     .patch_side_m = std::min(kMaxPatch_m, 0.8 * diameter_m)});
   }
   return cases;
 }
@@ -175,7 +175,7 @@ Cases balls(CaseMaker& make, double radius_m) {
                      .T_camera_bodies = frame,
                      .path = path,
                      .curved = true,
-                     .patch_side_m = std::min(kLargestPatch_m, 0.8 * radius_m)});
+                     .patch_side_m = std::min(kMaxPatch_m, 0.8 * radius_m)});
   }
   return cases;
 }
@@ -477,9 +477,9 @@ const std::vector<Entry>& entries() {
 }  // namespace
 
 bool isSeen(const StrokeScene& scene, double distance_m) {
-  constexpr double kFewest_px = 7.9;
+  constexpr double kMin_px = 7.9;
   if (distance_m < scene.nearest_m) return false;
-  return scene.narrowest_m * rt::DepthModelParameters{}.fx_px / distance_m >= kFewest_px;
+  return scene.narrowest_m * rt::DepthModelParameters{}.fx_px / distance_m >= kMin_px;
 }
 
 const std::vector<StrokeScene>& strokeScenes() {

@@ -23,7 +23,7 @@
 namespace hapticd::tools {
 namespace {
 
-constexpr std::size_t kMostPointBytes = std::size_t{1} << 20;
+constexpr std::size_t kMaxPointBytes = std::size_t{1} << 20;
 
 template <typename T>
 std::optional<T> read(const std::string& text) {
@@ -202,7 +202,7 @@ void addFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members) 
       .add_option_function<std::string>(
           "--points-file",
           [members](const std::string& file) {
-            const auto content = base::fileContent(file, {kMostPointBytes, base::FileKind::any});
+            const auto content = base::fileContent(file, {kMaxPointBytes, base::FileKind::any});
             if (!content) throw CLI::ValidationError("--points-file", file + " " + content.error().text());
             auto read_points = pointsFromText(*content, file);
             if (!read_points) throw CLI::ValidationError("--points-file", read_points.error().text());
@@ -291,8 +291,8 @@ int addAll(const CommandOptions& options, const AdditionList& list, const Json& 
 }
 
 std::expected<std::string, int> contentOf(const CommandOptions& options, const std::string& file) {
-  constexpr std::size_t kMostBytes = std::size_t{1} << 20;
-  auto content = base::fileContent(file, {kMostBytes, base::FileKind::any});
+  constexpr std::size_t kMaxBytes = std::size_t{1} << 20;
+  auto content = base::fileContent(file, {kMaxBytes, base::FileKind::any});
   if (content) return std::move(*content);
   return std::unexpected(report(base::Error{file, content.error().text(), ""}, options.json));
 }

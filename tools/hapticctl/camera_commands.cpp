@@ -126,8 +126,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kPeriod{100};
-constexpr double kLeast_n_per_m = 1;
-constexpr double kMost_n_per_m = 5000;
+constexpr double kMin_n_per_m = 1;
+constexpr double kMax_n_per_m = 5000;
 
 struct CalibrateOptions {
   std::optional<double> ceiling_n_per_m;
@@ -174,7 +174,7 @@ int calibrate(const CommandOptions& options, const CalibrateOptions& requested) 
   if (requested.apply) {
     Json values = Json::object();
     const double stiffness =
-        std::clamp(std::floor(numberAt(calibration, "stiffnessNPerM")), kLeast_n_per_m, kMost_n_per_m);
+        std::clamp(std::floor(numberAt(calibration, "stiffnessNPerM")), kMin_n_per_m, kMax_n_per_m);
     values["force.stiffness_n_per_m"] = requested.fixed ? Json(stiffness) : Json("auto");
     if (requested.ceiling_n_per_m) values["force.stiffness_ceiling_n_per_m"] = *requested.ceiling_n_per_m;
     const auto reply = client->call("io.hapticd.Control.SetParameters", {{"parameters", values}});
@@ -203,7 +203,7 @@ void addCalibrateCommand(CommandLine& line) {
       .add_option("--ceiling", requested->ceiling_n_per_m,
                   "Largest stiffness, instead of force.stiffness_ceiling_n_per_m")
       ->type_name("N/M")
-      ->check(within(kLeast_n_per_m, kMost_n_per_m));
+      ->check(within(kMin_n_per_m, kMax_n_per_m));
   auto* apply = command.add_flag("--apply", requested->apply,
                                  "Set force.stiffness_n_per_m to auto, and the ceiling if it is given");
   command

@@ -38,7 +38,7 @@ class MeasuringSink final : public drivers::FrameSink {
   void publish() override {
     const std::lock_guard lock(mutex_);
     count();
-    if (waiting_.size() < kMostWaiting) {
+    if (waiting_.size() < kMaxWaiting) {
       waiting_.push_back(std::exchange(frame_, std::make_unique<rt::DepthFrame>()));
     }
     changed_.notify_all();
@@ -64,13 +64,13 @@ class MeasuringSink final : public drivers::FrameSink {
   }
 
  private:
-  static constexpr std::uint32_t kMostLost = 1000;  // a larger step is a counter that started anew
-  static constexpr std::size_t kMostWaiting = 20;   // 40 MB of frames
+  static constexpr std::uint32_t kMaxLost = 1000;  // a larger step is a counter that started anew
+  static constexpr std::size_t kMaxWaiting = 20;   // 40 MB of frames
 
   void count() {
     if (count_++ == 0) {
       first_ns_ = frame_->arrival_ns;
-    } else if (const std::uint32_t step = frame_->device_ticks - last_ticks_; step > 1 && step < kMostLost) {
+    } else if (const std::uint32_t step = frame_->device_ticks - last_ticks_; step > 1 && step < kMaxLost) {
       lost_ += step - 1;
     }
     last_ns_ = frame_->arrival_ns;

@@ -26,7 +26,7 @@ namespace {
 constexpr std::chrono::milliseconds kPastIsOver{300};
 constexpr std::chrono::hours kForEver{24};
 /// The daemon sends at most this many.
-constexpr std::size_t kMostPastEvents = 64;
+constexpr std::size_t kMaxPastEvents = 64;
 
 Colour colourOf(const std::string& priority) {
   if (priority == "error") return Colour::red;
@@ -114,7 +114,7 @@ bool isSilence(const ClientResult<Json>& reply) {
 std::optional<int> printPast(VarlinkClient& client, int signals, std::size_t count, EventPrinter& printer,
                              bool json) {
   std::deque<Json> past;
-  for (std::size_t taken = 0; taken < kMostPastEvents; ++taken) {
+  for (std::size_t taken = 0; taken < kMaxPastEvents; ++taken) {
     auto reply = nextEvent(client, signals, kPastIsOver);
     if (isSilence(reply)) break;
     if (!reply) return report(reply.error(), json);

@@ -191,8 +191,8 @@ void show(const Measured& found) {
     fmt::print("  {:<20} {:>7} mm\n", name, fixed(1000 * metres, 2));
   };
   fmt::print("residuals\n");
-  constexpr std::size_t kMostShown = 16;  // the readings of a stroke are hundreds
-  if (found.residuals.each_m.size() <= kMostShown) {
+  constexpr std::size_t kMaxShown = 16;  // the readings of a stroke are hundreds
+  if (found.residuals.each_m.size() <= kMaxShown) {
     for (std::size_t i = 0; i < found.residuals.each_m.size(); ++i)
       line(fmt::format("point {}", i + 1), found.residuals.each_m[i]);
   }

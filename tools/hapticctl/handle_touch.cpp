@@ -17,8 +17,8 @@ using base::Error;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kStrokePeriod{20};
-constexpr std::chrono::seconds kLongestWaitForButton{60};
-constexpr std::chrono::seconds kLongestStroke{300};
+constexpr std::chrono::seconds kMaxWaitForButton{60};
+constexpr std::chrono::seconds kMaxStroke{300};
 
 struct Reading {
   rt::Vec3 hip_m_in_world;
@@ -72,18 +72,18 @@ std::unexpected<int> givenUp(const Toucher& toucher) {
 
 /// Waits until a button is held. Errors: those of readHandle(), and none was pressed in time.
 std::expected<void, int> waitForButton(const Toucher& toucher) {
-  const auto end = Clock::now() + kLongestWaitForButton;
+  const auto end = Clock::now() + kMaxWaitForButton;
   while (Clock::now() < end) {
     const auto reading = readHandle(toucher.client);
     if (!reading) return std::unexpected(report(reading.error(), toucher.json));
     if (reading->button) return {};
     std::this_thread::sleep_for(kStrokePeriod);
   }
-  return std::unexpected(report(
-      Error{toucher.command,
-            fmt::format("no button of the handle was pressed within {} s", kLongestWaitForButton.count()),
-            "for a handle without buttons give --seconds"},
-      toucher.json));
+  return std::unexpected(
+      report(Error{toucher.command,
+                   fmt::format("no button of the handle was pressed within {} s", kMaxWaitForButton.count()),
+                   "for a handle without buttons give --seconds"},
+             toucher.json));
 }
 
 }  // namespace
@@ -117,7 +117,7 @@ std::expected<std::vector<rt::Vec3>, int> stroke(const Toucher& toucher,
     if (const auto pressed = waitForButton(toucher); !pressed) return std::unexpected(pressed.error());
   }
   std::vector<rt::Vec3> readings_m;
-  const auto end = Clock::now() + (by_button ? Clock::duration(kLongestStroke)
+  const auto end = Clock::now() + (by_button ? Clock::duration(kMaxStroke)
                                              : std::chrono::duration_cast<Clock::duration>(duration));
   while (Clock::now() < end) {
     const auto reading = readHandle(toucher.client);

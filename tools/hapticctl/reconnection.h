@@ -21,7 +21,7 @@ class Reconnection {
  public:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds kFirstWait{250};
-  static constexpr std::chrono::milliseconds kLongestWait{5000};
+  static constexpr std::chrono::milliseconds kMaxWait{5000};
 
   /// signals: the descriptor of takeSignals(). goesOn: called for each signal that has arrived; false: give
   /// up. deadline: when to give up at the latest.
@@ -32,7 +32,7 @@ class Reconnection {
   /// Returns nothing if it was given up.
   template <typename T>
   std::optional<ClientResult<T>> retry(const std::function<ClientResult<T>()>& attempt) {
-    for (auto wait = kFirstWait; waited(wait); wait = std::min(2 * wait, kLongestWait)) {
+    for (auto wait = kFirstWait; waited(wait); wait = std::min(2 * wait, kMaxWait)) {
       ClientResult<T> result = attempt();
       if (result || !mayPass(result.error())) return result;
     }

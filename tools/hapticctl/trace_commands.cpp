@@ -252,7 +252,7 @@ void addTraceFolderCommands(CommandLine& line, CLI::App& group) {
   addNote(line, group);
 }
 
-constexpr double kLongestTrace_s = 1e9;  // nanoseconds of it fit into 64 bits
+constexpr double kMaxTrace_s = 1e9;  // nanoseconds of it fit into 64 bits
 
 /// The daemon's folder of traces; the default one if it does not report it.
 fs::path traceFolder(const CommandOptions& options) {
@@ -333,10 +333,10 @@ CLI::App& addForFile(CommandLine& line, CLI::App& group, const char* name, const
 void addTimes(CLI::App& command, TraceSelection& selection) {
   command.add_option("--from", selection.from_s, "Begin that many seconds after the first tick")
       ->type_name("S")
-      ->check(within(0.0, kLongestTrace_s));
+      ->check(within(0.0, kMaxTrace_s));
   command.add_option("--to", selection.to_s, "End that many seconds after the first tick")
       ->type_name("S")
-      ->check(within(0.0, kLongestTrace_s));
+      ->check(within(0.0, kMaxTrace_s));
 }
 
 void addFiles(CommandLine& line, CLI::App& group) {

@@ -164,8 +164,8 @@ void showPeriods(const TraceSummary& summary) {
 
 /// Returns a text from a file in printable form, because it may contain anything.
 std::string shown(const std::string& text) {
-  constexpr std::size_t kMostColumns = 200;
-  return cutTo(printable(text), kMostColumns);
+  constexpr std::size_t kMaxTextColumns = 200;
+  return cutTo(printable(text), kMaxTextColumns);
 }
 
 void showLaws(const TraceSummary& summary) {

@@ -58,11 +58,11 @@ class PngPixels {
 static_assert(std::endian::native == std::endian::little, "the bytes of PNG's pixels are swapped");
 
 /// Far beyond the largest frame, so that a caller can say which size an image has.
-constexpr png_uint_32 kMostPixelsOfASide = 16384;
+constexpr png_uint_32 kMaxPixelsOfASide = 16384;
 /// Beside its pixels a file may hold texts, profiles and more, compressed a thousandfold. libpng keeps at
-/// most kMostChunks of those, each of at most kMostChunkBytes when it is unpacked.
-constexpr png_uint_32 kMostChunks = 16;
-constexpr png_alloc_size_t kMostChunkBytes = 1024 * 1024;
+/// most kMaxChunks of those, each of at most kMaxChunkBytes when it is unpacked.
+constexpr png_uint_32 kMaxChunks = 16;
+constexpr png_alloc_size_t kMaxChunkBytes = 1024 * 1024;
 
 /// libpng reports errors by longjmp() back into the function that called it, so that those functions have no
 /// local objects with destructors.
@@ -83,9 +83,9 @@ PngPixels::PngPixels(std::FILE* stream) : library_(std::make_unique<Library>()) 
   library.png =
       png_create_read_struct(PNG_LIBPNG_VER_STRING, library_.get(), &Library::remember, &Library::ignore);
   if (library.png == nullptr) return;
-  png_set_user_limits(library.png, kMostPixelsOfASide, kMostPixelsOfASide);
-  png_set_chunk_cache_max(library.png, kMostChunks);
-  png_set_chunk_malloc_max(library.png, kMostChunkBytes);
+  png_set_user_limits(library.png, kMaxPixelsOfASide, kMaxPixelsOfASide);
+  png_set_chunk_cache_max(library.png, kMaxChunks);
+  png_set_chunk_malloc_max(library.png, kMaxChunkBytes);
   library.info = png_create_info_struct(library.png);
   if (library.info != nullptr) png_init_io(library.png, stream);
 }
@@ -127,8 +127,8 @@ namespace fs = std::filesystem;
 
 static_assert(std::endian::native == std::endian::little, "the bytes of PGM's pixels are swapped");
 
-constexpr int kMostValue = 65535;
-constexpr int kFewestValues = 256;  // with a smaller maximum a pixel has one byte
+constexpr int kMaxValue = 65535;
+constexpr int kMinValues = 256;  // with a smaller maximum a pixel has one byte
 constexpr const char* kFormats =
     "depth images are binary PGM (P5) or PNG with 16 bits of grey for each pixel";
 constexpr const char* kCopyAgain = "copy the recording again";
@@ -190,11 +190,11 @@ std::uint64_t pgmNumber(std::FILE* stream) {
     }
     if (next != EOF) next = std::fgetc(stream);
   }
-  constexpr std::uint64_t kMost = 1'000'000'000;
+  constexpr std::uint64_t kMaxNumber = 1'000'000'000;
   std::uint64_t number = 0;
   for (; next >= '0' && next <= '9'; next = std::fgetc(stream)) {
     number = number * 10 + static_cast<std::uint64_t>(next - '0');
-    if (number > kMost) return 0;
+    if (number > kMaxNumber) return 0;
   }
   // one white space ends the number; any other character belongs to no header
   return next != EOF && std::isspace(next) != 0 ? number : 0;
@@ -209,11 +209,11 @@ base::Result<ImageSize> readPgmHeader(const fs::path& file, std::FILE* stream) {
   const std::uint64_t width = pgmNumber(stream);
   const std::uint64_t height = pgmNumber(stream);
   const std::uint64_t most = pgmNumber(stream);
-  if (width == 0 || height == 0 || most == 0 || most > kMostValue) {
+  if (width == 0 || height == 0 || most == 0 || most > kMaxValue) {
     return refuse(file, "has a damaged PGM header",
                   "the header is \"P5\", width, height and 65535, each followed by white space");
   }
-  if (most < kFewestValues) {
+  if (most < kMinValues) {
     return refuse(file, fmt::format("has 8 bits for each pixel (a maximum of {})", most), kFormats);
   }
   return checkedSize(file, width, height);
@@ -364,8 +364,7 @@ base::Result<void> writeDepthImage(const fs::path& file, const rt::DepthFrame& f
         frame.raw + static_cast<std::ptrdiff_t>(v) * rt::strideOf(camera.width_px);
     std::transform(from, from + camera.width_px, std::back_inserter(pixels), swapped);
   }
-  return writePgm(file, fmt::format("P5\n{} {}\n{}\n", camera.width_px, camera.height_px, kMostValue),
-                  pixels);
+  return writePgm(file, fmt::format("P5\n{} {}\n{}\n", camera.width_px, camera.height_px, kMaxValue), pixels);
 }
 
 base::Result<void> readKinectImage(const fs::path& file, rt::DepthFrame& frame) {

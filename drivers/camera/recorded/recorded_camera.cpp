@@ -43,9 +43,8 @@ void RecordedCamera::stop() {
 }
 
 std::chrono::nanoseconds RecordedCamera::scaled(std::int64_t recorded_ns) const {
-  constexpr double kLongest_ns = 1e18;  // 30 years, so that times of the clock do not overflow
-  return std::chrono::nanoseconds(
-      std::llround(std::min(static_cast<double>(recorded_ns) / speed_, kLongest_ns)));
+  constexpr double kMax_ns = 1e18;  // 30 years, so that times of the clock do not overflow
+  return std::chrono::nanoseconds(std::llround(std::min(static_cast<double>(recorded_ns) / speed_, kMax_ns)));
 }
 
 std::chrono::nanoseconds RecordedCamera::lengthOfOnePass() const {

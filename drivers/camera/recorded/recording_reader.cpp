@@ -28,10 +28,10 @@ std::unexpected<base::Error> refuse(std::string where, std::string what, std::st
 
 /// Converts seconds that libfreenect's player reads: plain decimals without rounding, others as numbers of C.
 std::optional<std::int64_t> hostTimeOf_ns(std::string_view text) {
-  constexpr double kMost_s = 4294967296.0;  // as many as decimalSecondsInNs() takes
+  constexpr double kMax_s = 4294967296.0;  // as many as decimalSecondsInNs() takes
   if (const auto exact_ns = decimalSecondsInNs(text)) return exact_ns;
   const auto seconds = wholeNumber<double>(text);
-  if (!seconds || !(*seconds >= 0) || !(*seconds < kMost_s)) return std::nullopt;
+  if (!seconds || !(*seconds >= 0) || !(*seconds < kMax_s)) return std::nullopt;
   return std::llround(*seconds * static_cast<double>(rt::kNsPerSecond));
 }
 
@@ -98,7 +98,7 @@ base::Result<std::optional<RecordedFrame>> parseLine(const std::filesystem::path
 }
 
 /// A longer time between two frames is that of a clock that was set meanwhile.
-constexpr std::int64_t kLongestGap_ns = 86'400 * rt::kNsPerSecond;
+constexpr std::int64_t kMaxGap_ns = 86'400 * rt::kNsPerSecond;
 /// What such a gap counts for: the frame period of a Kinect v1.
 constexpr std::int64_t kUsualPeriod_ns = 33'369'000;
 
@@ -107,7 +107,7 @@ constexpr std::int64_t kUsualPeriod_ns = 33'369'000;
 void setHostTimes(std::vector<RecordedFrame>& frames) {
   std::int64_t before_ns = frames.front().realtime_ns, latest_ns = before_ns, host_ns = 0;
   for (RecordedFrame& frame : frames) {
-    const bool clock_was_set = std::abs(frame.realtime_ns - before_ns) > kLongestGap_ns;
+    const bool clock_was_set = std::abs(frame.realtime_ns - before_ns) > kMaxGap_ns;
     host_ns += clock_was_set ? kUsualPeriod_ns : std::max<std::int64_t>(frame.realtime_ns - latest_ns, 0);
     before_ns = frame.realtime_ns;
     latest_ns = clock_was_set ? before_ns : std::max(latest_ns, before_ns);

@@ -20,7 +20,7 @@ constexpr std::uint32_t kChangingPurpose = 0x22;
 constexpr std::size_t kPlaces = 1024;
 /// A smaller standard deviation changes nothing that a raw value shows, but would need more levels than a
 /// float tells apart.
-constexpr double kLeastSigma_m = 1e-6;
+constexpr double kMinSigma_m = 1e-6;
 
 /// Normally distributed values of variance 1 from random bits: the quantiles of 4096 equal shares.
 class NormalValues {
@@ -90,9 +90,7 @@ CameraNoise::CameraNoise(const rt::DepthModelParameters& camera, std::uint32_t s
 /// Integrates dZ / sigma(Z) from near_m on by the trapezoidal rule.
 void CameraNoise::fillPlaces() {
   const double step_m = 1 / double{places_per_m_};
-  const auto density = [this](double depth_m) {
-    return 1 / std::max(noise_.sigma_m(depth_m), kLeastSigma_m);
-  };
+  const auto density = [this](double depth_m) { return 1 / std::max(noise_.sigma_m(depth_m), kMinSigma_m); };
   places_.resize(kPlaces);
   double place = 0;
   for (std::size_t i = 1; i < kPlaces; ++i) {

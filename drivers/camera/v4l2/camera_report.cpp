@@ -26,7 +26,7 @@ FrameSize sizeOf(const config::CameraSettings& settings) {
 
 constexpr std::uint8_t kUnit = 3;  // the extension unit of both vendors
 constexpr double kFineUnit_um = config::kFineUnit_m * 1e6;
-constexpr double kLargestRaw = 65535;
+constexpr double kMaxRaw = 65535;
 
 base::Error failure(std::string what, std::string remedy) {
   return {"v4l2", std::move(what), std::move(remedy)};
@@ -156,7 +156,7 @@ class RealSense {
                                      "switch its disparity mode off, or unplug it and plug it in again"));
     }
     const double far_m = settings.depth_model.far_m;
-    const bool fine_reaches = far_m <= kLargestRaw * kFineUnit_um * 1e-6;
+    const bool fine_reaches = far_m <= kMaxRaw * kFineUnit_um * 1e-6;
     const auto requested_um = settings.v4l2.unit_um > 0 ? static_cast<std::uint32_t>(settings.v4l2.unit_um)
                               : fine_reaches            ? static_cast<std::uint32_t>(kFineUnit_um)
                                                         : table->unit_um;
@@ -280,7 +280,7 @@ class Gemini {
 
   base::Result<void> setDepthUnit(const config::CameraSettings& settings, CameraReport& report) {
     auto unit_m = depthUnit_m();
-    const bool fine_reaches = settings.depth_model.far_m <= kLargestRaw * kFineUnit_um * 1e-6;
+    const bool fine_reaches = settings.depth_model.far_m <= kMaxRaw * kFineUnit_um * 1e-6;
     const double requested_um = settings.v4l2.unit_um > 0 ? settings.v4l2.unit_um
                                 : fine_reaches            ? kFineUnit_um
                                                           : 0;

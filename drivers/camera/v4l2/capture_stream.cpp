@@ -16,8 +16,8 @@ namespace {
 constexpr std::uint32_t kVideo = V4L2_BUF_TYPE_VIDEO_CAPTURE;
 constexpr std::uint32_t kBuffers = 4;
 constexpr std::size_t kBytesPerPixel = 2;
-constexpr std::uint32_t kMostEntries = 64;  // of a list that a device may never end
-constexpr double kHighestRate_hz = 1000;    // the kernel makes 10 MHz of an interval that is not stated
+constexpr std::uint32_t kMaxEntries = 64;  // of a list that a device may never end
+constexpr double kMaxRate_hz = 1000;       // the kernel makes 10 MHz of an interval that is not stated
 
 base::Error failure(std::string what, std::string remedy) {
   return {"v4l2", std::move(what), std::move(remedy)};
@@ -25,7 +25,7 @@ base::Error failure(std::string what, std::string remedy) {
 
 std::string offeredSizes(const OpenDevice& device, std::uint32_t pixels) {
   std::vector<std::string> sizes;
-  for (std::uint32_t index = 0; index < kMostEntries; ++index) {
+  for (std::uint32_t index = 0; index < kMaxEntries; ++index) {
     v4l2_frmsizeenum size{};
     size.index = index;
     size.pixel_format = pixels;
@@ -38,7 +38,7 @@ std::string offeredSizes(const OpenDevice& device, std::uint32_t pixels) {
 
 std::string offeredRates(const OpenDevice& device, std::uint32_t pixels, FrameSize size) {
   std::vector<std::string> rates;
-  for (std::uint32_t index = 0; index < kMostEntries; ++index) {
+  for (std::uint32_t index = 0; index < kMaxEntries; ++index) {
     v4l2_frmivalenum interval{};
     interval.index = index;
     interval.pixel_format = pixels;
@@ -47,7 +47,7 @@ std::string offeredRates(const OpenDevice& device, std::uint32_t pixels, FrameSi
     if (device.ioctl(VIDIOC_ENUM_FRAMEINTERVALS, &interval) < 0) break;
     if (interval.type != V4L2_FRMIVAL_TYPE_DISCRETE || interval.discrete.numerator == 0) break;
     const double rate_hz = static_cast<double>(interval.discrete.denominator) / interval.discrete.numerator;
-    if (rate_hz <= kHighestRate_hz) rates.push_back(fmt::format("{:.4g}", rate_hz));
+    if (rate_hz <= kMaxRate_hz) rates.push_back(fmt::format("{:.4g}", rate_hz));
   }
   return rates.empty() ? "not listed" : fmt::format("{}", fmt::join(rates, ", "));
 }
@@ -105,7 +105,7 @@ base::Result<Capability> capabilityOf(const OpenDevice& device) {
   capability.is_metadata = (flags & V4L2_CAP_META_CAPTURE) != 0;
   const auto* const bus = reinterpret_cast<const char*>(answer.bus_info);
   capability.bus.assign(bus, strnlen(bus, sizeof answer.bus_info));
-  for (std::uint32_t index = 0; capability.is_capture && index < kMostEntries; ++index) {
+  for (std::uint32_t index = 0; capability.is_capture && index < kMaxEntries; ++index) {
     v4l2_fmtdesc format{};
     format.index = index;
     format.type = kVideo;

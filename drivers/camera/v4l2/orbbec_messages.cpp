@@ -133,10 +133,10 @@ base::Result<double> depthUnit_mFrom(Bytes data) {
 }
 
 base::Result<ListSize> listSizeFrom(Bytes data) {
-  constexpr std::uint32_t kLargest = 64 * 1024;
+  constexpr std::uint32_t kMax = 64 * 1024;
   if (data.size() < 6) return refuse("Orbbec list", fmt::format("its size has only {} bytes", data.size()));
   const ListSize size{numberAt<std::uint16_t>(data, 0), numberAt<std::uint32_t>(data, 2)};
-  if (size.bytes == 0 || size.bytes > kLargest) {
+  if (size.bytes == 0 || size.bytes > kMax) {
     return refuse("Orbbec list", fmt::format("states {} bytes", size.bytes));
   }
   return size;

@@ -173,14 +173,14 @@ base::Result<Coefficients> coefficientsOf(Bytes table, FrameSize size) {
 
 base::Result<DepthTable> depthTableFrom(Bytes data) {
   constexpr const char* kWhere = "RealSense depth table";
-  constexpr std::uint32_t kLargestUnit_um = 100'000;
+  constexpr std::uint32_t kMaxUnit_um = 100'000;
   if (data.size() < 5 * sizeof(std::uint32_t)) {
     return refuse(kWhere, fmt::format("has {} bytes instead of 20", data.size()));
   }
   const DepthTable table{numberAt<std::uint32_t>(data, 0), numberAt<std::int32_t>(data, 4),
                          numberAt<std::int32_t>(data, 8), numberAt<std::int32_t>(data, 12),
                          numberAt<std::int32_t>(data, 16)};
-  if (table.unit_um < 1 || table.unit_um > kLargestUnit_um) {
+  if (table.unit_um < 1 || table.unit_um > kMaxUnit_um) {
     return refuse(kWhere, fmt::format("has a unit of {} um", table.unit_um));
   }
   return table;

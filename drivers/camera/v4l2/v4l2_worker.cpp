@@ -67,8 +67,8 @@ using std::chrono::milliseconds;
 constexpr milliseconds kRetryPeriod{1000};
 constexpr milliseconds kFirstFrameLimit{3000};  // a camera that was just opened adjusts its exposure first
 constexpr milliseconds kFrameLimit{1000};
-constexpr milliseconds kPollLimit{100};    // how long a stop may go unnoticed
-constexpr std::uint32_t kMostLost = 1000;  // a larger gap is a counter that started anew
+constexpr milliseconds kPollLimit{100};   // how long a stop may go unnoticed
+constexpr std::uint32_t kMaxLost = 1000;  // a larger gap is a counter that started anew
 
 base::Error failure(std::string what, std::string remedy) {
   return {"v4l2", std::move(what), std::move(remedy)};
@@ -246,7 +246,7 @@ base::Result<void> V4l2Worker::takeFrames(CaptureStream& stream, const StreamFor
 void V4l2Worker::countLostBefore(std::uint32_t sequence) {
   const std::uint32_t step = last_sequence_ ? sequence - *last_sequence_ : 1;
   last_sequence_ = sequence;
-  if (step < 2 || step > kMostLost) return;
+  if (step < 2 || step > kMaxLost) return;
   board_.countLostFrames(step - 1,
                          fmt::format("lost before frame {} of the stream: {}, damaged on the way or "
                                      "too many for this computer",

@@ -45,10 +45,10 @@ base::Error loadError(std::string what) {
 /// Receives until `enough` returns true or `limit` has passed.
 template <typename Enough>
 base::Result<FalconImage> receiveUntil(FtdiPort& port, milliseconds limit, Enough enough) {
-  constexpr std::size_t kMost = 4096;  // for a device that never stops sending
+  constexpr std::size_t kMaxReceived = 4096;  // for a device that never stops sending
   FalconImage received;
   const Clock::time_point deadline = Clock::now() + limit;
-  while (!enough(received) && received.size() < kMost && Clock::now() < deadline) {
+  while (!enough(received) && received.size() < kMaxReceived && Clock::now() < deadline) {
     const auto bytes = port.read(limit);
     if (!bytes) return std::unexpected(bytes.error());
     received.insert(received.end(), bytes->begin(), bytes->end());
@@ -106,10 +106,10 @@ base::Result<void> sendImage(FtdiPort& port, Bytes image, const StopSignal& stop
 }  // namespace
 
 base::Result<FalconImage> readFalconImage(const std::string& path) {
-  const auto content = base::fileContent(path, {.longest = kLargestFalconImage});
+  const auto content = base::fileContent(path, {.longest = kMaxFalconImage});
   if (!content && content.error().reason == base::FileFault::Reason::too_long) {
     return std::unexpected(
-        imageError(path, fmt::format("has more than {} bytes: not a firmware image", kLargestFalconImage)));
+        imageError(path, fmt::format("has more than {} bytes: not a firmware image", kMaxFalconImage)));
   }
   if (!content) return std::unexpected(imageError(path, content.error().text()));
   if (content->empty()) return std::unexpected(imageError(path, "is empty"));

@@ -19,10 +19,10 @@ namespace hapticd::drivers {
 using FalconImage = std::vector<std::uint8_t>;
 
 /// Largest accepted size of a firmware image in bytes.
-inline constexpr std::size_t kLargestFalconImage = 64 * 1024;
+inline constexpr std::size_t kMaxFalconImage = 64 * 1024;
 
 /// Reads a firmware image.
-/// Errors: no such file, not readable, empty, larger than kLargestFalconImage.
+/// Errors: no such file, not readable, empty, larger than kMaxFalconImage.
 base::Result<FalconImage> readFalconImage(const std::string& path);
 
 /// Returns whether a firmware responds; takes up to 1 s if none does. Returns false if `stop` was raised.

@@ -28,7 +28,7 @@ constexpr double kThighAtZero_rad = 35 * kDegree;
 constexpr double kThighPerCount_rad = 0.01425 / (4 * 320) / 0.110 * 2 * std::numbers::pi;
 
 // Below this sine a motor moves the grip by less than a hundredth of what its thigh's length suggests.
-constexpr double kSmallestSine = 0.01;
+constexpr double kMinSine = 0.01;
 
 /// A leg's own axes turn with its azimuth about z; w is z.
 struct LegFrame {
@@ -73,7 +73,7 @@ std::optional<FalconLeg> legAt(double u, double v, double w) {
 std::optional<Vec3> thighGradient(const FalconLeg& leg) {
   const double tilt_sine = std::sin(leg.tilt_rad);
   const double bend_sine = std::sin(leg.shin_rad - leg.thigh_rad);
-  if (!(tilt_sine > kSmallestSine && bend_sine > kSmallestSine)) return std::nullopt;
+  if (!(tilt_sine > kMinSine && bend_sine > kMinSine)) return std::nullopt;
   const double scale = 1 / (kThigh * tilt_sine * bend_sine);
   return scale *
          Vec3{std::cos(leg.shin_rad) * tilt_sine, std::cos(leg.tilt_rad), std::sin(leg.shin_rad) * tilt_sine};
@@ -104,10 +104,10 @@ Vec3 newtonStep(const FalconPose& pose, const FalconAngles& thighs_rad) {
 
 /// Applies `step`, halved until it leads to a pose; nothing if not even a small part of it does.
 std::optional<FalconPose> poseAlong(const FalconPose& from, Vec3 step) {
-  constexpr double kLongestStep_m = 0.02;  // beyond this the linearisation is useless
+  constexpr double kMaxStep_m = 0.02;  // beyond this the linearisation is useless
   constexpr int kMaxHalvings = 6;
   const double length = norm(step);
-  if (length > kLongestStep_m) step = (kLongestStep_m / length) * step;
+  if (length > kMaxStep_m) step = (kMaxStep_m / length) * step;
   for (int halving = 0; halving < kMaxHalvings; ++halving) {
     if (auto pose = falconPoseAt(from.position_m + step)) return pose;
     step = 0.5 * step;
@@ -137,7 +137,7 @@ std::optional<FalconPose> falconPoseAt(const Vec3& position_m) {
   const Vec3& g0 = pose.jacobian[0];
   const double volume = dot(g0, cross(pose.jacobian[1], pose.jacobian[2]));
   const double cube = norm(g0) * norm(pose.jacobian[1]) * norm(pose.jacobian[2]);
-  if (!(std::abs(volume) > kSmallestSine * cube)) return std::nullopt;
+  if (!(std::abs(volume) > kMinSine * cube)) return std::nullopt;
   return pose;
 }
 

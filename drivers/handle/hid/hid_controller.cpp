@@ -15,7 +15,7 @@ namespace {
 constexpr std::int32_t kFarthestAhead = 1000;
 constexpr std::int32_t kFarthestBehind = 64;
 
-constexpr double kLongestDelayS = 0.1;
+constexpr double kMaxDelayS = 0.1;
 constexpr double kDelaySmoothing = 1.0 / 32;
 
 constexpr const char* kWaiting = "opened, but it has not sent a valid report yet";
@@ -127,7 +127,7 @@ void HidController::measureRoundTrip(const InputReport& input, std::int64_t arri
   if (input.echo == 0 || sent.sequence != input.echo || round_trip_ns < 0) return;
   round_trips_.add(round_trip_ns);
   const double seconds = static_cast<double>(round_trip_ns) / static_cast<double>(rt::kNsPerSecond);
-  delay_s_ += kDelaySmoothing * (std::min(seconds, kLongestDelayS) - delay_s_);
+  delay_s_ += kDelaySmoothing * (std::min(seconds, kMaxDelayS) - delay_s_);
 }
 
 Report HidController::answer(const rt::HandleCommand& command, std::int64_t now_ns) {

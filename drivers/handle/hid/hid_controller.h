@@ -22,7 +22,7 @@ namespace hapticd::drivers {
 class DeviceClock {
  public:
   /// Longest plausible delay of a report; a larger deviation is a fault of the device's clock.
-  static constexpr std::int64_t kLongestDelayNs = 50'000'000;
+  static constexpr std::int64_t kMaxDelayNs = 50'000'000;
 
   void reset() { last_us_.reset(); }
 
@@ -34,7 +34,7 @@ class DeviceClock {
       difference_ns_ += std::max<std::int64_t>(0, step_ns) / 1000;
     }
     const std::int64_t difference_ns = arrival_ns - device_ns_;
-    if (!last_us_ || difference_ns - difference_ns_ > kLongestDelayNs) difference_ns_ = difference_ns;
+    if (!last_us_ || difference_ns - difference_ns_ > kMaxDelayNs) difference_ns_ = difference_ns;
     last_us_ = device_us;
     difference_ns_ = std::min(difference_ns_, difference_ns);
     return device_ns_ + difference_ns_;

@@ -88,7 +88,7 @@ double shareOf(int deflection) {
 }  // namespace
 
 void SpaceMouseMotion::step(const SpaceMouseState& cap, double dt_s) {
-  const double step_s = std::clamp(dt_s, 0.0, kLongestStepS);
+  const double step_s = std::clamp(dt_s, 0.0, kMaxStepS);
   const auto& [right, towards, down] = cap.translation;
   stepAxis(&rt::Vec3::x, right, step_s);
   stepAxis(&rt::Vec3::y, -down, step_s);

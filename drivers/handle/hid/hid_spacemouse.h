@@ -36,14 +36,14 @@ class SpaceMouseMotion {
   /// Largest deflection reported by a released cap; beyond it the speed grows from zero.
   static constexpr int kDeadZone = 17;
   /// Longest time integrated in one step.
-  static constexpr double kLongestStepS = 0.01;
+  static constexpr double kMaxStepS = 0.01;
 
   /// `full_speed_m_per_s`: speed at full deflection of an axis; `reach_m`: largest distance from the origin,
   /// per axis.
   SpaceMouseMotion(double full_speed_m_per_s, double reach_m)
       : full_speed_m_per_s_(full_speed_m_per_s), reach_m_(reach_m) {}
 
-  /// Integrates over `dt_s`, limited to kLongestStepS.
+  /// Integrates over `dt_s`, limited to kMaxStepS.
   void step(const SpaceMouseState& cap, double dt_s);
 
   const rt::Vec3& position_m() const { return position_; }

@@ -11,9 +11,9 @@ namespace {
 
 /// How many packets a sender can have sent in that time, by section 4 of protocol.md, at most.
 std::uint64_t mostSentWithin(std::int64_t time_ns) {
-  constexpr std::uint64_t kMostPerMs = 5;
+  constexpr std::uint64_t kMaxPerMs = 5;
   constexpr std::int64_t kNsPerMs = 1'000'000;
-  return kMostPerMs * static_cast<std::uint64_t>(time_ns / kNsPerMs + 1);
+  return kMaxPerMs * static_cast<std::uint64_t>(time_ns / kNsPerMs + 1);
 }
 
 }  // namespace

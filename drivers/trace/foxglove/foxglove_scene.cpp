@@ -21,9 +21,9 @@ constexpr Color kForce{0.85, 0.15, 0.15, 1};
 constexpr Color kReach{0.6, 0.6, 0.6, 0.12};
 
 /// A smaller force has no arrow.
-constexpr double kLeastForce_n = 0.01;
+constexpr double kMinForce_n = 0.01;
 /// The modelled part is drawn only where it is a ball around the hand.
-constexpr double kLargestReach_m = 2;
+constexpr double kMaxReach_m = 2;
 
 Entity hipOf(const rt::Tick& tick, const SceneRadii& radii) {
   Entity hip{.id = "hip"};
@@ -44,7 +44,7 @@ Entity forceOf(const rt::Tick& tick) {
   Entity force{.id = "force"};
   const rt::Vec3& force_n = tick.command_force_n_in_world;
   const double size_n = rt::norm(force_n);
-  if (!std::isfinite(size_n) || size_n < kLeastForce_n || !rt::isFinite(tick.hip_m_in_world)) return force;
+  if (!std::isfinite(size_n) || size_n < kMinForce_n || !rt::isFinite(tick.hip_m_in_world)) return force;
   constexpr double kShaft_m = 0.004, kHead_m = 0.01, kHeadLength_m = 0.015, kText_px = 14;
   const rt::Vec3 to_tip_m = kArrow_m_per_n * force_n;
   force.arrows.push_back({.tail_m = tick.hip_m_in_world,
@@ -63,7 +63,7 @@ Entity forceOf(const rt::Tick& tick) {
 Entity reachOf(const ModelledBall& ball) {
   Entity reach{.id = "reach"};
   const bool drawn =
-      ball.radius_m > 0 && ball.radius_m <= kLargestReach_m && rt::isFinite(ball.centre_m_in_world);
+      ball.radius_m > 0 && ball.radius_m <= kMaxReach_m && rt::isFinite(ball.centre_m_in_world);
   if (drawn) reach.spheres.push_back({ball.centre_m_in_world, ball.radius_m, kReach});
   return reach;
 }

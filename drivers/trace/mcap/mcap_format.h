@@ -44,14 +44,14 @@ inline constexpr std::size_t kMaxWrittenRatio = 2048;
 /// The largest size of a chunk, and of the messages held because of their times, in a file of that size. A
 /// chunk that hapticd writes has at most two messages of the largest size.
 constexpr std::uint64_t mostHeld(std::uint64_t file_bytes, std::uint64_t most) {
-  constexpr std::uint64_t kLeast = 16 << 20;
-  return std::min(most, kLeast + kMaxHeldRatio * file_bytes);
+  constexpr std::uint64_t kMin = 16 << 20;
+  return std::min(most, kMin + kMaxHeldRatio * file_bytes);
 }
 
 /// What may be kept of the records of a file of that size altogether.
 constexpr std::uint64_t mostKept(std::uint64_t file_bytes) {
-  constexpr std::uint64_t kLeast = 1 << 20;
-  return kLeast + kMaxHeldRatio * file_bytes;
+  constexpr std::uint64_t kMin = 1 << 20;
+  return kMin + kMaxHeldRatio * file_bytes;
 }
 
 /// What the chunks of one file may become when they are decompressed, in one pass.
@@ -59,7 +59,7 @@ constexpr std::uint64_t mostKept(std::uint64_t file_bytes) {
 class Allowance {
  public:
   explicit Allowance(std::uint64_t file_bytes)
-      : chunk_bytes_(mostHeld(file_bytes, kMaxChunkBytes)), left_(kLeast + kMaxUnpackedRatio * file_bytes) {}
+      : chunk_bytes_(mostHeld(file_bytes, kMaxChunkBytes)), left_(kMin + kMaxUnpackedRatio * file_bytes) {}
 
   /// The largest chunk.
   std::uint64_t chunkBytes() const { return chunk_bytes_; }
@@ -72,7 +72,7 @@ class Allowance {
   }
 
  private:
-  static constexpr std::uint64_t kLeast = 16 << 20;
+  static constexpr std::uint64_t kMin = 16 << 20;
   static constexpr std::uint64_t kPerMessage = 512;
 
   std::uint64_t chunk_bytes_;

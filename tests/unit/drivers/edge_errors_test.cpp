@@ -83,7 +83,7 @@ constexpr float kFar_m = 1.0F;
 // f = 160 px for a view of 90 degrees; f b (1/0.5 - 1/1) and f b / 1 are 8.4 px
 constexpr double kBaseline_m = 0.0525;
 constexpr int kBand = 8;
-constexpr int kMostWider = 2;  // half of a window of 5 pixels
+constexpr int kMaxWider = 2;  // half of a window of 5 pixels
 // Five standard errors; the seed is fixed.
 constexpr double kStandardErrors = 5;
 
@@ -114,9 +114,9 @@ TEST(EdgeErrors, AStereoCameraMeasuresNothingThatItsRightImagerDoesNotSee) {
   const Image image = withErrors(stereo(), bodyBeforeAWall());
   for (int row = 0; row < kHeight; ++row) {
     for (int column = 0; column < kWidth; ++column) {
-      const bool in_band = column >= kFirst - kBand && column < kFirst - kMostWider;
+      const bool in_band = column >= kFirst - kBand && column < kFirst - kMaxWider;
       const bool in_border = column < kBand;
-      const bool widened = column >= kFirst - kMostWider && column < kFirst;  // may be covered by the body
+      const bool widened = column >= kFirst - kMaxWider && column < kFirst;  // may be covered by the body
       if (widened) continue;
       ASSERT_EQ(at(image, column, row) == kNothingSeen, in_band || in_border) << column;
     }
@@ -128,11 +128,11 @@ TEST(EdgeErrors, AStereoCameraSeesABodyWiderByUpToHalfAWindow) {
   double wider = 0;
   for (int row = 0; row < kHeight; ++row) {
     for (int column = kFirst; column <= kLast; ++column) ASSERT_EQ(at(image, column, row), kNear_m);
-    for (int k = 1; k <= kMostWider; ++k) {
+    for (int k = 1; k <= kMaxWider; ++k) {
       wider += at(image, kFirst - k, row) == kNear_m ? 1 : 0;
       wider += at(image, kLast + k, row) == kNear_m ? 1 : 0;
     }
-    ASSERT_EQ(at(image, kLast + kMostWider + 1, row), kFar_m);
+    ASSERT_EQ(at(image, kLast + kMaxWider + 1, row), kFar_m);
   }
   // 0, 1 or 2 pixels: those beside the body in 2 of 3 rows, those beyond in 1 of 3, each with variance 2/9
   EXPECT_NEAR(wider / (2 * kHeight), 1, kStandardErrors * std::sqrt(2 * 2.0 / 9 / (2 * kHeight)));

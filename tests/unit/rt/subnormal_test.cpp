@@ -41,18 +41,18 @@ namespace {
 
 HWY_EXPORT(multiplyAndAdd);
 
-constexpr float kSmallestNormal = std::numeric_limits<float>::min();
-constexpr float kSmallest = std::numeric_limits<float>::denorm_min();
+constexpr float kMinNormal = std::numeric_limits<float>::min();
+constexpr float kMin = std::numeric_limits<float>::denorm_min();
 
 class SubnormalNumbers : public EachSimdTarget {};
 
 TEST_P(SubnormalNumbers, AreKeptByVectorsToTheLastBit) {
   std::array<float, 16> values{};
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] = kSmallestNormal * static_cast<float>(i + 1);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = kMinNormal * static_cast<float>(i + 1);
   const std::array<float, 16> before = values;
-  HWY_DYNAMIC_DISPATCH(multiplyAndAdd)(0.0625F, 3 * kSmallest, values);
+  HWY_DYNAMIC_DISPATCH(multiplyAndAdd)(0.0625F, 3 * kMin, values);
   for (std::size_t i = 0; i < values.size(); ++i) {
-    EXPECT_EQ(values[i], before[i] * 0.0625F + 3 * kSmallest) << i;  // exact: only the exponent changes
+    EXPECT_EQ(values[i], before[i] * 0.0625F + 3 * kMin) << i;  // exact: only the exponent changes
     EXPECT_GT(values[i], 0.0F) << i;
   }
 }

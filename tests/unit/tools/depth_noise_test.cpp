@@ -134,7 +134,7 @@ TEST(DepthNoise, CountsHoles) {
 TEST(DepthNoise, MeasuresNothingFromAFewFrames) {
   const rt::DepthModelParameters camera = stereo();
   DepthNoise noise;
-  for (std::uint32_t i = 1; i < DepthNoise::kFewestMeasurements; ++i) {
+  for (std::uint32_t i = 1; i < DepthNoise::kMinMeasurements; ++i) {
     noise.add(*tools::frameOf(camera, tools::tiltedPlane(camera, 0.7, 0), i));
   }
   EXPECT_TRUE(noise.report().at_depths.empty());

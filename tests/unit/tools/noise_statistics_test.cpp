@@ -139,11 +139,11 @@ TEST(NoiseStatistics, OfAPatternFadeAsTheCameraMoves) {
   SensorNoise::Parameters fixed;
   fixed.pattern.static_raw = 0.5;
   const SensorNoise noise(1, fixed);
-  const NoiseSession here = madeUpSession(noise, kFewestFrames);
+  const NoiseSession here = madeUpSession(noise, kMinFrames);
   // Rounding without other noise: its errors are those of another phase after a shift.
   const double share = 0.25 / (0.25 + 1.0 / 12);
   const auto correlation = [&](double shift_raw) {
-    return patternCorrelation(here, madeUpSession(noise, kFewestFrames, shift_raw), 64);
+    return patternCorrelation(here, madeUpSession(noise, kMinFrames, shift_raw), 64);
   };
   for (const auto& [shift_raw, kept] : {std::pair(1.0, 0.5), std::pair(60.0, 0.2)}) {
     const Estimate measured = correlation(shift_raw);
@@ -228,7 +228,7 @@ TEST(NoiseSession, CountsThePeriodsThatTheRecordingLost) {
 
 TEST(NoiseSession, RefusesAPartThatIsTooShort) {
   const test::Recording room("03_raw11_room_static/room_static.tar.xz");
-  const auto session = readSession(room.path(), kFewestFrames - 1);
+  const auto session = readSession(room.path(), kMinFrames - 1);
   ASSERT_FALSE(session);
   EXPECT_NE(session.error().text().find("at least 8"), std::string::npos);
 }

@@ -75,7 +75,7 @@ TEST(FrameAge, IsThatOfTheFrameAndTheCamerasLatencyTogether) {
   EXPECT_NEAR(rt::frameAge_s(scene, 1'020 * kMillisecond_ns, parameters), 0.02, kRounding_s);
   parameters.camera.latency_s = 0.06;
   EXPECT_NEAR(rt::frameAge_s(scene, 1'020 * kMillisecond_ns, parameters), 0.08, kRounding_s);
-  EXPECT_EQ(rt::frameAge_s(scene, 1'041 * kMillisecond_ns, parameters), rt::kLongestPrediction_s);
+  EXPECT_EQ(rt::frameAge_s(scene, 1'041 * kMillisecond_ns, parameters), rt::kMaxPrediction_s);
   EXPECT_EQ(rt::frameAge_s(scene, 900 * kMillisecond_ns, parameters), 0) << "a frame from the future";
   scene.frame = 0;
   EXPECT_EQ(rt::frameAge_s(scene, 1'020 * kMillisecond_ns, parameters), 0) << "no frame";

@@ -18,7 +18,7 @@ constexpr const char* kRelease = "proc/sys/kernel/osrelease";
 constexpr const char* kThrottling = "proc/sys/kernel/sched_rt_runtime_us";
 constexpr const char* kClocks = "sys/devices/system/clocksource/clocksource0/";
 constexpr std::int64_t kUsualRuntimeUs = 950'000;
-constexpr std::int64_t kLeastRuntimeUs =
+constexpr std::int64_t kMinRuntimeUs =
     500'000;  // half of each second: twice what the most expensive tick needs
 constexpr std::int64_t kLittleMemoryMib = 256;
 constexpr std::int64_t kTooLittleMemoryMib = 64;
@@ -152,7 +152,7 @@ Findings checkThrottling(const Examination& box) {
   }
   const std::string fact = fmt::format("real-time threads get {} us of a CPU's period", *runtime_us);
   if (*runtime_us == 0) return {failure("throttling", "real-time threads get no time at all", remedy)};
-  if (*runtime_us < kLeastRuntimeUs)
+  if (*runtime_us < kMinRuntimeUs)
     return {warning("throttling", fact + ": the force loop may be paused", remedy)};
   return {good("throttling", fact)};
 }

@@ -19,7 +19,7 @@
 namespace hapticd::tools {
 namespace {
 
-constexpr std::size_t kMostBytes = 1U << 20U;
+constexpr std::size_t kMaxBytes = 1U << 20U;
 
 std::unexpected<Unread> unread(int system_error) {
   return std::unexpected(Unread{system_error});
@@ -32,7 +32,7 @@ void dropWhiteSpaceAtTheEnd(std::string& text) {
 Reading<std::string> contentOf(int file) {
   std::string content;
   std::array<char, 4096> part{};
-  while (content.size() < kMostBytes) {
+  while (content.size() < kMaxBytes) {
     const ssize_t count = ::read(file, part.data(), part.size());
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) return unread(errno);

@@ -44,7 +44,7 @@ Rgb colourOfDepth(double depth_m, double near_m, double far_m) {
 
 namespace {
 
-constexpr double kLeastSpan_m = 0.05;
+constexpr double kMinSpan_m = 0.05;
 constexpr double kLowPercentile = 0.01;
 
 constexpr Rgb kPaper{255, 255, 255};
@@ -55,7 +55,7 @@ constexpr int kBarLeft = 10;
 constexpr int kBarWidth = 20;
 constexpr int kTickLength = 6;
 constexpr int kTextLeft = kBarLeft + kBarWidth + kTickLength + 4;
-constexpr int kFewestTicks = 5;
+constexpr int kMinTicks = 5;
 
 constexpr int kGlyphWidth = 5;
 constexpr int kGlyphHeight = 7;
@@ -123,7 +123,7 @@ class Strip {
 
 /// The largest of 1, 2, 5 times a power of ten that leaves enough ticks in the range.
 double tickStep_m(const DepthRange& range) {
-  const double most = (range.far_m - range.near_m) / kFewestTicks;
+  const double most = (range.far_m - range.near_m) / kMinTicks;
   double step = 0.01;  // labels have two digits behind the point
   for (double power = 0.01; power <= most; power *= 10) {
     for (const double factor : {1.0, 2.0, 5.0}) {
@@ -145,7 +145,7 @@ DepthRange contrastRange(const Snapshot& snapshot) {
   std::ranges::sort(depths_m);
   const auto low = static_cast<std::size_t>(kLowPercentile * static_cast<double>(depths_m.size() - 1));
   DepthRange range{depths_m[low], depths_m[depths_m.size() - 1 - low]};
-  if (const double missing_m = kLeastSpan_m - (range.far_m - range.near_m); missing_m > 0) {
+  if (const double missing_m = kMinSpan_m - (range.far_m - range.near_m); missing_m > 0) {
     range.near_m -= missing_m / 2;
     range.far_m += missing_m / 2;
   }

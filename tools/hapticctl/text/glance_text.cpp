@@ -12,7 +12,7 @@
 namespace hapticd::tools {
 namespace {
 
-constexpr std::size_t kFewestColumns = 40;
+constexpr std::size_t kMinColumns = 40;
 /// Warnings take at most this many rows of a screen, so that there is room for the state below them.
 constexpr std::size_t kWarningRows = 8;
 
@@ -125,7 +125,7 @@ std::vector<std::string> rows(const Json& status) {
 }  // namespace
 
 std::vector<std::string> glanceLines(const Json& status, const GlanceStyle& style) {
-  const std::size_t columns = std::max(style.size.columns, kFewestColumns);
+  const std::size_t columns = std::max(style.size.columns, kMinColumns);
   std::vector<std::string> lines;
   const bool has_limit = style.size.rows != TerminalSize::kNoLimit;
   for (const std::string& line :

@@ -21,7 +21,7 @@ constexpr std::array<Unit, 6> kUnits{
     {{"s", 1}, {"min", 60}, {"m", 60}, {"h", 3600}, {"d", 86400}, {"w", 7 * 86400}}};
 constexpr double kNsPerSecond = 1e9;
 /// Ages beyond that leave the range of a 64-bit time in nanoseconds.
-constexpr double kLongestAge_s = 9e9;
+constexpr double kMaxAge_s = 9e9;
 
 std::tm utcOf(std::int64_t seconds) {
   return fmt::gmtime(static_cast<std::time_t>(seconds));
@@ -55,7 +55,7 @@ std::optional<double> secondsOfAge(std::string_view text) {
   if (error != std::errc() || !(number >= 0)) return std::nullopt;
   const std::string_view unit = text.substr(static_cast<std::size_t>(end - text.data()));
   for (const auto& [name, seconds] : kUnits) {
-    if (unit == name && number * seconds <= kLongestAge_s) return number * seconds;
+    if (unit == name && number * seconds <= kMaxAge_s) return number * seconds;
   }
   return std::nullopt;
 }

@@ -73,7 +73,7 @@ void AdditionsFetch::take(List& list, const Json& reply) {
 namespace {
 
 /// So long the end of the thread may take, in which other clients wait.
-constexpr std::chrono::milliseconds kLongestWait{50};
+constexpr std::chrono::milliseconds kMaxWait{50};
 
 }  // namespace
 
@@ -108,7 +108,7 @@ void DepthFrames::run(boost::asio::io_context& context, const drivers::DepthRegi
   // a frame that was published before is shown at once
   std::uint32_t seen = region.changes() - 1;
   while (!shared->stopped && !region.closed()) {
-    if (!region.wait(seen, kLongestWait)) continue;
+    if (!region.wait(seen, kMaxWait)) continue;
     seen = region.changes();
     if (!readNewest(region, shared)) continue;
     boost::asio::post(context, [shared] {

@@ -74,7 +74,7 @@ class DepthFrames {
   /// Both are called by the io_context, until the object dies. `closed`: no frame follows in this memory.
   DepthFrames(boost::asio::io_context& context, drivers::DepthRegionReader region, Take take,
               std::function<void()> closed);
-  /// Waits at most kLongestWait for the thread.
+  /// Waits at most kMaxWait for the thread.
   ~DepthFrames();
 
  private:

@@ -18,7 +18,7 @@ namespace hapticd::tools::view {
 namespace {
 
 /// No reply of the daemon holds more.
-constexpr std::size_t kMostTicks = 1000;
+constexpr std::size_t kMaxTicksInReply = 1000;
 
 double numberOf(const Json& json) {
   return json.is_number() ? json.get<double>() : std::numeric_limits<double>::quiet_NaN();
@@ -57,7 +57,7 @@ Json allTickFields() {
 void forEachTick(const Json& reply, const std::function<void(const rt::Tick&)>& take) {
   const Json* columns = fieldAt(reply, "ticks");
   const double count = numberAt(reply, "count");
-  if (columns == nullptr || !columns->is_object() || !(count >= 0 && count <= kMostTicks)) return;
+  if (columns == nullptr || !columns->is_object() || !(count >= 0 && count <= kMaxTicksInReply)) return;
   std::vector<rt::Tick> ticks(static_cast<std::size_t>(count));
   // looked up once per field, and not once per tick
   std::vector<const Json*> lists;

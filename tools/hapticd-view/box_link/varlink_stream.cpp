@@ -63,9 +63,9 @@ ClientError errorReply(const Json& reply) {
 
 /// Takes what has come and at most one descriptor; further ones are closed.
 ssize_t receive(int socket, std::array<char, 65536>& chunk, base::Descriptor& descriptor) {
-  constexpr std::size_t kMostDescriptors = 4;  // room for all, so that none stays open unseen
+  constexpr std::size_t kMaxDescriptors = 4;  // room for all, so that none stays open unseen
   iovec bytes{chunk.data(), chunk.size()};
-  alignas(cmsghdr) std::array<char, CMSG_SPACE(kMostDescriptors * sizeof(int))> control{};
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(kMaxDescriptors * sizeof(int))> control{};
   msghdr message{};
   message.msg_iov = &bytes;
   message.msg_iovlen = 1;

@@ -74,8 +74,8 @@ MessageKey keyOf(std::uint32_t subscription) {
   return static_cast<MessageKey>(std::uint64_t{subscription} + 1);
 }
 MessageKey keyOfStatus(std::string_view id) {
-  constexpr std::uint64_t kHighestBit = std::uint64_t{1} << 63;
-  return static_cast<MessageKey>(std::hash<std::string_view>{}(id) | kHighestBit);
+  constexpr std::uint64_t kMaxBit = std::uint64_t{1} << 63;
+  return static_cast<MessageKey>(std::hash<std::string_view>{}(id) | kMaxBit);
 }
 
 /// Opcode 1 of the protocol, subscription and time, little-endian.

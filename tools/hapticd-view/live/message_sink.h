@@ -27,8 +27,8 @@ inline Message textMessage(std::string text) {
 
 /// Decides what becomes of a message that the client has not taken yet.
 enum class MessageKey : std::uint64_t {
-  /// Sent in order. The oldest is dropped when more than MessageSink::kMostQueued messages or
-  /// kMostQueuedBytes wait.
+  /// Sent in order. The oldest is dropped when more than MessageSink::kMaxQueued messages or
+  /// kMaxQueuedBytes wait.
   queued = 0,
   // Any other value, chosen by the session: a newer message with the same key replaces the waiting one. The
   // largest are dropped where clients leave too many bytes waiting.
@@ -38,8 +38,8 @@ enum class MessageKey : std::uint64_t {
 /// message in transmission, one waiting message per key, and the queue.  Thread: the io_context's.
 class MessageSink {
  public:
-  static constexpr std::size_t kMostQueued = 256;
-  static constexpr std::size_t kMostQueuedBytes = 1024 * 1024;
+  static constexpr std::size_t kMaxQueued = 256;
+  static constexpr std::size_t kMaxQueuedBytes = 1024 * 1024;
 
   virtual ~MessageSink() = default;
 

@@ -13,15 +13,15 @@ namespace hapticd::tools::view {
 /// The newest events, for those who come later; bounded in number and in bytes.  Thread: one.
 class RecentEvents {
  public:
-  static constexpr std::size_t kMost = 64;               ///< as many as the daemon shows to a new client
-  static constexpr std::size_t kMostBytes = 256 * 1024;  ///< as JSON text
+  static constexpr std::size_t kMaxEvents = 64;         ///< as many as the daemon shows to a new client
+  static constexpr std::size_t kMaxBytes = 256 * 1024;  ///< as JSON text
 
   /// An event that is longer than all may be is not kept.
   void add(const Json& event) {
     const std::size_t bytes = event.dump(-1, ' ', false, Json::error_handler_t::replace).size();
     events_.emplace_back(event, bytes);
     bytes_ += bytes;
-    while (events_.size() > kMost || bytes_ > kMostBytes) {
+    while (events_.size() > kMaxEvents || bytes_ > kMaxBytes) {
       bytes_ -= events_.front().second;
       events_.pop_front();
     }

@@ -13,11 +13,11 @@
 namespace hapticd::tools::view {
 namespace {
 
-constexpr std::size_t kLongestQuote = 80;
+constexpr std::size_t kMaxQuoteLength = 80;
 
 /// Part of a request as the log shows it: printable and short.
 std::string shortQuote(std::string_view text) {
-  return base::inQuotes(base::printable(text.substr(0, kLongestQuote)));
+  return base::inQuotes(base::printable(text.substr(0, kMaxQuoteLength)));
 }
 
 std::string lower(std::string_view text) {
@@ -75,7 +75,7 @@ Refusal refused(unsigned status, std::string reason) {
 }  // namespace
 
 std::string pathOf(std::string_view target) {
-  return base::printable(target.substr(0, std::min(target.find('?'), kLongestQuote)));
+  return base::printable(target.substr(0, std::min(target.find('?'), kMaxQuoteLength)));
 }
 
 std::optional<std::string> tokenInQuery(std::string_view target) {

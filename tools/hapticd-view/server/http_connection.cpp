@@ -29,11 +29,11 @@ namespace beast = boost::beast;
 namespace http = boost::beast::http;
 using boost::system::error_code;
 
-constexpr std::uint32_t kLongestHeader = 8 * 1024;
+constexpr std::uint32_t kMaxHeaderBytes = 8 * 1024;
 constexpr std::chrono::seconds kHeaderLimit{5};
 constexpr std::chrono::seconds kAnswerLimit{30};  // in which a client takes a file
 constexpr std::chrono::seconds kLingerLimit{1};
-constexpr int kMostLingering = 64;  // reads
+constexpr int kMaxLingering = 64;  // reads
 constexpr int kReceiveBufferBytes = 64 * 1024;
 
 constexpr const char* kTokenPage =
@@ -73,7 +73,7 @@ class HttpConnection final : public WaitingConnection, public std::enable_shared
     name_ = fmt::format("{}:{}", remote.address().to_string(), remote.port());
     local_address_ = plainAddress(local.address()).to_string();
     stream_.socket().set_option(boost::asio::socket_base::receive_buffer_size(kReceiveBufferBytes), error);
-    parser_.header_limit(kLongestHeader);
+    parser_.header_limit(kMaxHeaderBytes);
     parser_.body_limit(0);
     stream_.expires_after(kHeaderLimit);
     const auto self = shared_from_this();
@@ -93,7 +93,7 @@ class HttpConnection final : public WaitingConnection, public std::enable_shared
   void onHeader(const error_code& error) {
     if (gave_way_) return;
     if (error == http::error::header_limit || error == http::error::buffer_overflow)
-      return refuse({.status = 431, .reason = fmt::format("a header longer than {} bytes", kLongestHeader)});
+      return refuse({.status = 431, .reason = fmt::format("a header longer than {} bytes", kMaxHeaderBytes)});
     if (error == beast::error::timeout) {
       server_.log.refuse(name_, fmt::format("no complete header within {} s", kHeaderLimit.count()));
       return;
@@ -213,7 +213,7 @@ class HttpConnection final : public WaitingConnection, public std::enable_shared
     error_code ignored;
     stream_.socket().shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
     stream_.expires_after(kLingerLimit);
-    discard(kMostLingering);
+    discard(kMaxLingering);
   }
   void discard(int reads) {
     const auto self = shared_from_this();
@@ -225,7 +225,7 @@ class HttpConnection final : public WaitingConnection, public std::enable_shared
 
   Server& server_;
   beast::tcp_stream stream_;
-  beast::flat_buffer buffer_{kLongestHeader};
+  beast::flat_buffer buffer_{kMaxHeaderBytes};
   http::request_parser<http::empty_body> parser_;
   RequestHead head_;
   Response response_;

@@ -21,8 +21,8 @@ void Outbox::add(Message message, MessageKey key) {
 void Outbox::addQueued(Message message) {
   queued_bytes_ += message.size();
   queue_.push_back(std::move(message));
-  while (queue_.size() > MessageSink::kMostQueued ||
-         (queued_bytes_ > MessageSink::kMostQueuedBytes && queue_.size() > 1)) {
+  while (queue_.size() > MessageSink::kMaxQueued ||
+         (queued_bytes_ > MessageSink::kMaxQueuedBytes && queue_.size() > 1)) {
     queued_bytes_ -= queue_.front().size();
     queue_.pop_front();
     ++dropped_;
@@ -51,11 +51,11 @@ void Outbox::addKeyed(Message message, MessageKey key) {
 
 /// False: although no other keyed message waits there is no room among all clients.
 bool Outbox::makeRoom(std::size_t bytes) {
-  while (keyed_bytes_ > 0 && keyed_bytes_ + bytes > kMostKeyedBytes) dropLargest();
+  while (keyed_bytes_ > 0 && keyed_bytes_ + bytes > kMaxKeyedBytes) dropLargest();
   for (;;) {
     std::size_t used = 0;
     for (const Outbox* each : all_) used += each->keyed_bytes_ + each->transmittedBytes();
-    if (used + bytes <= kMostKeyedBytesOfAll) return true;
+    if (used + bytes <= kMaxKeyedBytesOfAll) return true;
     Outbox* const fullest = *std::ranges::max_element(all_, {}, &Outbox::keyed_bytes_);
     if (fullest->keyed_bytes_ == 0) return false;
     fullest->dropLargest();

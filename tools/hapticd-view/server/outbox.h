@@ -20,9 +20,9 @@ class Outbox {
  public:
   /// The keyed messages of one client that wait, unless a single one is larger. All points of a frame of
   /// 1280 x 800 pixels have 12 MB.
-  static constexpr std::size_t kMostKeyedBytes = 16 * 1024 * 1024;
+  static constexpr std::size_t kMaxKeyedBytes = 16 * 1024 * 1024;
   /// All keyed messages of all clients, with those in transmission.
-  static constexpr std::size_t kMostKeyedBytesOfAll = 64 * 1024 * 1024;
+  static constexpr std::size_t kMaxKeyedBytesOfAll = 64 * 1024 * 1024;
 
   /// Those of all clients; each adds and removes itself. Outlives them.
   using All = std::list<Outbox*>;

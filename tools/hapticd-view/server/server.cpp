@@ -15,7 +15,7 @@
 namespace hapticd::tools::view {
 namespace {
 
-constexpr std::size_t kLongestFile = 4 * 1024 * 1024;
+constexpr std::size_t kMaxFileBytes = 4 * 1024 * 1024;
 constexpr const char* kRemedy = "name the folder of the page with --page";
 
 constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kTypes{{
@@ -34,7 +34,7 @@ base::Result<PageFiles> PageFiles::in(const std::filesystem::path& folder) {
     const std::string ending = entry.path().extension().string();
     const auto type = std::ranges::find(kTypes, ending, [](const auto& row) { return row.first; });
     if (type == kTypes.end()) continue;
-    auto content = base::fileContent(entry.path(), {.longest = kLongestFile});
+    auto content = base::fileContent(entry.path(), {.longest = kMaxFileBytes});
     if (!content) return std::unexpected(base::Error{entry.path().string(), content.error().text(), kRemedy});
     page.files_["/" + entry.path().filename().string()] = {std::string(type->second), std::move(*content)};
   }
@@ -60,7 +60,7 @@ void ServerLog::refuse(const std::string& who, const std::string& reason) {
   const auto now = std::chrono::steady_clock::now();
   const double seconds = std::chrono::duration<double>(now - refilled_).count();
   refilled_ = now;
-  allowed_ = std::min<double>(kMostAtOnce, allowed_ + seconds * kMostPerSecond);
+  allowed_ = std::min<double>(kMaxAtOnce, allowed_ + seconds * kMaxPerSecond);
   if (allowed_ < 1) {
     ++left_out_;
     return;

@@ -45,8 +45,8 @@ class PageFiles {
 /// the disk by being refused. Thread: the io_context's.
 class ServerLog {
  public:
-  static constexpr int kMostAtOnce = 20;    ///< refusals in a row
-  static constexpr int kMostPerSecond = 1;  ///< on average after that
+  static constexpr int kMaxAtOnce = 20;    ///< refusals in a row
+  static constexpr int kMaxPerSecond = 1;  ///< on average after that
 
   /// A line, whatever came before.
   void write(const std::string& line);
@@ -55,7 +55,7 @@ class ServerLog {
 
  private:
   std::chrono::steady_clock::time_point refilled_{};
-  double allowed_ = kMostAtOnce;
+  double allowed_ = kMaxAtOnce;
   std::uint64_t left_out_ = 0;
 };
 

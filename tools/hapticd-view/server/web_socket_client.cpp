@@ -114,8 +114,8 @@ void WebSocketClient::take() {
     message_second_ = now;
     messages_in_second_ = 0;
   }
-  if (++messages_in_second_ > kMostMessagesPerSecond) {
-    close(fmt::format("more than {} messages a second", kMostMessagesPerSecond));
+  if (++messages_in_second_ > kMaxMessagesPerSecond) {
+    close(fmt::format("more than {} messages a second", kMaxMessagesPerSecond));
   } else if (!closing_since_ && socket_.got_text()) {
     const auto bytes = input_.cdata();
     session_->onText({static_cast<const char*>(bytes.data()), bytes.size()});
@@ -209,9 +209,9 @@ void WebSocketClient::closeWith(websocket::close_code code, std::string_view rea
   closing_since_ = Clock::now();
   close_reason_ = reason;
   outbox_.clear();
-  constexpr std::size_t kLongestReason = 123;  // RFC 6455
+  constexpr std::size_t kMaxReasonLength = 123;  // RFC 6455
   websocket::close_reason text(code);
-  const std::string_view cut = reason.substr(0, kLongestReason);
+  const std::string_view cut = reason.substr(0, kMaxReasonLength);
   text.reason.assign(cut.data(), cut.size());
   const auto self = shared_from_this();
   // waits for a message in transmission; kCloseLimit ends that

@@ -35,7 +35,7 @@ class WebSocketClient final : public MessageSink,
   static constexpr std::chrono::seconds kAnswerLimit{30};    ///< from a ping to any sign of life
   static constexpr std::chrono::seconds kProgressLimit{60};  ///< in which a client takes at least one byte
   static constexpr std::chrono::seconds kCloseLimit{5};
-  static constexpr int kMostMessagesPerSecond = 100;  ///< from the client
+  static constexpr int kMaxMessagesPerSecond = 100;  ///< from the client
 
   /// `name`: of the client, for the log. `stream`: the connection after the header of the request.
   WebSocketClient(Server& server, boost::beast::tcp_stream stream, std::string name, std::string owner);

@@ -138,15 +138,15 @@ std::optional<rt::DepthNoiseParameters> fittedNoise(std::span<const NoiseAtDepth
 
 namespace {
 
-constexpr double kRatioOfBins = 1.1;        // far to near end of an interval of depths
-constexpr std::size_t kFewestPixels = 200;  // of an interval that is shown
-constexpr std::size_t kFewestTiles = 3;     // of an interval whose standing part is shown
-constexpr int kTile_px = 32;                // several correlation lengths of any camera
-constexpr double kTileShare = 0.9;          // pixels of a tile that must be measured
-constexpr int kRowStep = 4;                 // every fourth row suffices for the correlation
-constexpr double kSameSurface = 0.05;       // relative difference in depth of neighbours on one surface
-constexpr double kCorrelated = 0.05;        // less than this counts as none
-constexpr double kOutlier = 4;              // variances beyond this multiple are of something that moves
+constexpr double kRatioOfBins = 1.1;     // far to near end of an interval of depths
+constexpr std::size_t kMinPixels = 200;  // of an interval that is shown
+constexpr std::size_t kMinTiles = 3;     // of an interval whose standing part is shown
+constexpr int kTile_px = 32;             // several correlation lengths of any camera
+constexpr double kTileShare = 0.9;       // pixels of a tile that must be measured
+constexpr int kRowStep = 4;              // every fourth row suffices for the correlation
+constexpr double kSameSurface = 0.05;    // relative difference in depth of neighbours on one surface
+constexpr double kCorrelated = 0.05;     // less than this counts as none
+constexpr double kOutlier = 4;           // variances beyond this multiple are of something that moves
 constexpr double kRoundingVariance =
     1.0 / 4;  // largest variance of a value between two raw steps, in steps^2
 
@@ -267,7 +267,7 @@ std::vector<DepthNoise::Tile> DepthNoise::tiles() const {
         for (int column = 0; column < kTile_px; ++column) {
           const std::size_t pixel =
               static_cast<std::size_t>(top + row) * width + static_cast<std::size_t>(left + column);
-          if (pixels_[pixel].count < kFewestMeasurements) continue;
+          if (pixels_[pixel].count < kMinMeasurements) continue;
           plane.add(column - kTile_px / 2, row - kTile_px / 2, 1 / mean_m(pixel));
           rest_m2 += variance_m2(pixel) / pixels_[pixel].count;
         }
@@ -289,7 +289,7 @@ std::vector<DepthNoise::Bin> DepthNoise::bins() const {
   };
   std::vector<Bin> bins(binOf(camera_.far_m) + 1);
   for (std::size_t pixel = 0; pixel < pixels_.size(); ++pixel) {
-    if (pixels_[pixel].count < kFewestMeasurements || 2 * pixels_[pixel].count < frames_) continue;
+    if (pixels_[pixel].count < kMinMeasurements || 2 * pixels_[pixel].count < frames_) continue;
     Bin& bin = bins[binOf(mean_m(pixel))];
     bin.variances_m2.push_back(variance_m2(pixel));
     bin.sum_of_depths_m += mean_m(pixel);
@@ -307,10 +307,10 @@ DepthNoiseReport DepthNoise::report() const {
   for (Bin& bin : bins()) {
     NoiseAtDepth at;
     at.pixels = bin.variances_m2.size();
-    if (at.pixels < kFewestPixels) continue;
+    if (at.pixels < kMinPixels) continue;
     at.depth_m = bin.sum_of_depths_m / static_cast<double>(at.pixels);
     at.changing_m = std::sqrt(meanAtRest(bin.variances_m2, step_m(camera_, at.depth_m)));
-    at.has_standing = bin.standing_m2.size() >= kFewestTiles;
+    at.has_standing = bin.standing_m2.size() >= kMinTiles;
     if (at.has_standing) {
       at.standing_m = std::sqrt(std::max(0.0, medianOf(bin.standing_m2)));
     }

@@ -80,7 +80,7 @@ struct DepthNoiseReport {
 class DepthNoise {
  public:
   /// Measurements of a pixel that its deviation takes at the least.
-  static constexpr std::uint32_t kFewestMeasurements = 8;
+  static constexpr std::uint32_t kMinMeasurements = 8;
 
   /// Adds a frame. One of another camera or mode than the last starts anew.
   void add(const rt::DepthFrame& frame);

@@ -10,7 +10,7 @@ namespace hapticd::tools {
 namespace {
 
 /// Largest value that the configuration takes.
-constexpr double kMostCorrelation_px = 32;
+constexpr double kMaxCorrelation_px = 32;
 
 }  // namespace
 
@@ -30,7 +30,7 @@ std::string textOf(const DepthNoiseReport& report, rt::DepthPrinciple principle)
                     "\ncamera:\n  noise_c0_m: {:.6f}\n  noise_c1: {:.6f}\n  noise_c2_per_m: {:.6f}\n"
                     "  noise_standing_share: {:.2f}\n  noise_correlation_px: {:.1f}\n",
                     fit->c0_m, fit->c1, fit->c2_per_m, fit->standing_share,
-                    std::clamp(report.correlation_px, 1.0, kMostCorrelation_px));
+                    std::clamp(report.correlation_px, 1.0, kMaxCorrelation_px));
 }
 
 void addTo(nlohmann::ordered_json& document, const DepthNoiseReport& report, rt::DepthPrinciple principle) {

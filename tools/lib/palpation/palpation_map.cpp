@@ -11,7 +11,7 @@
 namespace hapticd::tools {
 
 bool StiffnessEstimator::counts(const PressSample& sample) {
-  return sample.depth_m > kLeastDepth_m && std::abs(sample.rate_m_per_s) > kLeastRate_m_per_s &&
+  return sample.depth_m > kMinDepth_m && std::abs(sample.rate_m_per_s) > kMinRate_m_per_s &&
          std::isfinite(sample.depth_m + sample.rate_m_per_s + sample.force_n);
 }
 
@@ -30,10 +30,10 @@ void StiffnessEstimator::add(const PressSample& sample) {
 }
 
 StiffnessEstimate StiffnessEstimator::estimate() const {
-  constexpr double kLeastWeight = 5;
-  constexpr double kLeastIndependence = 1e-6;  // of depth and rate: 1 - correlation^2
+  constexpr double kMinWeight = 5;
+  constexpr double kMinIndependence = 1e-6;  // of depth and rate: 1 - correlation^2
   const double determinant = dd_ * vv_ - dv_ * dv_;
-  if (weight_ < kLeastWeight || !(determinant > kLeastIndependence * dd_ * vv_)) return {};
+  if (weight_ < kMinWeight || !(determinant > kMinIndependence * dd_ * vv_)) return {};
   StiffnessEstimate estimate;
   estimate.known = true;
   estimate.stiffness_n_per_m = (fd_ * vv_ - fv_ * dv_) / determinant;
@@ -51,9 +51,9 @@ namespace {
 constexpr double kStep_m = 0.00025;
 /// Both layers need samples over at least this depth.
 constexpr double kThinnest_m = 0.0015;
-constexpr double kLeastDifference = 0.1;
-constexpr double kLeastGain = 0.5;
-constexpr std::size_t kLeastSamples = 20;
+constexpr double kMinDifference = 0.1;
+constexpr double kMinGain = 0.5;
+constexpr std::size_t kMinSamples = 20;
 
 struct Solution {
   Eigen::Vector3d values;  // K1, K2, B
@@ -96,22 +96,21 @@ LayerFit fitLayers(const std::vector<PressSample>& samples) {
     ++count;
     deepest_m = std::max(deepest_m, sample.depth_m);
   }
-  if (count < kLeastSamples) return {};
+  if (count < kMinSamples) return {};
   const auto one = solve(samples, 2 * deepest_m);
   if (!one) return {};
   LayerFit fit{.known = true, .upper_n_per_m = one->values[0], .lower_n_per_m = one->values[0]};
   std::optional<Solution> best;
   double best_m = 0;
-  for (double t = StiffnessEstimator::kLeastDepth_m + kThinnest_m; t <= deepest_m - kThinnest_m;
-       t += kStep_m) {
+  for (double t = StiffnessEstimator::kMinDepth_m + kThinnest_m; t <= deepest_m - kThinnest_m; t += kStep_m) {
     const auto two = solve(samples, t);
     if (two && (!best || two->left_n2 < best->left_n2)) {
       best = two;
       best_m = t;
     }
   }
-  if (!best || best->left_n2 > (1 - kLeastGain) * one->left_n2) return fit;
-  if (std::abs(best->values[1] - best->values[0]) < kLeastDifference * std::abs(best->values[0])) return fit;
+  if (!best || best->left_n2 > (1 - kMinGain) * one->left_n2) return fit;
+  if (std::abs(best->values[1] - best->values[0]) < kMinDifference * std::abs(best->values[0])) return fit;
   fit.layered = true;
   fit.upper_n_per_m = best->values[0];
   fit.lower_n_per_m = best->values[1];
@@ -189,14 +188,14 @@ PalpationMap Palpation::map(double cell_m) const {
 }
 
 std::optional<Nodule> findNodule(const std::vector<PalpatedCell>& cells) {
-  constexpr std::size_t kLeastCells = 4;
+  constexpr std::size_t kMinCells = 4;
   /// The cells wholly above the nodule: their excess is near the largest.
   constexpr double kWhole = 0.8;
-  if (cells.size() < kLeastCells) return std::nullopt;
+  if (cells.size() < kMinCells) return std::nullopt;
   std::vector<double> stiffnesses;
   for (const PalpatedCell& cell : cells) stiffnesses.push_back(cell.layers.lower_n_per_m);
   const double surroundings = medianOf(stiffnesses);
-  const double least = Palpation::kLeastExcess * surroundings;
+  const double least = Palpation::kMinExcess * surroundings;
   const double largest = *std::ranges::max_element(stiffnesses) - surroundings;
   if (!(largest >= least)) return std::nullopt;
 
@@ -205,7 +204,7 @@ std::optional<Nodule> findNodule(const std::vector<PalpatedCell>& cells) {
   double whole = 0;
   for (const PalpatedCell& cell : cells) {
     const double excess = cell.layers.lower_n_per_m - surroundings;
-    if (excess < Palpation::kLeastExcess * largest) continue;
+    if (excess < Palpation::kMinExcess * largest) continue;
     sum += excess;
     nodule.position_m_in_world += excess * cell.position_m_in_world;
     if (excess < kWhole * largest) continue;

@@ -32,8 +32,8 @@ class StiffnessEstimator {
  public:
   static constexpr double kForgetting = 0.995;
   /// Shallower and slower samples say more about noise than about the tissue.
-  static constexpr double kLeastDepth_m = 0.001;
-  static constexpr double kLeastRate_m_per_s = 0.002;
+  static constexpr double kMinDepth_m = 0.001;
+  static constexpr double kMinRate_m_per_s = 0.002;
 
   explicit StiffnessEstimator(double forgetting = kForgetting) : forgetting_(forgetting) {}
 
@@ -90,7 +90,7 @@ struct PalpationMap {
 class Palpation {
  public:
   /// Differences in stiffness below this share cannot be told apart by hand.
-  static constexpr double kLeastExcess = 0.25;
+  static constexpr double kMinExcess = 0.25;
 
   /// Adds a tick; those without contact are ignored.
   void add(const rt::Tick& tick);
@@ -109,7 +109,7 @@ class Palpation {
   rt::Vec3 sum_of_normals_;
 };
 
-/// Returns the place that stands out by at least Palpation::kLeastExcess, if there is one: the centroid of
+/// Returns the place that stands out by at least Palpation::kMinExcess, if there is one: the centroid of
 /// the cells, weighted by how much their lower stiffness exceeds the median's.
 std::optional<Nodule> findNodule(const std::vector<PalpatedCell>& cells);
 

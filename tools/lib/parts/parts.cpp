@@ -53,11 +53,11 @@ base::Result<Part> parsePart(const std::string& text) {
   const auto number = wholeNumber<std::size_t>(text.substr(0, slash));
   const auto count =
       slash == std::string::npos ? std::nullopt : wholeNumber<std::size_t>(text.substr(slash + 1));
-  if (number && count && *number >= 1 && *number <= *count && *count <= kMostParts)
+  if (number && count && *number >= 1 && *number <= *count && *count <= kMaxParts)
     return Part{*number, *count};
   return refuse("",
                 fmt::format("{} is not K/N with whole numbers N in 1..{} and K in 1..N", base::inQuotes(text),
-                            kMostParts),
+                            kMaxParts),
                 "for example --part 3/8");
 }
 
@@ -167,7 +167,7 @@ void addPartOptions(CLI::App& app, Division& division, const std::string& output
   CLI::Option* const join =
       app.add_option("--join", division.files, "report what the files of all parts hold; computes nothing")
           ->type_name("FILE")
-          ->expected(1, static_cast<int>(kMostParts));
+          ->expected(1, static_cast<int>(kMaxParts));
   // not by excludes(), which the help would show at every option
   app.final_callback([&app, join, output] {
     if (join->count() == 0) return;

@@ -27,7 +27,7 @@ struct Part {
   friend bool operator==(const Part&, const Part&) = default;
 };
 
-inline constexpr std::size_t kMostParts = 100'000;
+inline constexpr std::size_t kMaxParts = 100'000;
 
 /// "3/16".
 std::string nameOf(const Part& part);

@@ -19,7 +19,7 @@ using base::Error;
 using config::YamlMember;
 using config::YamlNode;
 
-constexpr std::size_t kLongestText = std::size_t{1} << 20;
+constexpr std::size_t kMaxTextLength = std::size_t{1} << 20;
 constexpr std::size_t kMaxErrors = 20;
 constexpr double kFarthest_m = 20;  // no haptic workspace and no depth camera reaches farther
 constexpr const char* kForm = "write each landmark as `- {name: tip, position_m: [0.01, 0.02, 0.03]}`";
@@ -92,7 +92,7 @@ class Reader {
 
 FileOf<PlacedLandmark> landmarksFromText(std::string_view text, const std::string& file) {
   Reader reader(file);
-  if (text.size() > kLongestText) {
+  if (text.size() > kMaxTextLength) {
     reader.report(0, "is longer than 1 MiB", "leave out what is no landmark");
     return std::move(reader).finish();
   }

@@ -56,19 +56,19 @@ double spreadAcrossALine_m(const Points& centred) {
 
 base::Result<void> check(const Points& centred, const char* whose) {
   const double spread_m = spreadAcrossALine_m(centred);
-  if (spread_m >= kFewestSpread_m) return {};
+  if (spread_m >= kMinSpread_m) return {};
   return std::unexpected(
       Error{"registration",
             fmt::format("the {} points lie on a line: {:.1f} mm across it, at least {:.0f} mm are needed",
-                        whose, 1000 * spread_m, 1000 * kFewestSpread_m),
+                        whose, 1000 * spread_m, 1000 * kMinSpread_m),
             "take points at the corners of a triangle as large as the scene"});
 }
 
 base::Result<void> check(std::span<const PointPair> pairs) {
-  if (pairs.size() < kFewestPairs) {
-    return std::unexpected(Error{
-        "registration", fmt::format("{} point pairs, at least {} are needed", pairs.size(), kFewestPairs),
-        "add pairs that do not lie on one line"});
+  if (pairs.size() < kMinPairs) {
+    return std::unexpected(
+        Error{"registration", fmt::format("{} point pairs, at least {} are needed", pairs.size(), kMinPairs),
+              "add pairs that do not lie on one line"});
   }
   for (const PointPair& pair : pairs) {
     if (!rt::isFinite(pair.camera_m) || !rt::isFinite(pair.world_m)) {

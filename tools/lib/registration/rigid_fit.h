@@ -33,14 +33,14 @@ struct RigidFit {
 };
 
 /// Pairs that a fit takes; two leave a turn about their line open.
-inline constexpr std::size_t kFewestPairs = 3;
+inline constexpr std::size_t kMinPairs = 3;
 /// Root mean square distance of the points from the line through them that the fit needs, so that a
 /// millimetre of noise turns it by some degrees at most.
-inline constexpr double kFewestSpread_m = 0.01;
+inline constexpr double kMinSpread_m = 0.01;
 
 /// T_world_camera with the least sum of squared residuals, a turn and a shift without scale or reflection.
 /// `whose`: points of the camera frame, for messages; another body, such as a model, can take its place.
-/// Errors: fewer than kFewestPairs, a number that is not finite, points on or nearly on a line.
+/// Errors: fewer than kMinPairs, a number that is not finite, points on or nearly on a line.
 /// Source: Umeyama, Least-squares estimation of transformation parameters between two point patterns, 1991,
 /// eq. (39)-(41) with c = 1.
 base::Result<RigidFit> fitRigid(std::span<const PointPair> pairs, const char* whose = "camera's");

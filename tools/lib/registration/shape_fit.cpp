@@ -22,11 +22,11 @@ using Eigen::Vector3d;
 using Points = Eigen::Matrix3Xd;
 
 // Gauss-Newton steps; from the algebraic solution three or four reach the rounding of doubles.
-constexpr int kMostSteps = 50;
+constexpr int kMaxSteps = 50;
 constexpr double kLastStep_m = 1e-12;
 
 /// Root mean square distance of points from the plane through them below which a sphere is undetermined.
-constexpr double kLeastBulge_m = 2 * kTouchNoise_m;
+constexpr double kMinBulge_m = 2 * kTouchNoise_m;
 
 Vector3d eigenOf(const rt::Vec3& v) {
   return {v.x, v.y, v.z};
@@ -102,7 +102,7 @@ Eigen::VectorXd distancesOf(const Points& centred, const Ball& ball) {
 }
 
 Ball refined(const Points& centred, Ball ball) {
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < kMaxSteps; ++step) {
     const Eigen::Vector4d change =
         derivativesOf(centred, ball).colPivHouseholderQr().solve(-distancesOf(centred, ball));
     if (!change.allFinite()) break;
@@ -136,14 +136,14 @@ Residuals residualsOf(std::span<const double> distances_m) {
 }
 
 base::Result<FittedPlane> fitPlane(std::span<const rt::Vec3> points_m, const rt::Vec3& free_side_m) {
-  if (const auto good = check("plane", points_m, kFewestPlanePoints); !good)
+  if (const auto good = check("plane", points_m, kMinPlanePoints); !good)
     return std::unexpected(good.error());
   const Spread spread = spreadOf(points_m);
-  if (spread.rms_m[1] < kFewestSpread_m) {
+  if (spread.rms_m[1] < kMinSpread_m) {
     return std::unexpected(
         Error{"plane",
               fmt::format("the points lie on a line: {:.1f} mm across it, at least {:.0f} mm are needed",
-                          1000 * spread.rms_m[1], 1000 * kFewestSpread_m),
+                          1000 * spread.rms_m[1], 1000 * kMinSpread_m),
               "touch points at the corners of a triangle as large as the plane"});
   }
   Vector3d normal = spread.directions.col(0);
@@ -154,26 +154,26 @@ base::Result<FittedPlane> fitPlane(std::span<const rt::Vec3> points_m, const rt:
 }
 
 base::Result<FittedSphere> fitSphere(std::span<const rt::Vec3> points_m) {
-  if (const auto good = check("sphere", points_m, kFewestSpherePoints); !good)
+  if (const auto good = check("sphere", points_m, kMinSpherePoints); !good)
     return std::unexpected(good.error());
   const Spread spread = spreadOf(points_m);
-  if (spread.rms_m[0] < kLeastBulge_m) {
+  if (spread.rms_m[0] < kMinBulge_m) {
     return std::unexpected(Error{
         "sphere",
         fmt::format("the points lie in a plane: {:.2f} mm out of it (root mean square), at least {:.0f} mm "
                     "are needed",
-                    1000 * spread.rms_m[0], 1000 * kLeastBulge_m),
+                    1000 * spread.rms_m[0], 1000 * kMinBulge_m),
         "touch the sphere at its top too, and as far down its sides as the handle reaches"});
   }
   const Ball ball = refined(spread.centred, algebraicFit(spread.centred));
   const double expected_error_m = expectedError_m(spread.centred, ball);
   // written so that a value that is not a number is refused
-  if (!(expected_error_m <= kMostSphereError_m && ball.radius_m > 0)) {
+  if (!(expected_error_m <= kMaxSphereError_m && ball.radius_m > 0)) {
     return std::unexpected(Error{
         "sphere",
         fmt::format("the points cover so little of the sphere that noise of {} mm changes it by {:.1f} mm, "
                     "at most {:.0f} mm are allowed",
-                    1000 * kTouchNoise_m, 1000 * expected_error_m, 1000 * kMostSphereError_m),
+                    1000 * kTouchNoise_m, 1000 * expected_error_m, 1000 * kMaxSphereError_m),
         "touch points all around it, as far apart as the handle reaches"});
   }
   const Eigen::VectorXd distances = distancesOf(spread.centred, ball);
@@ -191,11 +191,11 @@ base::Result<FittedBox> fitBox(const std::array<rt::Vec3, 3>& corners_m, const r
     return std::unexpected(
         Error{"box",
               fmt::format("{} is {:.1f} mm, at least {:.0f} mm can be measured by touch", what,
-                          1000 * length_m, 1000 * kShortestEdge_m),
+                          1000 * length_m, 1000 * kMinEdge_m),
               "touch the points again, or give its size in numbers with 'hapticctl fixture add'"});
   };
-  if (first.norm() < kShortestEdge_m) return tooShort("the edge from corner 1 to corner 2", first.norm());
-  if (second.norm() < kShortestEdge_m) return tooShort("the edge from corner 2 to corner 3", second.norm());
+  if (first.norm() < kMinEdge_m) return tooShort("the edge from corner 1 to corner 2", first.norm());
+  if (second.norm() < kMinEdge_m) return tooShort("the edge from corner 2 to corner 3", second.norm());
 
   const Vector3d sum = first.normalized() + second.normalized();
   const Vector3d difference = first.normalized() - second.normalized();
@@ -209,7 +209,7 @@ base::Result<FittedBox> fitBox(const std::array<rt::Vec3, 3>& corners_m, const r
   axes.col(2) = axes.col(0).cross(axes.col(1));
   const Vector3d edges(first.dot(axes.col(0)), second.dot(axes.col(1)),
                        (eigenOf(opposite_m) - corner).dot(axes.col(2)));  // the last with its sign
-  if (std::abs(edges[2]) < kShortestEdge_m)
+  if (std::abs(edges[2]) < kMinEdge_m)
     return tooShort("the distance to the opposite face", std::abs(edges[2]));
 
   const rt::PoseParameters pose = poseOf(axes, corner + axes * edges / 2);

@@ -39,29 +39,29 @@ struct FittedBox {
   Residuals residuals;    ///< of the three corners; the height has none
 };
 
-inline constexpr std::size_t kFewestPlanePoints = 3;
-inline constexpr std::size_t kFewestSpherePoints = 4;
+inline constexpr std::size_t kMinPlanePoints = 3;
+inline constexpr std::size_t kMinSpherePoints = 4;
 /// Spread of a touch of a hand that rests on something, as it enters the expected error of a fit.
 inline constexpr double kTouchNoise_m = 0.0005;
 /// Largest expected error of the centre and of the radius of a sphere.
-inline constexpr double kMostSphereError_m = 0.005;
+inline constexpr double kMaxSphereError_m = 0.005;
 /// Shortest edge of a box that touches can measure: several times kTouchNoise_m.
-inline constexpr double kShortestEdge_m = 0.003;
+inline constexpr double kMinEdge_m = 0.003;
 
 /// The plane with the least sum of squared distances. Its normal points to the side of `free_side_m`, such as
-/// the position of the camera. Errors: fewer than kFewestPlanePoints, points nearly on a line.
+/// the position of the camera. Errors: fewer than kMinPlanePoints, points nearly on a line.
 base::Result<FittedPlane> fitPlane(std::span<const rt::Vec3> points_m, const rt::Vec3& free_side_m);
 
 /// The sphere with the least sum of squared distances: the algebraic solution, refined by Gauss-Newton steps.
-/// Errors: fewer than kFewestSpherePoints, points nearly in a plane, points on so small a part of the sphere
-/// that kTouchNoise_m changes its centre or its radius by more than kMostSphereError_m.
+/// Errors: fewer than kMinSpherePoints, points nearly in a plane, points on so small a part of the sphere
+/// that kTouchNoise_m changes its centre or its radius by more than kMaxSphereError_m.
 /// Source: Ahn, Rauh, Warnecke, Least-squares orthogonal distances fitting of circle, sphere, ellipse,
 /// hyperbola, and parabola, 2001, section 2.
 base::Result<FittedSphere> fitSphere(std::span<const rt::Vec3> points_m);
 
 /// The box of three corners of a face, in order along its edges, and any point on the opposite face. The
 /// angle at the second corner is made a right one by turning both edges alike; the residuals are what that
-/// moves the corners by. Errors: an edge below kShortestEdge_m.
+/// moves the corners by. Errors: an edge below kMinEdge_m.
 base::Result<FittedBox> fitBox(const std::array<rt::Vec3, 3>& corners_m, const rt::Vec3& opposite_m);
 
 }  // namespace hapticd::tools

@@ -103,10 +103,10 @@ base::Result<StrokePath> pathOf(std::span<const Vec3> readings_m, double toleran
   const Points moving = withoutTrembling(readings_m);
   StrokePath path;
   path.length_m = lengthOf(moving);
-  if (path.length_m < kShortestStroke_m) {
+  if (path.length_m < kMinStroke_m) {
     return std::unexpected(Error{"path",
                                  fmt::format("the stroke is {:.1f} mm long, at least {:.0f} mm are needed",
-                                             1000 * path.length_m, 1000 * kShortestStroke_m),
+                                             1000 * path.length_m, 1000 * kMinStroke_m),
                                  "move the handle along the path while the stroke is recorded"});
   }
   const Points even = resampled(moving);

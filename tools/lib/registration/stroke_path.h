@@ -20,11 +20,11 @@ struct StrokePath {
 
 /// Distance along a stroke at which it is resampled. Shorter motions of the hand are trembling.
 inline constexpr double kStrokeStep_m = 0.001;
-inline constexpr double kShortestStroke_m = 0.005;
+inline constexpr double kMinStroke_m = 0.005;
 
 /// The path through `readings_m`, in their order: resampled every kStrokeStep_m of its length and simplified
 /// to `tolerance_m` > 0, or to as much more as it takes to need rt::kMaxPathPoints only.
-/// Errors: readings that are not finite, a stroke shorter than kShortestStroke_m.
+/// Errors: readings that are not finite, a stroke shorter than kMinStroke_m.
 /// Source of the simplification: Ramer 1972; Douglas and Peucker 1973.
 base::Result<StrokePath> pathOf(std::span<const rt::Vec3> readings_m, double tolerance_m);
 

@@ -27,7 +27,7 @@ using Pairs = std::vector<std::pair<std::string, std::string>>;
 
 constexpr std::size_t kWrittenAtOnce = 1 << 20;
 /// Each gives a column, and a cell in every row; hapticd has some hundred parameters.
-constexpr std::size_t kMostParameters = 1000;
+constexpr std::size_t kMaxParameters = 1000;
 struct HeaderOfFields {
   std::string& line;
 
@@ -158,17 +158,17 @@ class CsvExport {
     const auto keep = [&](const drivers::DirectiveRecord& directive) {
       for (const auto& [name, value] : directive.parameters) {
         if (columns.try_emplace(name, names.size()).second) names.push_back(name);
-        if (names.size() > kMostParameters) return false;
+        if (names.size() > kMaxParameters) return false;
       }
       directives.push_back(directive);
       return true;
     };
     auto info = read<drivers::DirectiveRecord>({.directive = keep});
     if (!info) return info;
-    if (names.size() > kMostParameters) {
-      return std::unexpected(base::Error{
-          trace_.file().string(), fmt::format("has more than {} different parameters", kMostParameters),
-          "no hapticd has so many; export another channel"});
+    if (names.size() > kMaxParameters) {
+      return std::unexpected(base::Error{trace_.file().string(),
+                                         fmt::format("has more than {} different parameters", kMaxParameters),
+                                         "no hapticd has so many; export another channel"});
     }
     csv_.addHeader<drivers::DirectiveRecord>(names);
     for (const drivers::DirectiveRecord& directive : directives)

@@ -30,7 +30,7 @@ constexpr std::string_view kFaultColour = "#d02020";
 constexpr std::string_view kEventColour = "#b0b0b0";
 /// A span narrower than this share of the picture has no room for its name.
 constexpr double kNarrowestNamed = 0.06;
-constexpr std::size_t kLongestMark = 40;
+constexpr std::size_t kMaxMarkLength = 40;
 
 std::string_view colourOfMode(std::string_view mode) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kColours{{{"starting", "#d0d0d0"},
@@ -163,8 +163,8 @@ class Script {
     for (const PlotEvent& event : plot_.events) {
       if (event.kind != PlotEvent::Kind::mark) continue;
       std::string text = event.text;
-      if (text.size() > kLongestMark) {
-        std::size_t end = kLongestMark;
+      if (text.size() > kMaxMarkLength) {
+        std::size_t end = kMaxMarkLength;
         while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0U) == 0x80U) --end;
         text = text.substr(0, end) + "...";
       }

@@ -25,12 +25,12 @@ namespace hapticd::tools {
 namespace {
 
 constexpr std::size_t kUsualPoints = 2000;
-constexpr double kShortest_s = 0.001;  // an axis of no length cannot be drawn
-constexpr double kLeastDrawn = 1e-9;
+constexpr double kMin_s = 0.001;  // an axis of no length cannot be drawn
+constexpr double kMinDrawn = 1e-9;
 /// With more lines a picture cannot be read.
-constexpr std::size_t kMostEventLines = 300;
-constexpr std::size_t kMostSpans = 1000;
-constexpr std::string_view kLargestForce = "safety.max_force_n";
+constexpr std::size_t kMaxEventLines = 300;
+constexpr std::size_t kMaxSpans = 1000;
+constexpr std::string_view kMaxForce = "safety.max_force_n";
 
 /// A quantity over time, of fields that an older trace may lack and that not every law has.
 struct Quantity {
@@ -158,7 +158,7 @@ void takeOutForeign(Content& content) {
   for (const Curve& curve : content.curves) {
     // in a damaged trace a value may be anything
     const auto acts = [](const PlotPoint& p) {
-      return std::abs(p.value) > kLeastDrawn && std::isfinite(p.value);
+      return std::abs(p.value) > kMinDrawn && std::isfinite(p.value);
     };
     if (std::ranges::any_of(curve.points, acts)) addOnce(used, curve.quantity->panel);
   }
@@ -186,7 +186,7 @@ base::Result<void> readLimits(Content& content, const SelectedTrace& trace, cons
   };
   const auto limit = [&](const drivers::DirectiveRecord& directive) {
     for (const auto& [name, value] : directive.parameters) {
-      const auto limit_n = name == kLargestForce ? numberIn(value) : std::nullopt;
+      const auto limit_n = name == kMaxForce ? numberIn(value) : std::nullopt;
       if (!limit_n || (!content.limits.empty() && content.limits.back().value == *limit_n)) continue;
       content.limits.push_back({trace.seconds(directive.time_ns), *limit_n});
     }
@@ -197,7 +197,7 @@ base::Result<void> readLimits(Content& content, const SelectedTrace& trace, cons
   if (!info) return std::unexpected(info.error());
   if (!content.limits.empty()) return {};
   for (const TraceSetting& setting : settingsIn(settingsText(*info))) {
-    const auto limit_n = setting.name == kLargestForce ? numberIn(setting.value) : std::nullopt;
+    const auto limit_n = setting.name == kMaxForce ? numberIn(setting.value) : std::nullopt;
     if (limit_n) content.limits.push_back({0, *limit_n});
   }
   return {};
@@ -237,13 +237,13 @@ base::Result<void> readCurves(Content& content, const SelectedTrace& trace, std:
     const std::string_view mode = rt::wordOf(tick.mode);
     std::vector<PlotSpan>& spans = content.spans;
     if (!spans.empty()) spans.back().end_s = time_s;
-    if (spans.empty() || (spans.back().mode != mode && spans.size() < kMostSpans)) {
+    if (spans.empty() || (spans.back().mode != mode && spans.size() < kMaxSpans)) {
       spans.push_back({time_s, time_s, std::string(mode)});
     }
     return true;
   };
   const auto note = [&](const drivers::EventRecord& record) {
-    const bool room = content.events.size() < kMostEventLines || record.kind == "mark";
+    const bool room = content.events.size() < kMaxEventLines || record.kind == "mark";
     if (room) {
       content.events.push_back(eventOf(record, trace.seconds(record.time_ns)));
     } else {
@@ -324,7 +324,7 @@ base::Result<Plot> plotOf(const SelectedTrace& trace, const TraceSelection& sele
   }
   takeOutForeign(content);
   if (content.curves.empty()) return std::unexpected(nothingToDraw(trace.file()));
-  const double last_s = std::max(content.last_s, content.first_s + kShortest_s);
+  const double last_s = std::max(content.last_s, content.first_s + kMin_s);
   std::vector<PlotPanel> panels = panelsOf(content, last_s);
   // a trace also holds events from before its first tick, and damaged or foreign files any times
   std::erase_if(content.events, [&](const PlotEvent& event) {

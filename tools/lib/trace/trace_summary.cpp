@@ -66,7 +66,7 @@ EmptyPeriods EmptyPeriodCount::finish(std::optional<std::int64_t> period_ns) con
 
 namespace {
 
-constexpr std::size_t kMostGaps = 20;
+constexpr std::size_t kMaxGaps = 20;
 
 /// The smallest sample that at least that share of all samples do not exceed, in microseconds.
 double percentile_us(std::vector<std::int64_t>& samples_ns, double share) {
@@ -161,7 +161,7 @@ class Summing {
 
   void addGap(const rt::Tick& tick) {
     ++summary_.gaps;
-    if (summary_.first_gaps.size() >= kMostGaps) return;
+    if (summary_.first_gaps.size() >= kMaxGaps) return;
     summary_.first_gaps.push_back({last_.number, tick.number - last_.number - 1, since(last_.planned_ns)});
   }
 

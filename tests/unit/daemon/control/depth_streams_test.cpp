@@ -204,13 +204,13 @@ TEST_F(DepthStreamsTest, HandOverTheMemoryWithTheFirstReply) {
 TEST_F(DepthStreamsTest, ShareOneMemoryAsLongAsOneOfThemIsOpen) {
   start();
   std::deque<RawClient> clients;
-  for (std::size_t client = 0; client < DepthStreams::kMostStreams; ++client) {
+  for (std::size_t client = 0; client < DepthStreams::kMaxStreams; ++client) {
     clients.push_back(statusClient());
     clients.back().call(kShareDepth);
     EXPECT_TRUE(receive(clients.back().descriptor()).descriptor);
   }
   EXPECT_EQ(1, box.timesDepthWasShared());
-  EXPECT_EQ(errorReply("io.hapticd.Status.TooManyStreams", {{"limit", DepthStreams::kMostStreams}}), [this] {
+  EXPECT_EQ(errorReply("io.hapticd.Status.TooManyStreams", {{"limit", DepthStreams::kMaxStreams}}), [this] {
     RawClient one_more = statusClient();
     one_more.call(kShareDepth);
     return one_more.json();

@@ -77,7 +77,7 @@ TEST_F(TickStreamsTest, GiveEveryTickOnceAndInOrder) {
   ASSERT_EQ(collected.numbers.size(), 257U);
   for (std::size_t i = 0; i < collected.numbers.size(); ++i) EXPECT_EQ(collected.numbers[i], 1000 + i);
   EXPECT_EQ(collected.lost, 0U);
-  EXPECT_LE(collected.largest_reply, TickStreams::kMostPerReply);
+  EXPECT_LE(collected.largest_reply, TickStreams::kMaxPerReply);
 }
 
 TEST_F(TickStreamsTest, GiveTheFieldsAskedForWithWordsVectorsAndNullForWhatIsNotFinite) {
@@ -142,7 +142,7 @@ TEST_F(TickStreamsTest, RefuseWhatTheyDoNotTakeAndNameWhatTheyDo) {
   for (const json& value : {json(20.5), json("50"), json(true)})
     EXPECT_EQ(invalidParameter("intervalMs"), refusal({{"fields", {"number"}}, {"intervalMs", value}}));
   for (const json& value :
-       {json::array(), json(std::vector<std::string>(TickStreams::kMostFields + 1, "number"))})
+       {json::array(), json(std::vector<std::string>(TickStreams::kMaxFields + 1, "number"))})
     EXPECT_EQ(outOfRange("fields", "1..80 names"), refusal({{"fields", value}}));
   for (const json& value : {json(nullptr), json("number"), json({1})})
     EXPECT_EQ(invalidParameter("fields"), refusal({{"fields", value}}));
@@ -156,9 +156,9 @@ TEST_F(TickStreamsTest, RefuseWhatTheyDoNotTakeAndNameWhatTheyDo) {
 TEST_F(TickStreamsTest, AreLimitedInNumberAndFreeTheirPlaceWhenTheClientLeaves) {
   start();
   std::vector<RawClient> clients;
-  for (std::size_t i = 0; i < TickStreams::kMostStreams; ++i)
+  for (std::size_t i = 0; i < TickStreams::kMaxStreams; ++i)
     clients.push_back(streamOf({{"fields", {"number"}}}));
-  EXPECT_EQ(errorReply("io.hapticd.Status.TooManyStreams", {{"limit", TickStreams::kMostStreams}}),
+  EXPECT_EQ(errorReply("io.hapticd.Status.TooManyStreams", {{"limit", TickStreams::kMaxStreams}}),
             refusal({{"fields", {"number"}}}));
   clients.pop_back();
   for (int attempt = 0; attempt < 1000;

@@ -135,7 +135,7 @@ TEST_F(ProfileFolderTest, ListsProfilesBesideADamagedChoiceForTheStart) {
 }
 
 TEST_F(ProfileFolderTest, TakesNoMoreThanItLists) {
-  for (std::size_t i = 0; i < ProfileFolder::kMostProfiles; ++i) write("p" + std::to_string(i) + ".yaml", "");
+  for (std::size_t i = 0; i < ProfileFolder::kMaxProfiles; ++i) write("p" + std::to_string(i) + ".yaml", "");
   const auto saved = profiles.save("one-more", {});
   ASSERT_FALSE(saved);
   EXPECT_NE(saved.error().text().find("256"), std::string::npos) << saved.error().text();

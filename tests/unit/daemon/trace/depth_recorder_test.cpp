@@ -68,7 +68,7 @@ TEST(DepthRecorder, RefusesAndCountsWhatASlowDiskHasNoRoomForAndLosesNothingThat
     return offered > DepthRecorder::kFrames && (*recorder)->lost() > 50;
   }));
   EXPECT_LE(offered * noise->image().size_bytes(),
-            DepthRecorder::kMostWaitingBytes + (DepthRecorder::kFrames + 1) * noise->image().size_bytes());
+            DepthRecorder::kMaxWaitingBytes + (DepthRecorder::kFrames + 1) * noise->image().size_bytes());
   (*recorder)->finish();
   std::uint64_t taken = 0;
   for (RecordedFrame recorded; (*recorder)->take(recorded);) ++taken;

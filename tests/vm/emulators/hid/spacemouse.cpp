@@ -13,7 +13,7 @@ namespace {
 constexpr std::uint16_t kVendor = 0x256F;
 constexpr std::uint16_t kProduct = 0xC62E;
 constexpr std::uint64_t kTicksPerReport = 16;  // 62.5 Hz
-constexpr int kMostDeflection = 350;
+constexpr int kMaxDeflection = 350;
 
 // Multi-axis controller: id 1 with six 16-bit axes, id 3 with two buttons in two bytes, id 4 with a LED.
 constexpr std::uint8_t kDescriptor[] = {
@@ -70,7 +70,7 @@ std::string SpaceMouse::command(std::string_view line) {
   words >> verb;
   std::array<int, 3> cap{};
   unsigned number = 0;
-  const auto is_possible = [](int axis) { return std::abs(axis) <= kMostDeflection; };
+  const auto is_possible = [](int axis) { return std::abs(axis) <= kMaxDeflection; };
   if (verb == "push" && words >> cap[0] >> cap[1] >> cap[2] && std::ranges::all_of(cap, is_possible)) {
     cap_ = cap;
   } else if (verb == "button" && words >> number && number < 2) {

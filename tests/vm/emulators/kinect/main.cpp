@@ -22,10 +22,10 @@ struct Options {
 };
 
 constexpr const char* kProgram = "emulated-kinect";
-constexpr std::size_t kMostFrames = 60;  // of the recording, 0.4 MB each
+constexpr std::size_t kMaxFrames = 60;  // of the recording, 0.4 MB each
 
 int emulate(const Options& options) {
-  auto recording = PackedRecording::load(options.recording, kMostFrames);
+  auto recording = PackedRecording::load(options.recording, kMaxFrames);
   if (!recording) return usbip::fail(kProgram, recording.error(), EX_NOINPUT);
   const usbip::Log log = [&options](std::string_view line) {
     std::fputs(fmt::format("{} {}: {}\n", kProgram, options.serial, line).c_str(), stderr);

@@ -35,9 +35,9 @@ bool UrbQueue::remove(std::uint32_t sequence) {
 namespace {
 
 constexpr std::size_t kReservedUrbs = 64;
-constexpr std::size_t kMostOutBytes = 64 << 10;
-constexpr std::size_t kMostBodyBytes = kMostOutBytes + kMostIsoPackets * kIsoDescriptorBytes;
-constexpr std::size_t kMostReplyDataBytes = (kMostIsoPackets + 1) * kMostIsoPacketBytes;
+constexpr std::size_t kMaxOutBytes = 64 << 10;
+constexpr std::size_t kMaxBodyBytes = kMaxOutBytes + kMaxIsoPackets * kIsoDescriptorBytes;
+constexpr std::size_t kMaxReplyDataBytes = (kMaxIsoPackets + 1) * kMaxIsoPacketBytes;
 
 bool isIn(std::uint8_t endpoint) {
   return (endpoint & USB_DIR_IN) != 0;
@@ -67,8 +67,8 @@ Connection::Connection(int socket, UsbDevice& device, UrbCounts& counts, Log log
       log_(std::move(log)),
       standard_(device),
       urbs_(kReservedUrbs),
-      received_(2 * (kHeaderBytes + kMostBodyBytes)),
-      reply_(kHeaderBytes + kMostReplyDataBytes + kMostIsoPackets * kIsoDescriptorBytes) {
+      received_(2 * (kHeaderBytes + kMaxBodyBytes)),
+      reply_(kHeaderBytes + kMaxReplyDataBytes + kMaxIsoPackets * kIsoDescriptorBytes) {
   device_.reset();
 }
 
@@ -101,8 +101,8 @@ std::size_t Connection::handleFirst(std::span<const std::uint8_t> bytes) {
     unlink(command);
     return kHeaderBytes;
   }
-  const bool outsized = command.iso_packets > kMostIsoPackets ||
-                        (!isIn(command.endpoint) && command.transfer_bytes > kMostOutBytes);
+  const bool outsized = command.iso_packets > kMaxIsoPackets ||
+                        (!isIn(command.endpoint) && command.transfer_bytes > kMaxOutBytes);
   if (command.kind == CommandKind::unknown || outsized) {
     giveUp("the host sent a request that is unknown or too large");
     return 0;
@@ -158,7 +158,7 @@ std::size_t Connection::pendingIsoPackets(std::uint8_t endpoint) const {
 
 std::size_t Connection::pendingBytes(std::uint8_t endpoint) const {
   const Urb* const urb = urbs_.oldest(endpoint);
-  return urb != nullptr ? std::min<std::size_t>(urb->command.transfer_bytes, kMostReplyDataBytes) : 0;
+  return urb != nullptr ? std::min<std::size_t>(urb->command.transfer_bytes, kMaxReplyDataBytes) : 0;
 }
 
 void Connection::complete(std::uint8_t endpoint, std::span<const std::uint8_t> bytes) {
@@ -172,10 +172,10 @@ void Connection::complete(std::uint8_t endpoint, std::span<const std::uint8_t> b
 void Connection::completeIsochronous(std::uint8_t endpoint) {
   const Urb& urb = *urbs_.oldest(endpoint);
   const std::size_t packets = urb.command.iso_packets;
-  std::array<IsoDescriptor, kMostIsoPackets> descriptors = urb.iso;
+  std::array<IsoDescriptor, kMaxIsoPackets> descriptors = urb.iso;
   std::size_t at = kHeaderBytes;
   for (IsoDescriptor& packet : std::span(descriptors).first(packets)) {
-    const std::size_t bytes = device_.isoPacket(endpoint, part<kMostIsoPacketBytes>(reply_, at));
+    const std::size_t bytes = device_.isoPacket(endpoint, part<kMaxIsoPacketBytes>(reply_, at));
     packet.actual_length = static_cast<std::uint32_t>(std::min<std::size_t>(bytes, packet.length));
     packet.status = bytes > packet.length ? -EOVERFLOW : 0;
     at += packet.actual_length;

@@ -18,12 +18,12 @@
 namespace hapticd::test::usbip {
 
 /// More packets in one URB are refused; libfreenect uses 16.
-inline constexpr std::size_t kMostIsoPackets = 128;
+inline constexpr std::size_t kMaxIsoPackets = 128;
 
 /// A request of the host that has not been answered.
 struct Urb {
   Command command;
-  std::array<IsoDescriptor, kMostIsoPackets> iso;  ///< the first command.iso_packets
+  std::array<IsoDescriptor, kMaxIsoPackets> iso;  ///< the first command.iso_packets
 };
 
 /// The unanswered requests in the order of their arrival. Allocates only if more of them wait than ever

@@ -15,8 +15,8 @@
 namespace hapticd::test::usbip {
 namespace {
 
-constexpr std::size_t kMostLineBytes = 1000;
-constexpr int kMostWaitingClients = 8;
+constexpr std::size_t kMaxLineBytes = 1000;
+constexpr int kMaxWaitingClients = 8;
 
 std::unexpected<base::Error> refuse(const std::filesystem::path& path, std::string what, std::string remedy) {
   return std::unexpected(base::Error{path.string(), std::move(what), std::move(remedy)});
@@ -73,7 +73,7 @@ base::Result<std::unique_ptr<ControlSocket>> ControlSocket::listen(const std::fi
   }
   const int listener = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (listener < 0 || ::bind(listener, reinterpret_cast<const sockaddr*>(&*address), sizeof *address) != 0 ||
-      ::listen(listener, kMostWaitingClients) != 0) {
+      ::listen(listener, kMaxWaitingClients) != 0) {
     const std::string why = std::strerror(errno);
     if (listener >= 0) ::close(listener);
     return refuse(path, why, "check that the folder exists and may be written");
@@ -110,7 +110,7 @@ void ControlSocket::accept() {
 
 /// Serves a client; returns false if it has finished.
 bool ControlSocket::serveClient(Client& client, const Handler& handler) {
-  std::array<char, kMostLineBytes> bytes{};
+  std::array<char, kMaxLineBytes> bytes{};
   const ssize_t count = ::recv(client.socket, bytes.data(), bytes.size(), MSG_DONTWAIT);
   if (count < 0) return errno == EAGAIN || errno == EINTR;
   if (count == 0) return false;
@@ -120,7 +120,7 @@ bool ControlSocket::serveClient(Client& client, const Handler& handler) {
     client.unfinished.erase(0, end + 1);
     if (!sendLine(client.socket, handler(line))) return false;
   }
-  return client.unfinished.size() <= kMostLineBytes;
+  return client.unfinished.size() <= kMaxLineBytes;
 }
 
 base::Result<std::string> tell(const std::filesystem::path& path, const std::string& command) {
@@ -129,7 +129,7 @@ base::Result<std::string> tell(const std::filesystem::path& path, const std::str
   const int socket = connectTo(*address);
   if (socket < 0) return refuse(path, std::strerror(-socket), "start the emulator with the same --control");
   std::string answer;
-  std::array<char, kMostLineBytes> bytes{};
+  std::array<char, kMaxLineBytes> bytes{};
   if (sendLine(socket, command)) {
     while (!answer.ends_with('\n')) {
       const ssize_t count = ::recv(socket, bytes.data(), bytes.size(), 0);

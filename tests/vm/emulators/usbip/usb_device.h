@@ -29,8 +29,8 @@ std::vector<std::uint8_t> stringDescriptor(const std::string& text);
 std::vector<std::uint8_t> languageDescriptor();
 
 /// One packet of a high-speed isochronous endpoint has at most 3 transactions of 1024 bytes.
-inline constexpr std::size_t kMostIsoPacketBytes = 3072;
-using IsoPacketBuffer = std::span<std::uint8_t, kMostIsoPacketBytes>;
+inline constexpr std::size_t kMaxIsoPacketBytes = 3072;
+using IsoPacketBuffer = std::span<std::uint8_t, kMaxIsoPacketBytes>;
 
 /// The answer to a request at the control endpoint.
 struct ControlAnswer {

@@ -13,7 +13,7 @@ namespace {
 constexpr std::uint16_t kRequestMagic = 0x4d47;
 constexpr std::uint16_t kResponseMagic = 0x4252;
 constexpr std::size_t kRequestHeaderBytes = 8;
-constexpr std::size_t kMostListPacket = 1000;
+constexpr std::size_t kMaxListPacket = 1000;
 
 enum Opcode : std::uint16_t {
   kGetProperty = 1,
@@ -187,7 +187,7 @@ OrbbecUnit::Answer OrbbecUnit::beginList(std::uint32_t id) {
 }
 
 OrbbecUnit::Answer OrbbecUnit::readList(std::uint32_t at, std::uint32_t bytes) const {
-  if (at > list_.size() || bytes > list_.size() - at || bytes > kMostListPacket) return {kInvalid};
+  if (at > list_.size() || bytes > list_.size() - at || bytes > kMaxListPacket) return {kInvalid};
   const auto first = list_.begin() + static_cast<std::ptrdiff_t>(at);
   return {kDone, Bytes(first, first + static_cast<std::ptrdiff_t>(bytes))};
 }

@@ -27,7 +27,7 @@ constexpr std::uint16_t kMagic = 0xcdab;
 constexpr std::uint16_t kFixedBytes = 20;  // of what the request's length counts
 constexpr std::size_t kReplyDataAt = 4;
 constexpr std::size_t kReplyLengthAt = 1020;
-constexpr std::size_t kMostReplyData = kReplyLengthAt - kReplyDataAt;
+constexpr std::size_t kMaxReplyData = kReplyLengthAt - kReplyDataAt;
 
 enum Opcode : std::uint32_t {
   kDetails = 0x10,
@@ -40,9 +40,9 @@ enum Opcode : std::uint32_t {
 };
 constexpr std::uint32_t kCoefficients = 25;
 constexpr std::uint32_t kDepthGroup = 9;
-constexpr std::uint32_t kMostSynchronisation = 260;
-constexpr std::uint32_t kLeastDepthUnit_um = 40;
-constexpr std::uint32_t kMostDepthUnit_um = 25000;
+constexpr std::uint32_t kMaxSynchronisation = 260;
+constexpr std::uint32_t kMinDepthUnit_um = 40;
+constexpr std::uint32_t kMaxDepthUnit_um = 25000;
 constexpr std::size_t kDepthTableBytes = 20;
 
 // of the hardware monitor, as negative numbers
@@ -141,7 +141,7 @@ void RealsenseUnit::monitor(std::span<const std::uint8_t> bytes) {
   const Request request{get32(bytes, 4),  get32(bytes, 8),  get32(bytes, 12),
                         get32(bytes, 16), get32(bytes, 20), bytes.subspan(kRequestHeaderBytes, data_bytes)};
   const auto data = faults_.has(Fault::monitor_error) ? std::nullopt : execute(request);
-  if (!data || data->size() > kMostReplyData) return put32(reply_, 0, kNotSupported);
+  if (!data || data->size() > kMaxReplyData) return put32(reply_, 0, kNotSupported);
   put32(reply_, 0, faults_.has(Fault::monitor_echo) ? request.opcode + 1 : request.opcode);
   std::ranges::copy(*data, reply_.begin() + kReplyDataAt);
   const auto length = static_cast<std::uint32_t>(data->size());
@@ -167,7 +167,7 @@ std::optional<Bytes> RealsenseUnit::execute(const Request& request) {
     case kGetSynchronisation:
       return numberOf(synchronisation_, 4);
     case kSetSynchronisation:
-      if (request.p1 > kMostSynchronisation) return std::nullopt;
+      if (request.p1 > kMaxSynchronisation) return std::nullopt;
       synchronisation_ = request.p1;
       return Bytes{};
     default:
@@ -185,10 +185,10 @@ std::optional<Bytes> RealsenseUnit::depthTable(std::uint32_t which) const {
       out.i32(faults_.has(Fault::disparity) ? 1 : 0).i32(0);
       return table;
     case 1:
-      out.u32(kLeastDepthUnit_um).zeros(kDepthTableBytes - 4);
+      out.u32(kMinDepthUnit_um).zeros(kDepthTableBytes - 4);
       return table;
     case 2:
-      out.u32(kMostDepthUnit_um).i32(65535).i32(65535).i32(1).i32(512);
+      out.u32(kMaxDepthUnit_um).i32(65535).i32(65535).i32(1).i32(512);
       return table;
     default:
       return std::nullopt;
@@ -198,7 +198,7 @@ std::optional<Bytes> RealsenseUnit::depthTable(std::uint32_t which) const {
 bool RealsenseUnit::setDepthTable(const Request& request) {
   if (request.p1 != kDepthGroup || request.data.size() < kDepthTableBytes) return false;
   const std::uint32_t unit_um = get32(request.data, 0);
-  if (unit_um < kLeastDepthUnit_um || unit_um > kMostDepthUnit_um) return false;
+  if (unit_um < kMinDepthUnit_um || unit_um > kMaxDepthUnit_um) return false;
   depth_unit_um_ = unit_um;
   return true;
 }
