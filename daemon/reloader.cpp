@@ -10,7 +10,7 @@
 
 #include "config/additions/addition_fields.h"
 #include "config/settings/parameter_table.h"
-#include "daemon/control/addition_change.h"
+#include "daemon/control/base/addition_change.h"
 
 namespace hapticd::daemon {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "daemon/control/control_service.h"
-#include "daemon/control/varlink_server.h"
+#include "daemon/control/server/varlink_server.h"
 #include "daemon/event_log.h"
 #include "daemon/reloader.h"
 #include "daemon/running_box.h"

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/control/call_fields.h"
-#include "daemon/control/interface_texts.h"
+#include "daemon/control/base/interface_texts.h"
+#include "daemon/control/server/call_fields.h"
 
 namespace hapticd::daemon {
 namespace {

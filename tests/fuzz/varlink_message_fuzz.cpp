@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "daemon/control/control_service.h"
-#include "daemon/control/varlink_message.h"
+#include "daemon/control/server/varlink_message.h"
 #include "daemon/running_box.h"
 #include "tests/fuzz/seeds.h"
 

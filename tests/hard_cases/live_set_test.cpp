@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "tests/hard_cases/hard_rig.h"
-#include "tests/unit/rt/random_fixtures.h"
+#include "tests/unit/rt/fixtures/random_fixtures.h"
 
 // Random sets of fixtures, the live surface among them: the hand that goes round a closed path never gets
 // more energy than it gave.

@@ -8,7 +8,7 @@
 
 #include "tests/hard_cases/hard_rig.h"
 #include "tests/support/passive_hand.h"
-#include "tests/unit/rt/fixture_rig.h"
+#include "tests/unit/rt/fixtures/fixture_rig.h"
 
 // Passive hands that are pressed into random corners of forbidden regions and the live surface, over a
 // connection that delays, jitters and loses packets.

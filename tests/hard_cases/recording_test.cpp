@@ -5,7 +5,7 @@
 #include "drivers/camera/recorded/recording_reader.h"
 #include "rt/laws/force_blend.h"
 #include "tests/hard_cases/hard_rig.h"
-#include "tests/support/recording.h"
+#include "tests/support/recordings/recording.h"
 
 // A HIP that is passed by people's hands, or by a ball if no recordings of people are available.
 namespace hapticd::test {

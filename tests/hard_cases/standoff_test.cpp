@@ -9,7 +9,7 @@
 #include "drivers/camera/kinect_image.h"
 #include "drivers/camera/recorded/recording_reader.h"
 #include "tests/hard_cases/hard_rig.h"
-#include "tests/support/recording.h"
+#include "tests/support/recordings/recording.h"
 
 // Stand-off fixtures over the live surface, alone, together with other fixtures, and on recordings.
 namespace hapticd::test {

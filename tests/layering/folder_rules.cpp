@@ -39,6 +39,11 @@ bool mayUse(const FolderRule& rule, const std::string& folder) {
                              [&folder](const std::string& name) { return standsFor(name, folder); });
 }
 
+std::vector<std::string> with(std::vector<std::string> names, const std::vector<std::string>& more) {
+  names.insert(names.end(), more.begin(), more.end());
+  return names;
+}
+
 /// Follows the rules from the last folder of `path` on until one leads back to the first.
 void follow(const std::vector<FolderRule>& rules, std::vector<std::string>& path, std::set<std::string>& seen,
             std::vector<std::string>& cycles) {
@@ -67,6 +72,9 @@ const std::vector<FolderRule>& folderRules() {
       "tools/lib/offline",   "tools/lib/options",      "tools/lib/oracle",      "tools/lib/palpation",
       "tools/lib/parts",     "tools/lib/registration", "tools/lib/trace",       "tools/lib/truth",
       "tools/lib/whole_file"};
+  static const std::vector<std::string> studies = with(tool_libraries, {"tools/hapticbench/engine"});
+  static const std::vector<std::string> commands =
+      with(studies, {"tools/hapticbench", "tools/hapticbench/jitter"});
   static const std::vector<FolderRule> all{
       // the core, from what a channel holds to the loop that uses everything
       {"rt/base", {}},
@@ -111,7 +119,12 @@ const std::vector<FolderRule>& folderRules() {
       // the daemon, which combines its parts
       {"daemon", {"daemon/"}},
       {"daemon/base", {}},
-      {"daemon/control", {"daemon/base", "daemon/state"}},
+      {"daemon/control", {"daemon/base", "daemon/state", "daemon/control/"}},
+      {"daemon/control/base", {"daemon/base", "daemon/state", "daemon/control/server"}},
+      {"daemon/control/methods",
+       {"daemon/base", "daemon/state", "daemon/control/base", "daemon/control/server"}},
+      {"daemon/control/server", {"daemon/base"}},
+      {"daemon/control/streams", {"daemon/base", "daemon/control/base", "daemon/control/server"}},
       {"daemon/injection", {"daemon/base"}},
       {"daemon/scene", {"daemon/base"}},
       {"daemon/state", {"daemon/base"}},
@@ -121,10 +134,17 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/haptic-bridge", tool_libraries},
       {"tools/haptic-palpate", tool_libraries},
       {"tools/haptic-replay", tool_libraries},
-      {"tools/hapticbench", tool_libraries},
+      {"tools/hapticbench", studies},
+      {"tools/hapticbench/commands", commands},
+      {"tools/hapticbench/engine", tool_libraries},
+      {"tools/hapticbench/jitter", studies},
       {"tools/hapticctl",
        {"tools/lib/child", "tools/lib/client", "tools/lib/depth_noise", "tools/lib/options",
         "tools/lib/registration", "tools/lib/trace", "tools/lib/whole_file", "tools/hapticctl/"}},
+      {"tools/hapticctl/additions",
+       {"tools/lib/client", "tools/lib/options", "tools/lib/registration", "tools/lib/whole_file",
+        "tools/hapticctl/base", "tools/hapticctl/text"}},
+      {"tools/hapticctl/base", {"tools/lib/client", "tools/lib/whole_file", "tools/hapticctl/text"}},
       {"tools/hapticctl/doctor", {"tools/lib/child", "tools/lib/client"}},
       {"tools/hapticctl/snapshot", {"tools/lib/client"}},
       {"tools/hapticctl/text", {"tools/lib/client"}},

@@ -11,7 +11,7 @@
 #include "rt/loop/force_loop.h"
 #include "tests/rt/locked_memory.h"
 #include "tests/rt/loop_rig.h"
-#include "tests/rt/watch.h"
+#include "tests/rt/watch/watch.h"
 #include "tests/support/rerun.h"
 
 // Verifies that the force thread does not allocate, lock, fault pages or throw while it runs. Everything

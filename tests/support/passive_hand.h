@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "tests/unit/rt/fixture_rig.h"
+#include "tests/unit/rt/fixtures/fixture_rig.h"
 
 namespace hapticd::test {
 

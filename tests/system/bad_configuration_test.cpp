@@ -7,7 +7,7 @@
 
 #include <fstream>
 
-#include "tests/system/daemon_under_test.h"
+#include "tests/system/support/daemon_under_test.h"
 
 namespace hapticd {
 namespace {

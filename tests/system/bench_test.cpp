@@ -11,9 +11,9 @@
 #include <utility>
 
 #include "drivers/camera/recorded/recording_writer.h"
-#include "tests/support/depth_recording.h"
 #include "tests/support/program.h"
-#include "tests/support/recording.h"
+#include "tests/support/recordings/depth_recording.h"
+#include "tests/support/recordings/recording.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/lib/truth/any_camera.h"
 

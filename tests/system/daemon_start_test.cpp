@@ -10,8 +10,8 @@
 #include <iostream>
 
 #include "config/base/descriptor.h"
-#include "tests/system/daemon_under_test.h"
-#include "tests/system/test_sockets.h"
+#include "tests/system/support/daemon_under_test.h"
+#include "tests/system/support/test_sockets.h"
 
 // Missing LEDs cause a warning, and nothing else changes.
 namespace hapticd {

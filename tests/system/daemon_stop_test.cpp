@@ -7,7 +7,7 @@
 #include "config/settings/settings.h"
 #include "daemon/running_box.h"
 #include "tests/support/program.h"
-#include "tests/system/daemon_under_test.h"
+#include "tests/system/support/daemon_under_test.h"
 
 // Requesting force that already acts.
 namespace hapticd {

@@ -8,11 +8,11 @@
 #include <fstream>
 #include <iostream>
 
-#include "tests/support/made_up_scene.h"
-#include "tests/support/raw_image.h"
-#include "tests/support/recording.h"
-#include "tests/support/scratch_recording.h"
-#include "tests/system/daemon_under_test.h"
+#include "tests/support/recordings/made_up_scene.h"
+#include "tests/support/recordings/raw_image.h"
+#include "tests/support/recordings/recording.h"
+#include "tests/support/recordings/scratch_recording.h"
+#include "tests/system/support/daemon_under_test.h"
 #include "tools/lib/oracle/reference_camera.h"
 #include "tools/lib/oracle/spring_oracle.h"
 

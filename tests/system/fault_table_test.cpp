@@ -16,8 +16,8 @@
 #include <string>
 #include <vector>
 
-#include "tests/system/bridge_log.h"
-#include "tests/system/daemon_under_test.h"
+#include "tests/system/support/bridge_log.h"
+#include "tests/system/support/daemon_under_test.h"
 
 namespace hapticd::test {
 namespace {

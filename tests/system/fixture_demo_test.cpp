@@ -12,7 +12,7 @@
 
 #include "drivers/trace/trace_reader.h"
 #include "tests/support/file_content.h"
-#include "tests/system/daemon_under_test.h"
+#include "tests/system/support/daemon_under_test.h"
 
 namespace hapticd {
 namespace {

@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "tests/support/file_content.h"
-#include "tests/system/daemon_under_test.h"
+#include "tests/system/support/daemon_under_test.h"
 
 namespace hapticd {
 namespace {

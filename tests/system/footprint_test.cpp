@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tests/support/sanitizer.h"
-#include "tests/system/daemon_under_test.h"
+#include "tests/system/support/daemon_under_test.h"
 
 namespace hapticd::test {
 namespace {

@@ -16,7 +16,7 @@
 #include "drivers/trace/trace_folder.h"
 #include "tests/support/raw_mcap.h"
 #include "tests/support/sanitizer.h"
-#include "tests/system/daemon_under_test.h"
+#include "tests/system/support/daemon_under_test.h"
 
 namespace hapticd {
 namespace {

@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "tests/system/daemon_under_test.h"
+#include "tests/system/support/daemon_under_test.h"
 
 namespace hapticd {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "config/settings/settings.h"
 #include "drivers/camera/recorded/recording_reader.h"
-#include "tests/system/daemon_under_test.h"
+#include "tests/system/support/daemon_under_test.h"
 
 namespace hapticd::test {
 namespace {

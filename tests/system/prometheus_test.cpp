@@ -8,7 +8,7 @@
 #include <string>
 
 #include "tests/support/unused_port.h"
-#include "tests/system/daemon_under_test.h"
+#include "tests/system/support/daemon_under_test.h"
 
 namespace hapticd::test {
 namespace {

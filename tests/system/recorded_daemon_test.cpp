@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 
 #include "drivers/camera/recorded/recording_writer.h"
-#include "tests/support/made_up_scene.h"
-#include "tests/support/scratch_recording.h"
-#include "tests/system/daemon_under_test.h"
+#include "tests/support/recordings/made_up_scene.h"
+#include "tests/support/recordings/scratch_recording.h"
+#include "tests/system/support/daemon_under_test.h"
 #include "tools/lib/truth/any_camera.h"
 
 namespace hapticd {

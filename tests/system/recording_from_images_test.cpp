@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "drivers/camera/recorded/recording_reader.h"
-#include "tests/support/depth_images.h"
+#include "tests/support/recordings/depth_images.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/system/daemon_under_test.h"
+#include "tests/system/support/daemon_under_test.h"
 #include "tools/lib/oracle/spring_oracle.h"
 #include "tools/lib/truth/any_camera.h"
 

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "tests/support/file_content.h"
-#include "tests/support/made_up_scene.h"
-#include "tests/support/scratch_recording.h"
-#include "tests/system/daemon_under_test.h"
+#include "tests/support/recordings/made_up_scene.h"
+#include "tests/support/recordings/scratch_recording.h"
+#include "tests/system/support/daemon_under_test.h"
 
 namespace hapticd {
 namespace {

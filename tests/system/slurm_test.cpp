@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "tests/support/file_content.h"
-#include "tests/system/daemon_under_test.h"
-#include "tests/system/slurm_cluster.h"
+#include "tests/system/support/daemon_under_test.h"
+#include "tests/system/support/slurm_cluster.h"
 
 namespace hapticd::test {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/system/daemon_under_test.h"
+#include "tests/system/support/daemon_under_test.h"
 
 // The documented stream of ticks, read by the shipped example from a running daemon.
 namespace hapticd::test {

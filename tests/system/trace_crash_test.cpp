@@ -16,7 +16,7 @@
 #include "drivers/trace/trace_reader.h"
 #include "rt/base/clock.h"
 #include "tests/support/strict_mcap.h"
-#include "tests/system/daemon_under_test.h"
+#include "tests/system/support/daemon_under_test.h"
 
 namespace hapticd {
 namespace {

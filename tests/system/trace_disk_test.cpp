@@ -13,7 +13,7 @@
 #include "drivers/trace/trace_folder.h"
 #include "drivers/trace/trace_reader.h"
 #include "tests/support/strict_mcap.h"
-#include "tests/system/daemon_under_test.h"
+#include "tests/system/support/daemon_under_test.h"
 
 namespace hapticd {
 namespace {

@@ -12,8 +12,8 @@
 #include "drivers/trace/trace_reader.h"
 #include "drivers/trace/trace_writer.h"
 #include "tests/support/made_up_trace.h"
-#include "tests/support/scratch_recording.h"
-#include "tests/system/daemon_under_test.h"
+#include "tests/support/recordings/scratch_recording.h"
+#include "tests/system/support/daemon_under_test.h"
 
 namespace hapticd {
 namespace {

@@ -12,8 +12,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "tests/system/bridge_log.h"
-#include "tests/system/daemon_under_test.h"
+#include "tests/system/support/bridge_log.h"
+#include "tests/system/support/daemon_under_test.h"
 
 namespace hapticd::test {
 namespace {

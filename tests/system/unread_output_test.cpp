@@ -15,9 +15,9 @@
 
 #include "config/base/descriptor.h"
 #include "tests/support/disk_stall.h"
-#include "tests/system/daemon_under_test.h"
-#include "tests/system/terminal_program.h"
-#include "tests/system/test_sockets.h"
+#include "tests/system/support/daemon_under_test.h"
+#include "tests/system/support/terminal_program.h"
+#include "tests/system/support/test_sockets.h"
 
 namespace hapticd {
 namespace {

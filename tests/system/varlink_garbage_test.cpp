@@ -5,8 +5,8 @@
 
 #include <random>
 
-#include "tests/system/daemon_under_test.h"
-#include "tests/system/test_sockets.h"
+#include "tests/system/support/daemon_under_test.h"
+#include "tests/system/support/test_sockets.h"
 
 namespace hapticd {
 namespace {

@@ -15,7 +15,7 @@
 #include "tests/support/made_up_trace.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/system/daemon_under_test.h"
+#include "tests/system/support/daemon_under_test.h"
 
 namespace hapticd::test {
 namespace {

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/control/tick_streams.h"
-#include "daemon/control/varlink_message.h"
+#include "daemon/control/server/varlink_message.h"
+#include "daemon/control/streams/tick_streams.h"
 #include "drivers/trace/format/messages.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/hapticd-view/box_link/tick_columns.h"

@@ -6,7 +6,7 @@
 
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/system/daemon_under_test.h"
+#include "tests/system/support/daemon_under_test.h"
 #include "tests/view_bridge/web_socket_peer.h"
 
 namespace hapticd::test {

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-#include "tools/hapticbench/measures.h"
+#include "tools/hapticbench/engine/measures.h"
 #include "tools/lib/offline/offline_box.h"
 #include "tools/lib/truth/any_camera.h"
 #include "tools/lib/truth/rigid_frame.h"

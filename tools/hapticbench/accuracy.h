@@ -9,9 +9,9 @@
 
 #include "rt/base/vec3.h"
 #include "rt/depth/depth_frame.h"
-#include "tools/hapticbench/laws.h"
-#include "tools/hapticbench/measures.h"
-#include "tools/hapticbench/report.h"
+#include "tools/hapticbench/engine/laws.h"
+#include "tools/hapticbench/engine/measures.h"
+#include "tools/hapticbench/engine/report.h"
 #include "tools/lib/truth/scene_noise.h"
 #include "tools/lib/truth/true_scene.h"
 

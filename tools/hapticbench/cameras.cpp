@@ -17,8 +17,8 @@
 #include "rt/laws/law_table.h"
 #include "rt/modelling/scene_builder.h"
 #include "tools/hapticbench/cost.h"
-#include "tools/hapticbench/measures.h"
-#include "tools/hapticbench/study.h"
+#include "tools/hapticbench/engine/measures.h"
+#include "tools/hapticbench/engine/study.h"
 #include "tools/lib/offline/offline_box.h"
 #include "tools/lib/truth/any_camera.h"
 

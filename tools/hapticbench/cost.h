@@ -12,7 +12,7 @@
 #include "rt/base/vec3.h"
 #include "rt/depth/depth_frame.h"
 #include "rt/depth/depth_model.h"
-#include "tools/hapticbench/laws.h"
+#include "tools/hapticbench/engine/laws.h"
 
 namespace hapticd::tools {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "tools/hapticbench/measures.h"
+#include "tools/hapticbench/engine/measures.h"
 #include "tools/lib/depth_noise/depth_noise.h"
 #include "tools/lib/truth/rigid_frame.h"
 

@@ -11,7 +11,7 @@
 #include "rt/base/parameters.h"
 #include "rt/base/vec3.h"
 #include "rt/depth/depth_model.h"
-#include "tools/hapticbench/sequences.h"
+#include "tools/hapticbench/engine/sequences.h"
 
 namespace hapticd::tools {
 

@@ -5,8 +5,8 @@
 #include <limits>
 #include <vector>
 
-#include "tools/hapticbench/laws.h"
-#include "tools/hapticbench/measures.h"
+#include "tools/hapticbench/engine/laws.h"
+#include "tools/hapticbench/engine/measures.h"
 #include "tools/hapticbench/occlusion.h"
 #include "tools/lib/truth/any_camera.h"
 #include "tools/lib/truth/occluded_scene.h"

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "rt/base/periodic_clock.h"
-#include "tools/hapticbench/measures.h"
+#include "tools/hapticbench/engine/measures.h"
 #include "tools/hapticbench/sweep.h"
 #include "tools/lib/truth/any_camera.h"
 

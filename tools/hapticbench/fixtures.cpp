@@ -10,8 +10,8 @@
 
 #include "rt/base/clock.h"
 #include "rt/fixtures/fixture_path.h"
-#include "tools/hapticbench/measures.h"
-#include "tools/hapticbench/study.h"
+#include "tools/hapticbench/engine/measures.h"
+#include "tools/hapticbench/engine/study.h"
 #include "tools/lib/offline/offline_box.h"
 #include "tools/lib/truth/true_scene.h"
 

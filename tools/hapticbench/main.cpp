@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "config/base/program.h"
-#include "tools/hapticbench/study.h"
+#include "tools/hapticbench/engine/study.h"
 
 namespace hapticd::tools {
 namespace {

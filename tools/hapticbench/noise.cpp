@@ -15,7 +15,7 @@
 #include "drivers/camera/recorded/recording_reader.h"
 #include "rt/base/parameters.h"
 #include "tools/hapticbench/disparity.h"
-#include "tools/hapticbench/measures.h"
+#include "tools/hapticbench/engine/measures.h"
 
 namespace hapticd::tools {
 namespace {

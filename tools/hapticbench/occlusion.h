@@ -10,8 +10,8 @@
 #include "rt/depth/depth_frame.h"
 #include "rt/laws/force_law.h"
 #include "rt/loop/loop_state.h"
-#include "tools/hapticbench/laws.h"
-#include "tools/hapticbench/measures.h"
+#include "tools/hapticbench/engine/laws.h"
+#include "tools/hapticbench/engine/measures.h"
 #include "tools/lib/truth/occluded_scene.h"
 #include "tools/lib/truth/scene_noise.h"
 

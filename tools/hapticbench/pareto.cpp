@@ -13,8 +13,8 @@
 #include "rt/base/parameters.h"
 #include "tools/hapticbench/accuracy.h"
 #include "tools/hapticbench/cost.h"
+#include "tools/hapticbench/engine/study.h"
 #include "tools/hapticbench/strokes.h"
-#include "tools/hapticbench/study.h"
 #include "tools/lib/truth/noise_floor.h"
 
 namespace hapticd::tools {

@@ -11,9 +11,9 @@
 
 #include "config/base/error.h"
 #include "tools/hapticbench/cost.h"
-#include "tools/hapticbench/laws.h"
-#include "tools/hapticbench/measures.h"
-#include "tools/hapticbench/report.h"
+#include "tools/hapticbench/engine/laws.h"
+#include "tools/hapticbench/engine/measures.h"
+#include "tools/hapticbench/engine/report.h"
 #include "tools/lib/truth/scene_noise.h"
 
 namespace hapticd::tools {

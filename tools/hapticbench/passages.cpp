@@ -4,7 +4,7 @@
 #include <cmath>
 #include <memory>
 
-#include "tools/hapticbench/laws.h"
+#include "tools/hapticbench/engine/laws.h"
 #include "tools/hapticbench/occlusion.h"
 #include "tools/lib/truth/any_camera.h"
 #include "tools/lib/truth/occluded_scene.h"

@@ -4,7 +4,7 @@
 #include <limits>
 #include <optional>
 
-#include "tools/hapticbench/laws.h"
+#include "tools/hapticbench/engine/laws.h"
 #include "tools/hapticbench/recordings.h"
 
 namespace hapticd::tools {

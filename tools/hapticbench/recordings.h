@@ -9,9 +9,9 @@
 #include "rt/base/vec3.h"
 #include "rt/depth/depth_frame.h"
 #include "tools/hapticbench/disparity.h"
-#include "tools/hapticbench/laws.h"
-#include "tools/hapticbench/measures.h"
-#include "tools/hapticbench/sequences.h"
+#include "tools/hapticbench/engine/laws.h"
+#include "tools/hapticbench/engine/measures.h"
+#include "tools/hapticbench/engine/sequences.h"
 
 namespace hapticd::tools {
 

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "rt/depth/depth_frame.h"
-#include "tools/hapticbench/laws.h"
+#include "tools/hapticbench/engine/laws.h"
 #include "tools/hapticbench/recordings.h"
 
 namespace hapticd::tools {

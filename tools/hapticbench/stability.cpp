@@ -7,7 +7,7 @@
 #include <limits>
 #include <numbers>
 
-#include "tools/hapticbench/laws.h"
+#include "tools/hapticbench/engine/laws.h"
 
 namespace hapticd::tools {
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <optional>
 
-#include "tools/hapticbench/laws.h"
+#include "tools/hapticbench/engine/laws.h"
 #include "tools/hapticbench/strokes.h"
 #include "tools/lib/offline/offline_box.h"
 

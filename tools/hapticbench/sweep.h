@@ -10,8 +10,8 @@
 
 #include "rt/base/parameters.h"
 #include "rt/depth/depth_frame.h"
-#include "tools/hapticbench/report.h"
-#include "tools/hapticbench/sequences.h"
+#include "tools/hapticbench/engine/report.h"
+#include "tools/hapticbench/engine/sequences.h"
 #include "tools/lib/offline/offline_box.h"
 #include "tools/lib/parts/fields.h"
 #include "tools/lib/truth/true_scene.h"

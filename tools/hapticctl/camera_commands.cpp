@@ -12,8 +12,8 @@
 
 #include "drivers/camera/v4l2/v4l2_camera.h"
 #include "rt/base/parameters.h"
+#include "tools/hapticctl/base/command_line.h"
 #include "tools/hapticctl/camera_test.h"
-#include "tools/hapticctl/command_line.h"
 #include "tools/hapticctl/doctor/camera_list.h"
 #include "tools/hapticctl/doctor/examination.h"
 #include "tools/hapticctl/fetch_snapshot.h"

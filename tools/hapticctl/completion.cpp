@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "config/settings/parameter_table.h"
-#include "tools/hapticctl/calls.h"
+#include "tools/hapticctl/base/calls.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/lib/client/reply_reader.h"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/hapticctl/command_line.h"
+#include "tools/hapticctl/base/command_line.h"
 
 namespace hapticd::tools {
 

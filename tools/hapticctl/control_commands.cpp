@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticctl/command_line.h"
+#include "tools/hapticctl/base/command_line.h"
 
 #include <fmt/format.h>
 

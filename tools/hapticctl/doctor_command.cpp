@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "tools/hapticctl/command_line.h"
+#include "tools/hapticctl/base/command_line.h"
 #include "tools/hapticctl/doctor/checks.h"
 #include "tools/hapticctl/doctor/named_device.h"
 #include "tools/hapticctl/text/status_text.h"

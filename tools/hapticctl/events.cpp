@@ -11,8 +11,8 @@
 #include <optional>
 
 #include "config/base/program.h"
-#include "tools/hapticctl/reconnection.h"
-#include "tools/hapticctl/signals.h"
+#include "tools/hapticctl/base/reconnection.h"
+#include "tools/hapticctl/base/signals.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/hapticctl/text/terminal_text.h"
 #include "tools/hapticctl/text/time_text.h"

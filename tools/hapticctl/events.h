@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/hapticctl/calls.h"
+#include "tools/hapticctl/base/calls.h"
 
 namespace hapticd::tools {
 

@@ -3,7 +3,7 @@
 
 #include <expected>
 
-#include "tools/hapticctl/calls.h"
+#include "tools/hapticctl/base/calls.h"
 #include "tools/hapticctl/snapshot/snapshot.h"
 
 namespace hapticd::tools {

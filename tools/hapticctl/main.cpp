@@ -2,7 +2,7 @@
 #include <string_view>
 
 #include "config/base/program.h"
-#include "tools/hapticctl/command_line.h"
+#include "tools/hapticctl/base/command_line.h"
 #include "tools/hapticctl/completion.h"
 
 namespace {

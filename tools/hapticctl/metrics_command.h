@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "tools/hapticctl/calls.h"
+#include "tools/hapticctl/base/calls.h"
 #include "tools/hapticctl/text/open_metrics.h"
 
 namespace hapticd::tools {

@@ -6,9 +6,9 @@
 #include <numbers>
 
 #include "config/base/program.h"
-#include "tools/hapticctl/command_line.h"
+#include "tools/hapticctl/additions/handle_touch.h"
+#include "tools/hapticctl/base/command_line.h"
 #include "tools/hapticctl/fetch_snapshot.h"
-#include "tools/hapticctl/handle_touch.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/options/option_checks.h"

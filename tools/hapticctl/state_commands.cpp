@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "config/settings/event_kind.h"
-#include "tools/hapticctl/command_line.h"
+#include "tools/hapticctl/base/command_line.h"
 #include "tools/hapticctl/events.h"
 #include "tools/hapticctl/metrics_command.h"
 #include "tools/hapticctl/text/error_text.h"

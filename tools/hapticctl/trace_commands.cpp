@@ -12,7 +12,7 @@
 #include "config/settings/settings.h"
 #include "drivers/trace/mcap/trace_file.h"
 #include "drivers/trace/wall_clock.h"
-#include "tools/hapticctl/command_line.h"
+#include "tools/hapticctl/base/command_line.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/hapticctl/text/terminal_text.h"
 #include "tools/hapticctl/text/time_text.h"

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "tools/hapticctl/calls.h"
+#include "tools/hapticctl/base/calls.h"
 #include "tools/lib/trace/selected_trace.h"
 #include "tools/lib/whole_file/whole_file.h"
 

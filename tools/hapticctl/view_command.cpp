@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "config/base/descriptor.h"
-#include "tools/hapticctl/command_line.h"
+#include "tools/hapticctl/base/command_line.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/lib/options/option_checks.h"
 

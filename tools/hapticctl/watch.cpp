@@ -16,8 +16,8 @@
 #include <string_view>
 
 #include "config/base/program.h"
-#include "tools/hapticctl/reconnection.h"
-#include "tools/hapticctl/signals.h"
+#include "tools/hapticctl/base/reconnection.h"
+#include "tools/hapticctl/base/signals.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/hapticctl/text/glance_text.h"
 #include "tools/hapticctl/text/status_text.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/hapticctl/calls.h"
+#include "tools/hapticctl/base/calls.h"
 #include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {

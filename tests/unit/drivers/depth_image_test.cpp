@@ -11,8 +11,8 @@
 #include <memory>
 #include <string>
 
-#include "tests/support/depth_images.h"
 #include "tests/support/file_content.h"
+#include "tests/support/recordings/depth_images.h"
 #include "tests/support/sanitizer.h"
 #include "tests/support/temporary_folder.h"
 

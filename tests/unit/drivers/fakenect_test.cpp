@@ -16,8 +16,8 @@
 #include "drivers/camera/recorded/recording_reader.h"
 #include "drivers/camera/recorded/recording_writer.h"
 #include "frame_collector.h"
-#include "tests/support/recording.h"
-#include "tests/support/scratch_recording.h"
+#include "tests/support/recordings/recording.h"
+#include "tests/support/recordings/scratch_recording.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::drivers {

@@ -10,7 +10,7 @@
 #include "drivers/camera/kinect_image.h"
 #include "frame_collector.h"
 #include "rt/base/clock.h"
-#include "tests/support/scratch_recording.h"
+#include "tests/support/recordings/scratch_recording.h"
 
 namespace hapticd::drivers {
 namespace {

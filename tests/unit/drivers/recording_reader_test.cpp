@@ -11,9 +11,9 @@
 
 #include "drivers/camera/kinect_image.h"
 #include "drivers/camera/recorded/depth_image.h"
-#include "tests/support/raw_image.h"
-#include "tests/support/recording.h"
-#include "tests/support/scratch_recording.h"
+#include "tests/support/recordings/raw_image.h"
+#include "tests/support/recordings/recording.h"
+#include "tests/support/recordings/scratch_recording.h"
 
 namespace hapticd::drivers {
 namespace {

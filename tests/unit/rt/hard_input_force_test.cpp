@@ -8,9 +8,9 @@
 
 #include "drivers/camera/kinect_image.h"
 #include "rt/laws/nearest_springs.h"
-#include "tests/unit/rt/built_scene.h"
-#include "tests/unit/rt/made_up_frame.h"
 #include "tests/unit/rt/rounding_tolerance.h"
+#include "tests/unit/rt/scene/built_scene.h"
+#include "tests/unit/rt/scene/made_up_frame.h"
 #include "tests/unit/rt/simd_targets.h"
 #include "tools/lib/oracle/reference_camera.h"
 #include "tools/lib/oracle/spring_oracle.h"

@@ -9,8 +9,8 @@
 
 #include "drivers/camera/kinect_image.h"
 #include "rt/modelling/scene_builder.h"
-#include "tests/unit/rt/built_scene.h"
-#include "tests/unit/rt/made_up_frame.h"
+#include "tests/unit/rt/scene/built_scene.h"
+#include "tests/unit/rt/scene/made_up_frame.h"
 #include "tests/unit/rt/simd_targets.h"
 
 namespace hapticd::rt {

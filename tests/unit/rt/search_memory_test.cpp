@@ -8,8 +8,8 @@
 
 #include "drivers/camera/kinect_image.h"
 #include "rt/laws/nearest_springs.h"
-#include "tests/unit/rt/built_scene.h"
-#include "tests/unit/rt/made_up_frame.h"
+#include "tests/unit/rt/scene/built_scene.h"
+#include "tests/unit/rt/scene/made_up_frame.h"
 
 namespace hapticd::rt {
 namespace {

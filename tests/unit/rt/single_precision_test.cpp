@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <memory>
 
-#include "tests/unit/rt/built_scene.h"
-#include "tests/unit/rt/made_up_frame.h"
+#include "tests/unit/rt/scene/built_scene.h"
+#include "tests/unit/rt/scene/made_up_frame.h"
 #include "tests/unit/rt/simd_targets.h"
 #include "tools/lib/oracle/reference_camera.h"
 

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "drivers/camera/v4l2/v4l2_camera.h"
-#include "tests/support/depth_images.h"
+#include "tests/support/recordings/depth_images.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/video/fake_video.h"
 #include "tests/support/video/made_up_sysfs.h"

@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "tests/support/made_up_scene.h"
+#include "tests/support/recordings/made_up_scene.h"
 #include "tools/lib/oracle/reference_camera.h"
 
 namespace hapticd::tools {

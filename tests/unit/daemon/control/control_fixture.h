@@ -13,7 +13,7 @@
 
 #include "box_under_test.h"
 #include "daemon/control/control_service.h"
-#include "daemon/control/varlink_server.h"
+#include "daemon/control/server/varlink_server.h"
 #include "raw_client.h"
 
 namespace hapticd::daemon::test {

@@ -7,8 +7,8 @@
 #include <map>
 
 #include "control_fixture.h"
-#include "daemon/control/status_json.h"
-#include "daemon/control/varlink_message.h"
+#include "daemon/control/base/status_json.h"
+#include "daemon/control/server/varlink_message.h"
 
 namespace hapticd::daemon::test {
 namespace {

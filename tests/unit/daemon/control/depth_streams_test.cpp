@@ -13,7 +13,7 @@
 #include "config/base/base64.h"
 #include "config/base/descriptor.h"
 #include "control_fixture.h"
-#include "daemon/control/depth_streams.h"
+#include "daemon/control/streams/depth_streams.h"
 #include "drivers/camera/kinect_image.h"
 #include "drivers/depth_region/depth_region.h"
 #include "tests/support/program.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "control_fixture.h"
-#include "daemon/control/status_json.h"
+#include "daemon/control/base/status_json.h"
 #include "fake_reloads.h"
 #include "interface_definition.h"
 #include "rt/base/words.h"

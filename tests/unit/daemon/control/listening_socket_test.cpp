@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/control/listening_socket.h"
+#include "daemon/control/server/listening_socket.h"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>

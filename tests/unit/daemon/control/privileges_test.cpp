@@ -9,7 +9,7 @@
 #include <numeric>
 
 #include "control_fixture.h"
-#include "daemon/control/peer.h"
+#include "daemon/control/server/peer.h"
 
 namespace hapticd::daemon::test {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/control/status_json.h"
+#include "daemon/control/base/status_json.h"
 #include "tools/hapticctl/text/open_metrics.h"
 #include "tools/hapticctl/text/status_text.h"
 

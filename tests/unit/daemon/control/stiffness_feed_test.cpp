@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The limits and means of measured stiffness, with a clock of the test's own.
-#include "daemon/control/stiffness_feed.h"
+#include "daemon/control/methods/stiffness_feed.h"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "control_fixture.h"
-#include "daemon/control/tick_streams.h"
+#include "daemon/control/streams/tick_streams.h"
 #include "drivers/trace/format/fields.h"
 
 namespace hapticd::daemon::test {

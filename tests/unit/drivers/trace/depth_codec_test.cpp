@@ -11,7 +11,7 @@
 #include "drivers/camera/recorded/recording_reader.h"
 #include "drivers/trace/format/messages.h"
 #include "tests/support/made_up_trace.h"
-#include "tests/support/recording.h"
+#include "tests/support/recordings/recording.h"
 
 namespace hapticd::drivers {
 namespace {

@@ -14,7 +14,7 @@
 
 #include "tests/support/file_content.h"
 #include "tests/support/program.h"
-#include "tests/support/scratch_recording.h"
+#include "tests/support/recordings/scratch_recording.h"
 #include "tests/vm/emulators/kinect/kinect_device.h"
 #include "tests/vm/emulators/tests/kernel_side.h"
 

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tests/support/scratch_recording.h"
+#include "tests/support/recordings/scratch_recording.h"
 #include "tests/vm/emulators/kinect/kinect_device.h"
 #include "tests/vm/emulators/tests/kernel_side.h"
 #include "tests/vm/emulators/usbip/connection.h"

@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/control/base/addition_change.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+#include <string_view>
+#include <utility>
+
+#include "config/base/nearest_names.h"
+#include "config/base/value_text.h"
+#include "rt/fixtures/fixture.h"
+#include "rt/tissue/tissue.h"
+
+namespace hapticd::daemon {
+namespace {
+
+using config::AdditionError;
+
+constexpr const char* kDefinitionRemedy =
+    "give an object with the members that the configuration has, see man 5 hapticd.yaml";
+/// Longest definition in an entry of the journal.
+constexpr std::size_t kMaxValueLength = 4000;
+
+/// The list of a type, and its words.
+template <typename T>
+struct ListOf;
+template <>
+struct ListOf<config::FixtureSettings> {
+  static constexpr const char* kName = "fixtures";
+  static constexpr const char* kWord = "fixture";
+  static constexpr auto kEvent = config::EventKind::fixture;
+  static constexpr auto kMember = &config::SceneAdditions::fixtures;
+  static constexpr std::size_t kMaxCount = rt::kMaxFixtures;
+};
+template <>
+struct ListOf<config::RegionSettings> {
+  static constexpr const char* kName = "regions";
+  static constexpr const char* kWord = "region";
+  static constexpr auto kEvent = config::EventKind::region;
+  static constexpr auto kMember = &config::SceneAdditions::regions;
+  static constexpr std::size_t kMaxCount = rt::kMaxTissueRegions;
+};
+
+AdditionError problem(const std::string& name, std::string field, std::string what, std::string remedy) {
+  return {name, std::move(field), {name, std::move(what), std::move(remedy)}};
+}
+
+template <typename T>
+AdditionError unknownName(const std::vector<T>& items, const std::string& name) {
+  std::vector<std::string_view> names;
+  for (const T& item : items) names.push_back(item.name);
+  const std::string guess = base::didYouMean(name, names);
+  return problem(name, "", fmt::format("there is no {} of this name", ListOf<T>::kWord),
+                 guess.empty()
+                     ? fmt::format("'hapticctl {} list' shows those that there are", ListOf<T>::kWord)
+                     : guess);
+}
+
+std::string nameIn(const Json& object) {
+  const auto name = object.is_object() ? object.find("name") : object.end();
+  return name != object.end() && name->is_string() ? name->get<std::string>() : "";
+}
+
+std::string textOf(const Json& json) {
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+/// Returns what an element of a list is, where it should be something else.
+const char* typeOf(const Json& json) {
+  if (json.is_null()) return "null";
+  if (json.is_boolean()) return "a truth value";
+  if (json.is_number()) return "a number";
+  if (json.is_string()) return "a text";
+  return json.is_array() ? "a list" : "an object";
+}
+
+/// A change of a list with everything that is wrong with it.
+template <typename T>
+class ListChange {
+ public:
+  explicit ListChange(config::SceneAdditions& additions)
+      : items_(additions.*ListOf<T>::kMember), label_image_(additions.label_image) {}
+
+  std::vector<AdditionError> apply(const AdditionChange& change) {
+    remove(change.remove);
+    alter(change.change);
+    add(change.add);
+    return std::move(problems_);
+  }
+
+ private:
+  static constexpr std::size_t kMaxCount = ListOf<T>::kMaxCount;
+
+  void report(const std::string& name, std::string field, std::string what, std::string remedy) {
+    problems_.push_back(problem(name, std::move(field), std::move(what), std::move(remedy)));
+  }
+  /// Returns whether a list has more elements than there can be, which are not looked at then.
+  bool isTooLong(const std::vector<Json>& list, const char* verb) {
+    if (list.size() <= kMaxCount) return false;
+    report("", "",
+           fmt::format("the call names {} {}s to {}, and there are at most {}", list.size(), ListOf<T>::kWord,
+                       verb, kMaxCount),
+           "name each of them once");
+    return true;
+  }
+  static std::string placeOf(std::size_t index, const char* list) {
+    return fmt::format("{} {} of the list '{}'", ListOf<T>::kWord, index + 1, list);
+  }
+  auto find(const std::string& name) { return std::ranges::find(items_, name, &T::name); }
+
+  void remove(const std::vector<Json>& names) {
+    if (isTooLong(names, "remove")) return;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (!names[i].is_string()) {
+        report("", "", fmt::format("{} is {}, not a name", placeOf(i, "remove"), typeOf(names[i])),
+               "give the names as texts");
+      } else if (const auto found = find(names[i].get<std::string>()); found != items_.end()) {
+        items_.erase(found);
+      } else {
+        problems_.push_back(unknownName(items_, names[i].get<std::string>()));
+      }
+    }
+  }
+
+  void alter(const std::vector<Json>& changes) {
+    if (isTooLong(changes, "change")) return;
+    for (std::size_t i = 0; i < changes.size(); ++i) {
+      const std::string name = nameIn(changes[i]);
+      if (!changes[i].is_object()) {
+        report("", "", fmt::format("{} is {}, not an object", placeOf(i, "change"), typeOf(changes[i])),
+               "give an object with the name and the members to change");
+      } else if (name.empty()) {
+        report("", "name", fmt::format("{} names nothing to change", placeOf(i, "change")),
+               "give the name with each change");
+      } else if (const auto found = find(name); found == items_.end()) {
+        problems_.push_back(unknownName(items_, name));
+      } else {
+        Json members = changes[i];
+        members.erase("name");
+        auto changed = config::changed(*found, textOf(members));
+        if (changed) {
+          *found = std::move(*changed);
+        } else {
+          std::ranges::move(changed.error(), std::back_inserter(problems_));
+        }
+      }
+    }
+  }
+
+  void add(const std::vector<Json>& definitions) {
+    if (definitions.empty()) return;
+    const std::size_t count = items_.size() + definitions.size();
+    if (count > kMaxCount) {
+      report(nameIn(definitions[kMaxCount - std::min(kMaxCount, items_.size())]), "",
+             fmt::format("there would be {} {}s, and at most {} are possible", count, ListOf<T>::kWord,
+                         kMaxCount),
+             fmt::format("remove {}", count - kMaxCount));
+    }
+    std::vector<Json> objects;
+    for (std::size_t i = 0; i < std::min(definitions.size(), kMaxCount); ++i) {
+      if (definitions[i].is_object()) {
+        objects.push_back(definitions[i]);
+      } else {
+        report("", "", fmt::format("{} is {}, not a definition", placeOf(i, "add"), typeOf(definitions[i])),
+               kDefinitionRemedy);
+      }
+    }
+    Json text = {{ListOf<T>::kName, objects}};
+    if (!label_image_.empty()) text["label_image"] = label_image_;
+    auto read = config::additionsFromText(textOf(text), kSource);
+    if (!read) {
+      for (AdditionError& error : read.error()) problems_.push_back(withPlace(std::move(error)));
+      for (const Json& definition : objects) {
+        if (const std::string name = nameIn(definition); find(name) != items_.end())
+          report(name, "name", fmt::format("there is a {} of this name already", ListOf<T>::kWord),
+                 "give each its own name");
+      }
+      return;
+    }
+    std::vector<T>& added = (*read).*ListOf<T>::kMember;
+    for (T& item : added) item.origin.value = config::Origin::client;
+    std::ranges::move(added, std::back_inserter(items_));
+  }
+
+  /// Says in the text which one it is, where it has no name.
+  static AdditionError withPlace(AdditionError error) {
+    const std::size_t place = error.error.where.find(": ");
+    if (!error.name.empty() || place == std::string::npos) return error;
+    error.error.what = fmt::format("{} {}", error.error.where.substr(place + 2), error.error.what);
+    return error;
+  }
+
+  static constexpr const char* kSource = "the call";
+
+  std::vector<T>& items_;
+  const std::string& label_image_;
+  std::vector<AdditionError> problems_;
+};
+
+template <typename T>
+std::vector<AdditionError> apply(config::SceneAdditions& additions, const AdditionChange& change) {
+  auto problems = ListChange<T>(additions).apply(change);
+  return problems.empty() ? config::checkTogether(additions) : problems;
+}
+
+std::string cut(std::string text) {
+  if (text.size() <= kMaxValueLength) return text;
+  text.resize(kMaxValueLength);
+  return text + "...";
+}
+
+/// The members of `some` that `others` lacks or has with another value.
+Json membersWithout(const Json& some, const Json& others) {
+  Json members = Json::object();
+  for (auto member = some.begin(); member != some.end(); ++member) {
+    const auto other = others.find(member.key());
+    if (other == others.end() || *other != *member) members[member.key()] = *member;
+  }
+  return members;
+}
+
+Json definitionOf(const auto& item) {
+  return Json::parse(config::jsonOf(item), nullptr, false);
+}
+
+/// enable and disable: nothing else has changed.
+std::string actionOf(const Json& changed) {
+  const auto enabled = changed.find("enabled");
+  if (changed.size() != 1 || enabled == changed.end() || !enabled->is_boolean()) return "change";
+  return enabled->get<bool>() ? "enable" : "disable";
+}
+
+template <typename T>
+AdditionDifference differenceOf(const T& before, const T& after) {
+  const Json old_definition = definitionOf(before);
+  const Json new_definition = definitionOf(after);
+  const Json new_members = membersWithout(new_definition, old_definition);
+  return {ListOf<T>::kEvent, after.name, actionOf(new_members),
+          cut(textOf(membersWithout(old_definition, new_definition))), cut(textOf(new_members))};
+}
+
+template <typename T>
+void addDifferences(const std::vector<T>& before, const std::vector<T>& after,
+                    std::vector<AdditionDifference>& differences) {
+  for (const T& item : before) {
+    if (std::ranges::find(after, item.name, &T::name) == after.end())
+      differences.push_back({ListOf<T>::kEvent, item.name, "remove", cut(config::jsonOf(item)), ""});
+  }
+  for (const T& item : after) {
+    const auto old_item = std::ranges::find(before, item.name, &T::name);
+    if (old_item == before.end()) {
+      differences.push_back({ListOf<T>::kEvent, item.name, "add", "", cut(config::jsonOf(item))});
+    } else if (*old_item != item) {
+      differences.push_back(differenceOf(*old_item, item));
+    }
+  }
+}
+
+}  // namespace
+
+std::expected<config::SceneAdditions, std::vector<AdditionError>> changedAdditions(
+    const config::SceneAdditions& before, AdditionList list, const AdditionChange& change) {
+  config::SceneAdditions after = before;
+  auto problems = list == AdditionList::fixtures ? apply<config::FixtureSettings>(after, change)
+                                                 : apply<config::RegionSettings>(after, change);
+  if (!problems.empty()) return std::unexpected(std::move(problems));
+  return after;
+}
+
+std::string AdditionDifference::text() const {
+  const std::string subject = fmt::format("{}s {} {}", action, rt::wordOf(kind), name);
+  if (action == "change") return fmt::format("{} from {} to {}", subject, old_value, new_value);
+  return action == "add" ? fmt::format("{}: {}", subject, new_value) : subject;
+}
+
+JournalFields AdditionDifference::fields() const {
+  return {{kind == config::EventKind::fixture ? "FIXTURE" : "REGION", name},
+          {"ACTION", action},
+          {"OLD", old_value},
+          {"NEW", new_value}};
+}
+
+std::vector<AdditionDifference> differencesOf(const config::SceneAdditions& before,
+                                              const config::SceneAdditions& after) {
+  std::vector<AdditionDifference> differences;
+  addDifferences(before.fixtures, after.fixtures, differences);
+  addDifferences(before.regions, after.regions, differences);
+  if (before.label_image != after.label_image) {
+    differences.push_back({config::EventKind::region, "label_image", "change",
+                           fmt::format("{} bytes", before.label_image.size()),
+                           fmt::format("{} bytes", after.label_image.size())});
+  }
+  return differences;
+}
+
+}  // namespace hapticd::daemon

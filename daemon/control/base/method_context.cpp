@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/control/base/method_context.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "config/settings/parameter_table.h"
+#include "daemon/control/base/addition_change.h"
+
+namespace hapticd::daemon {
+
+void PendingAnswers::add(const Call& call, const Caller& caller, Replies& replies, Unawaited unawaited,
+                         Poll poll) {
+  if (call.oneway && unawaited == Unawaited::forget) return;
+  if (auto reply = poll()) return replies.finish(caller.connection, *reply);
+  entries_.push_back({call.oneway ? kNoConnection : caller.connection, unawaited, std::move(poll)});
+}
+
+void PendingAnswers::answer(Replies& replies) {
+  std::erase_if(entries_, [&](Entry& entry) {
+    const auto reply = entry.poll();
+    if (reply) replies.finish(entry.connection, *reply);
+    return reply.has_value();
+  });
+}
+
+void PendingAnswers::closed(ConnectionId connection) {
+  std::erase_if(entries_, [=](Entry& entry) {
+    if (entry.connection != connection) return false;
+    entry.connection = kNoConnection;
+    return entry.unawaited == Unawaited::forget;
+  });
+}
+
+void logChange(const MethodContext& context, const Caller& caller, const std::string& change,
+               config::EventKind event, JournalFields fields) {
+  if (!context.log) return;
+  fields.emplace_back("UID", fmt::to_string(caller.uid));
+  fields.emplace_back("PID", fmt::to_string(caller.pid));
+  context.log({JournalEntry::Priority::notice,
+               fmt::format("uid {} (pid {}) {}", caller.uid, caller.pid, change), event, std::move(fields)});
+}
+
+std::vector<std::string> logParameters(const MethodContext& context, const Caller& caller,
+                                       const std::string& change, const config::Settings& before,
+                                       const config::Settings& after) {
+  std::vector<std::string> changed;
+  for (const config::Parameter& parameter : config::parameterTable()) {
+    const config::Value old_value = parameter.get(before);
+    const config::Value new_value = parameter.get(after);
+    if (parameter.effect != config::Effect::live || old_value == new_value) continue;
+    const std::string old_text = config::toText(old_value);
+    const std::string new_text = config::toText(new_value);
+    changed.emplace_back(parameter.name);
+    logChange(context, caller, fmt::format("{} {} from {} to {}", change, parameter.name, old_text, new_text),
+              config::EventKind::parameter,
+              {{"PARAMETER", std::string(parameter.name)}, {"OLD", old_text}, {"NEW", new_text}});
+  }
+  return changed;
+}
+
+void logAdditions(const MethodContext& context, const Caller& caller, const std::string& change,
+                  const config::SceneAdditions& before, const config::SceneAdditions& after) {
+  const std::string begin = change.empty() ? "" : change + " ";
+  for (const AdditionDifference& difference : differencesOf(before, after)) {
+    logChange(context, caller, begin + difference.text(), difference.kind, difference.fields());
+  }
+}
+
+PendingAnswers::Poll whenApplied(MethodContext& context, std::uint64_t generation,
+                                 std::move_only_function<Reply()> reply) {
+  using Clock = std::chrono::steady_clock;
+  return [&context, generation, deadline = Clock::now() + context.apply_timeout,
+          reply = std::move(reply)]() mutable -> std::optional<Reply> {
+    if (context.box.acknowledgedGeneration() >= generation) return reply();
+    if (Clock::now() < deadline) return std::nullopt;
+    return Reply{"io.hapticd.Control.NotApplied", {{"generation", generation}}};
+  };
+}
+
+}  // namespace hapticd::daemon

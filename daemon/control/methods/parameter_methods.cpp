@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/control/methods/parameter_methods.h"
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "config/settings/parameter_table.h"
+#include "daemon/base/names.h"
+#include "daemon/control/base/status_json.h"
+#include "daemon/control/server/call_fields.h"
+#include "daemon/control/server/varlink_message.h"
+
+namespace hapticd::daemon {
+namespace {
+
+/// The most problems that a reply lists: with more it would be too long, and they would hardly be of use.
+constexpr std::size_t kMaxProblems = 100;
+
+const char* kindName(config::Kind kind) {
+  switch (kind) {
+    case config::Kind::boolean:
+      return "boolean";
+    case config::Kind::integer:
+      return "integer";
+    case config::Kind::number:
+      return "number";
+    case config::Kind::choice:
+      return "choice";
+    case config::Kind::text:
+      return "text";
+  }
+  return "text";
+}
+
+OrderedJson toJson(const config::Value& value) {
+  return std::visit([](const auto& held) { return OrderedJson(held); }, value);
+}
+
+/// A JSON value as a parameter's value; nothing for null, objects and arrays.
+std::optional<config::Value> fromJson(const Json& json) {
+  if (json.is_boolean()) return json.get<bool>();
+  if (json.is_string()) return json.get<std::string>();
+  if (json.is_number_float()) return json.get<double>();
+  if (json.is_number_unsigned() &&
+      json.get<std::uint64_t>() > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max())) {
+    return json.get<double>();  // out of every range, and refused for that
+  }
+  if (json.is_number_integer()) return json.get<std::int64_t>();
+  return std::nullopt;
+}
+
+/// The text of an error without the name of its parameter, which has a field of its own.
+std::string reasonOf(const base::Error& error) {
+  return error.remedy.empty() ? error.what : error.what + " (" + error.remedy + ")";
+}
+
+OrderedJson problem(const std::string& name, const Json& value, const base::Error& error,
+                    const config::Parameter* parameter) {
+  return {{"parameter", name},
+          {"value", OrderedJson(value)},
+          {"reason", reasonOf(error)},
+          {"allowed", parameter ? OrderedJson(parameter->range()) : OrderedJson()}};
+}
+
+/// The value for `parameter`, or the reason why it is refused.
+base::Result<config::Value> checked(const config::Parameter& parameter, const Json& json) {
+  const auto value = fromJson(json);
+  if (!value)
+    return std::unexpected(base::Error{"", "is neither a JSON boolean, nor a number, nor a string", ""});
+  return parameter.check(*value);
+}
+
+/// One call of SetParameters while it is checked.
+class Change {
+ public:
+  explicit Change(const config::Settings& settings) : settings_(settings) {}
+
+  void set(const std::string& name, const Json& json) {
+    const config::Parameter* parameter = config::findParameter(name);
+    if (!parameter) {
+      problems_.push_back(problem(name, json, config::unknownParameter(name), nullptr));
+      return;
+    }
+    auto value = checked(*parameter, json);
+    if (!value) {
+      problems_.push_back(problem(name, json, value.error(), parameter));
+    } else if (parameter->effect == config::Effect::restart) {
+      restart_.push_back(name);
+    } else {
+      parameter->set(settings_, *value);
+    }
+  }
+
+  bool full() const { return problems_.size() >= kMaxProblems; }
+
+  std::expected<config::Settings, Reply> finish() {
+    if (problems_.empty()) checkTogether();
+    if (!problems_.empty()) {
+      addRestartProblems();
+      return std::unexpected(Reply{"io.hapticd.Control.InvalidValue", {{"problems", std::move(problems_)}}});
+    }
+    if (!restart_.empty()) {
+      return std::unexpected(Reply{"io.hapticd.Control.RestartRequired", {{"parameters", restart_}}});
+    }
+    return settings_;
+  }
+
+ private:
+  void checkTogether() {
+    for (const base::Error& error : config::checkTogether(settings_)) {
+      problems_.push_back(problem(error.where, nullptr, error, nullptr));
+    }
+  }
+
+  void addRestartProblems() {
+    for (const std::string& name : restart_) {
+      const base::Error error{"", "takes effect at the next start of the daemon only",
+                              "set it in the configuration file"};
+      problems_.push_back(problem(name, nullptr, error, nullptr));
+    }
+  }
+
+  config::Settings settings_;
+  OrderedJson problems_ = OrderedJson::array();
+  std::vector<std::string> restart_;
+};
+
+/// A parameter as the type `Parameter` of io.hapticd.Status, with its value in `settings`.
+OrderedJson parameterJson(const config::Parameter& parameter, const config::Settings& settings) {
+  const bool numeric = parameter.kind == config::Kind::integer || parameter.kind == config::Kind::number;
+  OrderedJson choices;
+  if (!parameter.choices.empty()) {
+    choices = OrderedJson::array();
+    for (const std::string_view choice : parameter.choices) choices.push_back(std::string(choice));
+  }
+  return {{"name", parameter.name},
+          {"value", toJson(parameter.get(settings))},
+          {"kind", kindName(parameter.kind)},
+          {"unit", parameter.unit},
+          {"minimum", numeric ? OrderedJson(parameter.minimum) : OrderedJson()},
+          {"maximum", numeric ? OrderedJson(parameter.maximum) : OrderedJson()},
+          {"choices", std::move(choices)},
+          {"default", toJson(parameter.defaultValue())},
+          {"effect", parameter.effect == config::Effect::live ? "live" : "restart"},
+          {"symbol", parameter.symbol},
+          {"help", parameter.help}};
+}
+
+/// Returns `settings` with `changes` (an object of names and values of live parameters) applied.
+/// Errors: a reply io.hapticd.Control.InvalidValue with all problems, or RestartRequired if the only problem
+/// is that parameters are not live.
+std::expected<config::Settings, Reply> changedSettings(const config::Settings& settings,
+                                                       const Json& changes) {
+  Change change(settings);
+  for (auto field = changes.begin(); field != changes.end() && !change.full(); ++field) {
+    change.set(field.key(), field.value());
+  }
+  return change.finish();
+}
+
+}  // namespace
+
+std::vector<Method> ParameterMethods::methods() {
+  using enum Access;
+  using Self = ParameterMethods;
+  return {{.name = "io.hapticd.Status.GetParameters",
+           .parameters = {"names"},
+           .answer = std::bind_front(&Self::getParameters, this)},
+          {.name = "io.hapticd.Control.SetParameters",
+           .access = control,
+           .parameters = {"parameters"},
+           .answer = std::bind_front(&Self::setParameters, this)},
+          {.name = "io.hapticd.Control.Engage",
+           .access = control,
+           .parameters = {"insideSurface"},
+           .answer = std::bind_front(&Self::engage, this)},
+          {.name = "io.hapticd.Control.Disengage",
+           .access = control,
+           .answer = std::bind_front(&Self::disengage, this)},
+          {.name = "io.hapticd.Control.ClearFault",
+           .access = control,
+           .answer = std::bind_front(&Self::clearFault, this)}};
+}
+
+void ParameterMethods::getParameters(const Call& call, const Caller& caller, Replies& replies) {
+  // More names than there are parameters must be repetitions, which would make the reply arbitrarily long.
+  const auto names = textsField(call, "names", config::parameterTable().size());
+  if (!names) return replies.finish(caller.connection, names.error());
+  OrderedJson rows = OrderedJson::array();
+  if (!*names) {
+    for (const config::Parameter& row : config::parameterTable())
+      rows.push_back(parameterJson(row, context_.box.settings()));
+    return replies.finish(caller.connection, {"", {{"parameters", std::move(rows)}}});
+  }
+  OrderedJson problems = OrderedJson::array();
+  for (const std::string& name : **names) {
+    if (const config::Parameter* row = config::findParameter(name)) {
+      rows.push_back(parameterJson(*row, context_.box.settings()));
+    } else {
+      problems.push_back({{"parameter", name}, {"reason", reasonOf(config::unknownParameter(name))}});
+    }
+  }
+  if (problems.empty()) return replies.finish(caller.connection, {"", {{"parameters", std::move(rows)}}});
+  replies.finish(caller.connection,
+                 {"io.hapticd.Status.UnknownParameter", {{"problems", std::move(problems)}}});
+}
+
+void ParameterMethods::setParameters(const Call& call, const Caller& caller, Replies& replies) {
+  const Json* changes = field(call, "parameters");
+  if (!changes || !changes->is_object())
+    return replies.finish(caller.connection, invalidParameter("parameters"));
+  const auto settings = changedSettings(context_.box.settings(), *changes);
+  if (!settings) return replies.finish(caller.connection, settings.error());
+  logParameters(context_, caller, "sets", context_.box.settings(), *settings);
+  const std::uint64_t generation = context_.box.apply(*settings);
+  answerWhenApplied(call, caller, replies, generation, [generation] {
+    return Reply{"", {{"generation", generation}}};
+  });
+}
+
+void ParameterMethods::engage(const Call& call, const Caller& caller, Replies& replies) {
+  const auto inside = flagField(call, "insideSurface");
+  if (!inside) return replies.finish(caller.connection, inside.error());
+  const bool anywhere = inside->value_or(false);
+  const rt::Mode before = context_.box.status().loop.tick.mode;
+  const bool already = before == rt::Mode::engaged || before == rt::Mode::holding;
+  logChange(context_, caller, anywhere ? "engages, inside a surface too" : "engages",
+            config::EventKind::engage, {});
+  answerWhenApplied(call, caller, replies, context_.box.engage(true, anywhere), [this, already] {
+    Reply reply = modeReply(true);
+    if (reply.error.empty()) reply.parameters["already"] = already;
+    return reply;
+  });
+}
+
+void ParameterMethods::disengage(const Call& call, const Caller& caller, Replies& replies) {
+  logChange(context_, caller, "disengages", config::EventKind::disengage, {});
+  answerWhenApplied(call, caller, replies, context_.box.engage(false, false),
+                    [this] { return modeReply(false); });
+}
+
+void ParameterMethods::clearFault(const Call& call, const Caller& caller, Replies& replies) {
+  const rt::Tick tick = context_.box.status().loop.tick;
+  if (tick.mode != rt::Mode::faulted) {
+    return replies.finish(caller.connection, {"io.hapticd.Control.NotFaulted"});
+  }
+  logChange(context_, caller, std::string("clears the fault ") + nameOf(tick.cause),
+            config::EventKind::clear_fault, {{"CAUSE", nameOf(tick.cause)}});
+  answerWhenApplied(call, caller, replies, context_.box.engage(false, false),
+                    [this] { return modeReply(false); });
+}
+
+void ParameterMethods::answerWhenApplied(const Call& call, const Caller& caller, Replies& replies,
+                                         std::uint64_t generation, std::move_only_function<Reply()> reply) {
+  context_.pending.add(call, caller, replies, PendingAnswers::Unawaited::forget,
+                       whenApplied(context_, generation, std::move(reply)));
+}
+
+Reply ParameterMethods::modeReply(bool engaged) {
+  const rt::Tick tick = context_.box.status().loop.tick;
+  if (engaged && tick.mode == rt::Mode::idle) {
+    return {"io.hapticd.Control.Refused", {{"cause", nameOf(tick.cause)}}};
+  }
+  return {"", {{"mode", nameOf(tick.mode)}, {"cause", nameOf(tick.cause)}}};
+}
+
+}  // namespace hapticd::daemon

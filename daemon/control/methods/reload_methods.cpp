@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/control/methods/reload_methods.h"
+
+#include <fmt/format.h>
+
+#include <functional>
+#include <optional>
+#include <utility>
+
+#include "daemon/control/base/status_json.h"
+#include "daemon/control/server/call_fields.h"
+
+namespace hapticd::daemon {
+namespace {
+
+Reply refused(std::vector<std::string> problems) {
+  return {"io.hapticd.Control.ReloadRefused", {{"problems", OrderedJson(std::move(problems))}}};
+}
+
+Reply refused(const std::vector<base::Error>& errors) {
+  std::vector<std::string> problems;
+  for (const base::Error& error : errors) problems.push_back(error.text());
+  return refused(std::move(problems));
+}
+
+Reply replyTo(const ReloadReport& report, const std::optional<PendingReload>& pending) {
+  return {"",
+          {{"changes", OrderedJson(report.changes)},
+           {"waiting", OrderedJson(report.waiting)},
+           {"hidden", OrderedJson(report.hidden)},
+           {"pending", pendingReloadJson(pending)}}};
+}
+
+}  // namespace
+
+std::vector<Method> ReloadMethods::methods() {
+  return {{.name = "io.hapticd.Control.Reload",
+           .access = Access::control,
+           .parameters = {"confirm"},
+           .answer = std::bind_front(&ReloadMethods::reload, this)}};
+}
+
+void ReloadMethods::reload(const Call& call, const Caller& caller, Replies& replies) {
+  const Json* const number = field(call, "confirm");
+  if (number && !number->is_number_integer()) {
+    return replies.finish(caller.connection, invalidParameter("confirm"));
+  }
+  if (!reloads_ || context_.pending.full(Access::control)) {
+    const char* const reason =
+        reloads_ ? PendingAnswers::kFullReason : "there is no configuration that could be read again";
+    return replies.finish(caller.connection, refused(std::vector<std::string>{reason}));
+  }
+  if (number) return confirm(*number, call, caller, replies);
+  logChange(context_, caller, "reads the configuration again", config::EventKind::reload, {});
+  // It waits for the file first, then for the force loop.
+  auto poll = [this, ticket = reloads_->request(),
+               applied = PendingAnswers::Poll()]() mutable -> std::optional<Reply> {
+    if (applied) return applied();
+    const auto outcome = reloads_->outcome(ticket);
+    if (!outcome) return std::nullopt;
+    applied = answerTo(*outcome);
+    return applied();
+  };
+  context_.pending.add(call, caller, replies, PendingAnswers::Unawaited::forget, std::move(poll));
+}
+
+void ReloadMethods::confirm(const Json& number, const Call& call, const Caller& caller, Replies& replies) {
+  const auto& pending = reloads_->pending();
+  if (!pending) return replies.finish(caller.connection, {"io.hapticd.Control.NoPendingReload"});
+  if (number != pending->number) {
+    return replies.finish(caller.connection,
+                          {"io.hapticd.Control.ChangedMeanwhile", {{"generation", pending->number}}});
+  }
+  logChange(context_, caller, "confirms the reload", config::EventKind::reload,
+            {{"NUMBER", fmt::to_string(pending->number)}});
+  context_.pending.add(call, caller, replies, PendingAnswers::Unawaited::forget,
+                       answerTo(reloads_->confirm()));
+}
+
+PendingAnswers::Poll ReloadMethods::answerTo(const Reloads::Outcome& outcome) {
+  if (!outcome) return [errors = outcome.error()] { return std::optional(refused(errors)); };
+  return whenApplied(context_, outcome->generation,
+                     [this, report = *outcome] { return replyTo(report, reloads_->pending()); });
+}
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/control/server/varlink_connection.h"
+
+#include <fcntl.h>
+#include <sys/socket.h>
+#include <sys/uio.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "daemon/control/server/varlink_message.h"
+
+namespace hapticd::daemon {
+
+VarlinkConnection::VarlinkConnection(base::Descriptor socket, const Caller& caller)
+    : socket_(std::move(socket)), caller_(caller) {}
+
+bool VarlinkConnection::receive() {
+  input_waits = false;
+  input_.erase(0, taken_);
+  scanned_ -= std::min(scanned_, taken_);
+  taken_ = 0;
+
+  const std::size_t held = input_.size();
+  const std::size_t room = std::min(longestCall() + 1 - held, kMaxCallBytes + 1);
+  if (room == 0) return false;
+  input_.resize(held + room);
+  ssize_t received = -1;
+  do {
+    received = ::recv(socket_.get(), input_.data() + held, room, MSG_DONTWAIT);
+  } while (received < 0 && errno == EINTR);
+  input_.resize(held + static_cast<std::size_t>(std::max<ssize_t>(received, 0)));
+  if (received > 0) return true;
+  if (received == 0 || (errno != EAGAIN && errno != EWOULDBLOCK)) input_ended_ = true;
+  return false;
+}
+
+bool VarlinkConnection::wantsTurn() noexcept {
+  return readyForCall() && (input_waits || input_ended_ || gone || hasMessage() || overfull());
+}
+
+bool VarlinkConnection::hasMessage() noexcept {
+  scanned_ = std::min(input_.find('\0', std::max(scanned_, taken_)), input_.size());
+  return scanned_ < input_.size();
+}
+
+std::optional<std::string_view> VarlinkConnection::takeMessage() {
+  if (!hasMessage()) return std::nullopt;
+  const std::string_view message(input_.data() + taken_, scanned_ - taken_);
+  taken_ = scanned_ + 1;
+  return message;
+}
+
+bool VarlinkConnection::overfull() const noexcept {
+  return input_.size() - taken_ > longestCall() && scanned_ == input_.size();
+}
+
+void VarlinkConnection::send(std::string_view message, int descriptor) {
+  output_.erase(0, sent_);
+  sent_ = 0;
+  if (descriptor >= 0) {
+    attached_ = base::Descriptor(::fcntl(descriptor, F_DUPFD_CLOEXEC, 0));
+    // The client would wait for it in vain.
+    if (!attached_) dead = true;
+  }
+  output_ += message;
+  flush();
+}
+
+void VarlinkConnection::flush() {
+  while (!dead && !outputEmpty()) {
+    const ssize_t count = sendSome();
+    if (count >= 0) {
+      sent_ += static_cast<std::size_t>(count);
+      attached_.close();
+    } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
+      return;
+    } else if (errno != EINTR) {
+      dead = true;
+    }
+  }
+}
+
+/// Sends what the kernel takes at once, with the descriptor if one is attached; as sendmsg().
+ssize_t VarlinkConnection::sendSome() noexcept {
+  iovec bytes{output_.data() + sent_, output_.size() - sent_};
+  msghdr message{};
+  message.msg_iov = &bytes;
+  message.msg_iovlen = 1;
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control{};
+  if (attached_) {
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
+    cmsghdr* const rights = CMSG_FIRSTHDR(&message);
+    rights->cmsg_level = SOL_SOCKET;
+    rights->cmsg_type = SCM_RIGHTS;
+    rights->cmsg_len = CMSG_LEN(sizeof(int));
+    const int descriptor = attached_.get();
+    std::memcpy(CMSG_DATA(rights), &descriptor, sizeof(descriptor));
+  }
+  return ::sendmsg(socket_.get(), &message, MSG_NOSIGNAL | MSG_DONTWAIT);
+}
+
+void LingeringSockets::add(ConnectionId id, base::Descriptor socket, Clock::time_point now) {
+  ::shutdown(socket.get(), SHUT_WR);
+  if (sockets_.size() == most_) sockets_.erase(sockets_.begin());
+  sockets_.push_back({id, std::move(socket), now + kMaxAge});
+}
+
+void LingeringSockets::drain(ConnectionId id) {
+  const auto found = std::ranges::find(sockets_, id, &Lingering::id);
+  if (found == sockets_.end()) return;
+  std::array<char, 16384> waste;
+  const ssize_t received = ::recv(found->socket.get(), waste.data(), waste.size(), MSG_DONTWAIT);
+  const bool left =
+      received == 0 || (received < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR);
+  if (left) sockets_.erase(found);
+}
+
+void LingeringSockets::closeOld(Clock::time_point now) {
+  std::erase_if(sockets_, [=](const Lingering& socket) { return now >= socket.end; });
+}
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "config/base/descriptor.h"
+#include "daemon/control/server/listening_socket.h"
+#include "daemon/control/server/varlink_message.h"
+
+namespace hapticd::daemon {
+
+/// Identifies a connection; never used twice in the life of a server.
+using ConnectionId = std::uint64_t;
+/// The id of no connection: a reply to it is discarded.
+inline constexpr ConnectionId kNoConnection = 0;
+
+/// The client of a connection, as the kernel recorded it when it connected.
+struct Caller {
+  ConnectionId connection = 0;
+  Access access = Access::read;
+  uid_t uid = 0;
+  pid_t pid = 0;
+  bool sees_depth = false;   ///< may take the depth image (peer.h)
+  bool may_control = false;  ///< on a socket for control; this one may be another
+};
+
+/// The bytes of one client: it splits the input into messages and keeps output that could not be sent yet.
+/// Both buffers are bounded: input by the longest call, output by one reply and the end of a stream, because
+/// the next call is read only when the kernel has taken the previous reply. Thread: control thread only.
+/// Nothing here blocks or raises SIGPIPE.
+class VarlinkConnection {
+ public:
+  VarlinkConnection(base::Descriptor socket, const Caller& caller);
+
+  const Caller& caller() const noexcept { return caller_; }
+  int descriptor() const noexcept { return socket_.get(); }
+
+  /// A call is being answered; the next one waits.
+  bool call_open = false;
+  /// The connection is to be removed; nothing more is read or sent.
+  bool dead = false;
+  /// The client gets its final reply; nothing more is read.
+  bool closing = false;
+  /// The client has left; calls that it sent before may still be carried out.
+  bool gone = false;
+  /// There is input that receive() has not taken yet.
+  bool input_waits = false;
+  /// The connection is in the server's queue of those that wait for their turn.
+  bool queued = false;
+  /// The epoll events that the server waits for.
+  std::uint32_t interest = 0;
+
+  /// Whether the next call may be taken: no call is open, and the previous reply has been sent.
+  bool readyForCall() const noexcept { return !dead && !closing && !call_open && outputEmpty(); }
+  /// Whether there is input to process.
+  bool wantsTurn() noexcept;
+  bool outputEmpty() const noexcept { return outputBytes() == 0; }
+  /// The size of the output that the client has not taken yet, without what the kernel holds.
+  std::size_t outputBytes() const noexcept { return output_.size() - sent_; }
+  /// Whether the client sends no more; it may still read.
+  bool inputEnded() const noexcept { return input_ended_; }
+
+  /// Reads the available input, up to the bound. False if there was none.
+  bool receive();
+  /// The next whole message without its NUL; valid until the next receive().
+  std::optional<std::string_view> takeMessage();
+  /// Whether a message is longer than the bound: the client does not speak the protocol.
+  bool overfull() const noexcept;
+  /// Sends as much as the kernel takes and keeps the rest. Marks the connection dead if the client is gone.
+  /// `descriptor`: of a file that the client gets a descriptor of with the first byte (SCM_RIGHTS); only
+  /// while outputEmpty(). -1: none.
+  void send(std::string_view message, int descriptor = -1);
+  /// Tries again to send the rest.
+  void flush();
+  /// Gives up the socket; the connection cannot be used any more.
+  base::Descriptor release() noexcept { return std::move(socket_); }
+
+ private:
+  std::size_t longestCall() const noexcept {
+    return caller_.access == Access::control ? kMaxControlCallBytes : kMaxCallBytes;
+  }
+  bool hasMessage() noexcept;
+  ssize_t sendSome() noexcept;
+
+  base::Descriptor socket_;
+  Caller caller_;
+  std::string input_;
+  std::size_t taken_ = 0;    // bytes of input_ that takeMessage() gave out
+  std::size_t scanned_ = 0;  // bytes of input_ known to hold no NUL behind taken_, counted from the start
+  std::string output_;
+  std::size_t sent_ = 0;
+  base::Descriptor attached_;  // goes with the first byte of output_
+  bool input_ended_ = false;
+};
+
+/// Connections that got their final reply. Each stays open for a while, until its client leaves, and further
+/// input is discarded: if it were closed with unread input, or while its client is still sending, the client
+/// would see a broken pipe instead of the final reply. Thread: one.
+class LingeringSockets {
+ public:
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::size_t kMaxSockets = 32;
+  static constexpr std::chrono::seconds kMaxAge{30};
+
+  /// Beyond `most`, at most kMaxSockets, the oldest is closed.
+  void limit(std::size_t most) { most_ = most; }
+
+  /// Shuts down sending to the client, and takes the socket. `id`: names it in drain().
+  void add(ConnectionId id, base::Descriptor socket, Clock::time_point now);
+  /// Discards some of the input; closes the socket when its client has left.
+  void drain(ConnectionId id);
+  void closeOld(Clock::time_point now);
+
+ private:
+  struct Lingering {
+    ConnectionId id;
+    base::Descriptor socket;
+    Clock::time_point end;
+  };
+
+  std::size_t most_ = kMaxSockets;
+  std::vector<Lingering> sockets_;  // the oldest first
+};
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/control/streams/tick_streams.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <concepts>
+#include <expected>
+#include <functional>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "config/base/nearest_names.h"
+#include "daemon/control/server/call_fields.h"
+#include "drivers/trace/format/fields.h"
+#include "rt/base/words.h"
+
+namespace hapticd::daemon {
+namespace {
+
+constexpr std::int64_t kMinIntervalMs = 5;
+constexpr std::int64_t kMaxIntervalMs = 1000;
+constexpr std::int64_t kDefaultIntervalMs = 50;
+
+/// The names of a tick's fields, as traces have them.
+const std::vector<std::string_view>& tickFields() {
+  static const std::vector<std::string_view> names = [] {
+    std::vector<std::string_view> all;
+    const rt::Tick tick;
+    drivers::visitFields(tick, [&all](std::string_view name, const auto&) { all.push_back(name); });
+    return all;
+  }();
+  return names;
+}
+
+OrderedJson valueJson(std::integral auto value) {
+  return value;
+}
+OrderedJson valueJson(double value) {
+  return value;
+}
+OrderedJson valueJson(const rt::Vec3& vector) {
+  return OrderedJson::array({vector.x, vector.y, vector.z});
+}
+template <rt::Worded Enumeration>
+OrderedJson valueJson(Enumeration value) {
+  return rt::wordOf(value);
+}
+
+Reply outOfRange(const char* parameter, const std::string& allowed) {
+  return {"io.hapticd.Status.OutOfRange", {{"parameter", parameter}, {"allowed", allowed}}};
+}
+
+Reply unknownField(const std::string& name) {
+  const std::string guess = base::didYouMean(name, tickFields());
+  return {"io.hapticd.Status.UnknownField",
+          {{"field", name},
+           {"reason", guess.empty()
+                          ? fmt::format("a tick has no such field, but {}", fmt::join(tickFields(), ", "))
+                          : fmt::format("a tick has no such field ({})", guess)}}};
+}
+
+std::expected<std::chrono::milliseconds, Reply> intervalOf(const Call& call) {
+  const Json* const interval = field(call, "intervalMs");
+  if (!interval) return std::chrono::milliseconds(kDefaultIntervalMs);
+  if (!interval->is_number_integer()) return std::unexpected(invalidParameter("intervalMs"));
+  const auto milliseconds = interval->get<std::int64_t>();
+  if (milliseconds < kMinIntervalMs || milliseconds > kMaxIntervalMs) {
+    return std::unexpected(
+        outOfRange("intervalMs", fmt::format("{}..{} ms", kMinIntervalMs, kMaxIntervalMs)));
+  }
+  return std::chrono::milliseconds(milliseconds);
+}
+
+/// Places in tickFields().
+std::expected<std::vector<std::size_t>, Reply> fieldsOf(const Call& call) {
+  const auto names = textsField(call, "fields", std::numeric_limits<std::size_t>::max());
+  if (!names) return std::unexpected(names.error());
+  if (!*names) return std::unexpected(invalidParameter("fields"));
+  if ((*names)->empty() || (*names)->size() > TickStreams::kMaxFields)
+    return std::unexpected(outOfRange("fields", fmt::format("1..{} names", TickStreams::kMaxFields)));
+  std::vector<std::size_t> places;
+  for (const std::string& name : **names) {
+    const auto known = std::ranges::find(tickFields(), name);
+    if (known == tickFields().end()) return std::unexpected(unknownField(name));
+    const auto place = static_cast<std::size_t>(known - tickFields().begin());
+    if (std::ranges::find(places, place) == places.end()) places.push_back(place);
+  }
+  return places;
+}
+
+}  // namespace
+
+std::vector<Method> TickStreams::methods() {
+  return {{.name = "io.hapticd.Status.Ticks",
+           .streams = true,
+           .parameters = {"fields", "intervalMs"},
+           .answer = std::bind_front(&TickStreams::ticks, this)}};
+}
+
+void TickStreams::ticks(const Call& call, const Caller& caller, Replies& replies) {
+  const auto interval = intervalOf(call);
+  if (!interval) return replies.finish(caller.connection, interval.error());
+  auto fields = fieldsOf(call);
+  if (!fields) return replies.finish(caller.connection, fields.error());
+  if (streams_.size() == kMaxStreams) {
+    return replies.finish(caller.connection, {"io.hapticd.Status.TooManyStreams", {{"limit", kMaxStreams}}});
+  }
+  kept_.resize(kTicksKept);
+  streams_.push_back({.connection = caller.connection,
+                      .interval = *interval,
+                      .due = Clock::now() + *interval,
+                      .fields = std::move(*fields),
+                      .next = count_});
+  send(streams_.back(), replies);
+}
+
+void TickStreams::onTick(const rt::Tick& tick) {
+  if (streams_.empty()) return;
+  kept_[count_++ % kTicksKept] = tick;
+}
+
+void TickStreams::feed(Replies& replies) {
+  const Clock::time_point now = Clock::now();
+  for (Stream& stream : streams_) {
+    if (now < stream.due) continue;
+    // A reply holds no more than kMaxPerReply ticks: what is left goes in the next period.
+    if (stream.next == count_ || (send(stream, replies) && stream.next == count_))
+      stream.due = now + stream.interval;
+  }
+}
+
+/// Offers the oldest ticks that the stream has not had; false where the client has not taken the previous
+/// reply.
+bool TickStreams::send(Stream& stream, Replies& replies) const {
+  const std::uint64_t oldest = count_ - std::min<std::uint64_t>(count_, kTicksKept);
+  Stream after = stream;
+  after.next = std::max(stream.next, oldest);
+  const std::uint64_t end = std::min(count_, after.next + kMaxPerReply);
+
+  std::vector<OrderedJson> columns(stream.fields.size(), OrderedJson::array());
+  const std::uint64_t ticks = end - after.next;
+  for (; after.next < end; ++after.next) {
+    const rt::Tick& tick = at(after.next);
+    if (after.next_number != 0 && tick.number > after.next_number)
+      after.lost += tick.number - after.next_number;
+    after.next_number = tick.number + 1;
+    std::size_t place = 0;
+    drivers::visitFields(tick, [&](std::string_view, const auto& value) {
+      const auto chosen = std::ranges::find(stream.fields, place++);
+      if (chosen == stream.fields.end()) return;
+      columns[static_cast<std::size_t>(chosen - stream.fields.begin())].push_back(valueJson(value));
+    });
+  }
+  OrderedJson named = OrderedJson::object();
+  for (std::size_t column = 0; column < columns.size(); ++column)
+    named[std::string(tickFields()[stream.fields[column]])] = std::move(columns[column]);
+  const Reply reply{"", {{"count", ticks}, {"ticks", std::move(named)}, {"lostCount", after.lost}}, true};
+  if (!replies.offer(stream.connection, reply)) return false;
+  stream = after;
+  return true;
+}
+
+void TickStreams::closed(ConnectionId connection) {
+  std::erase_if(streams_, [=](const Stream& stream) { return stream.connection == connection; });
+  if (streams_.empty()) std::vector<rt::Tick>().swap(kept_);
+}
+
+}  // namespace hapticd::daemon

@@ -1,0 +1,365 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every command of hapticctl against a daemon that runs, is absent, hangs or lets it only read.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <list>
+#include <memory>
+#include <set>
+#include <sstream>
+#include <thread>
+
+#include "tests/system/support/daemon_under_test.h"
+#include "tests/system/support/test_sockets.h"
+
+namespace hapticd::test {
+namespace {
+
+using nlohmann::json;
+using Command = std::vector<std::string>;
+
+constexpr int kDone = 0;
+constexpr int kFailed = 1;
+constexpr int kNoConnection = 3;
+
+enum class Does { read, change };
+
+/// A command that calls the daemon.
+struct Call {
+  Command command;
+  Does does = Does::change;
+};
+
+/// In an order in which all of them work. PAIRS stands for a file with point pairs, SCENE for one with a
+/// fixture and a region, TOUCHED for one with points of a plane, TRACE for the trace that was begun last.
+const std::vector<Call> kCalls{
+    {{"status"}, Does::read},
+    {{"status", "--all"}, Does::read},
+    {{"watch", "--count", "1"}, Does::read},
+    {{"events"}, Does::read},
+    {{"metrics"}, Does::read},
+    {{"version"}, Does::read},
+    {{"get"}, Does::read},
+    {{"params"}, Does::read},
+    {{"set", "force.radius_m=0.03"}},
+    {{"engage"}},
+    {{"disengage"}},
+    {{"reload"}},
+    {{"save", "soft"}},
+    {{"load", "soft"}},
+    {{"profiles"}, Does::read},
+    {{"profiles", "--boot", "soft"}},
+    {{"profiles", "--no-boot"}},
+    {{"profiles", "--delete", "soft"}},
+    {{"fixture", "add", "nerve", "--kind", "sphere", "--position-m", "0,0,-0.8", "--radius-m", "0.05"}},
+    {{"fixture", "list"}, Does::read},
+    {{"fixture", "show", "nerve"}, Does::read},
+    {{"fixture", "change", "nerve", "--radius-m", "0.06"}},
+    {{"fixture", "disable", "nerve"}},
+    {{"fixture", "enable", "nerve"}},
+    {{"fixture", "touch", "wall", "--kind", "plane", "--touched", "TOUCHED"}},
+    {{"fixture", "export"}, Does::read},
+    {{"fixture", "import", "SCENE"}},
+    {{"fixture", "remove", "vein"}},
+    {{"region", "add", "liver", "--shape", "sphere", "--position-m", "0,0,-1", "--radius-m", "0.05",
+      "--stiffness-n-per-m", "300"}},
+    {{"region", "list"}, Does::read},
+    {{"region", "show", "liver"}, Does::read},
+    {{"region", "change", "liver", "--friction", "0.1"}},
+    {{"region", "stiffness", "liver", "400"}},
+    {{"region", "export"}, Does::read},
+    {{"region", "import", "SCENE"}},
+    {{"region", "remove", "lung"}},
+    {{"trace", "start"}},
+    {{"trace", "mark", "begin"}},
+    {{"trace", "stop"}},
+    {{"trace", "dump"}},
+    {{"trace", "list"}, Does::read},
+    {{"trace", "note", "TRACE", "good"}},
+    {{"trace", "keep", "TRACE"}},
+    {{"trace", "keep", "--undo", "TRACE"}},
+    {{"trace", "delete", "TRACE"}},
+    {{"snapshot"}, Does::read},
+    {{"register", "--points", "PAIRS"}},
+    {{"register", "--show"}, Does::read},
+    {{"register", "--reset"}},
+    {{"calibrate"}, Does::read}};
+
+/// Commands that need no daemon, and the one that works only in a fault.
+const std::set<std::string> kOthers{"camera list", "camera test", "completion",   "doctor",
+                                    "help",        "trace info",  "trace export", "trace recover",
+                                    "trace plot",  "view",        "clear-fault"};
+
+std::string textOf(const Command& command) {
+  std::string text;
+  for (const std::string& word : command) text += (text.empty() ? "" : " ") + word;
+  return text;
+}
+
+class HapticctlStates : public testing::Test {
+ protected:
+  HapticctlStates() {
+    home.write("pairs.csv",
+               "name,camera_x_m,camera_y_m,camera_z_m,world_x_m,world_y_m,world_z_m\n"
+               "a,0,0,-1,0,0,-1\nb,0.3,0,-1,0.3,0,-1\nc,0,0.3,-1,0,0.3,-1\n");
+    home.write("scene.yaml",
+               "fixtures: [{name: vein, kind: sphere, position_m: [0, 0, -1], radius_m: 0.05}]\n"
+               "regions: [{name: lung, shape: sphere, position_m: [0, 0, -1], radius_m: 0.05}]\n");
+    home.write("touched.txt", "0 0 -1\n0.1 0 -1\n0.1 0.1 -1\n0 0.1 -1\n");
+  }
+
+  Command complete(Command command) const {
+    for (std::string& word : command) {
+      if (word == "PAIRS") word = home.path() / "pairs.csv";
+      if (word == "SCENE") word = home.path() / "scene.yaml";
+      if (word == "TOUCHED") word = home.path() / "touched.txt";
+      if (word == "TRACE") word = newestTrace();
+    }
+    return command;
+  }
+  std::string newestTrace() const {
+    std::istringstream names(home.control({"trace", "list", "--names", "--sort", "time"}).output);
+    std::string newest = "none";
+    for (std::string name; std::getline(names, name);) newest = name;
+    return newest;
+  }
+
+  /// Runs all commands, one after the other, and compares with what they shall end with and say on stderr.
+  void expectOfAll(int code, const std::string& says, const ProgramOptions& options = {}) const {
+    for (const Call& call : kCalls) {
+      const Finished finished = home.control(complete(call.command), options);
+      EXPECT_EQ(finished.ending, exitedWith(code)) << textOf(call.command) << ": " << finished.errors;
+      EXPECT_TRUE(contains(finished.errors, says)) << textOf(call.command);
+    }
+  }
+
+  DaemonHome home;
+};
+
+/// The subcommands that a help lists.
+std::vector<std::string> subcommandsIn(const std::string& help) {
+  std::vector<std::string> names;
+  std::istringstream lines(help.substr(std::min(help.find("Subcommands:"), help.size())));
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("  ") && line[2] != ' ') names.push_back(line.substr(2, line.find(' ', 2) - 2));
+  }
+  return names;
+}
+
+TEST_F(HapticctlStates, TableNamesEveryCommand) {
+  std::set<std::string> listed = kOthers;
+  for (const auto& [command, does] : kCalls) {
+    const bool in_group = command[0] == "trace" || command[0] == "fixture" || command[0] == "region";
+    listed.insert(in_group ? command[0] + " " + command[1] : command[0]);
+  }
+  std::set<std::string> known;
+  for (const std::string& name : subcommandsIn(home.control({"--help"}).output)) {
+    const std::vector<std::string> below = subcommandsIn(home.control({name, "--help"}).output);
+    for (const std::string& subcommand : below) known.insert(name + " " + subcommand);
+    if (below.empty()) known.insert(name);
+  }
+  EXPECT_EQ(listed, known);
+}
+
+TEST_F(HapticctlStates, AllWorkOneAfterTheOther) {
+  Daemon daemon(home);
+  ASSERT_TRUE(daemon.answers());
+  ASSERT_TRUE(daemon.reaches([](const json& status) { return status["tick"]["pointsUsed"] == 100; }));
+  for (const Call& call : kCalls) {
+    const Finished finished = home.control(complete(call.command));
+    EXPECT_EQ(finished.ending, exitedWith(kDone)) << textOf(call.command) << ": " << finished.errors;
+    const bool waits = finished.errors.starts_with("waiting for ");  // as calibrate does
+    EXPECT_TRUE(finished.errors.empty() || waits) << textOf(call.command) << ": " << finished.errors;
+    EXPECT_NE(finished.output, "") << textOf(call.command);
+  }
+  const Finished nothing = home.control({"clear-fault"});
+  EXPECT_EQ(nothing.ending, exitedWith(kFailed));
+  EXPECT_TRUE(contains(nothing.errors, "there is no fault to clear"));
+}
+
+TEST_F(HapticctlStates, AllSayThatADaemonIsAbsentAndHowToStartIt) {
+  expectOfAll(kNoConnection, "is hapticd running? Start it with 'systemctl start hapticd'");
+}
+
+TEST_F(HapticctlStates, AllSayWhichGroupMayWhenPermissionIsMissing) {
+  if (::geteuid() != 0) GTEST_SKIP() << "takes root, to become another user";
+  Daemon daemon(home);
+  ASSERT_TRUE(daemon.answers());
+  std::filesystem::permissions(home.path(), std::filesystem::perms(0755));
+  ASSERT_EQ(::chmod(home.controlSocket().c_str(), 0660), 0);
+  expectOfAll(kNoConnection, "members of the group ", {.user = 65534});
+}
+
+// All at the same time, because each waits for some seconds.
+TEST_F(HapticctlStates, AllEndInTimeWhereADaemonHangs) {
+  Daemon daemon(home);
+  ASSERT_TRUE(daemon.answers());
+  daemon.signal(SIGSTOP);
+  std::vector<std::unique_ptr<Program>> programs;
+  for (const Command& command : {Command{"status"},
+                                 {"watch"},
+                                 {"events"},
+                                 {"metrics"},
+                                 {"version"},
+                                 {"get"},
+                                 {"set", "force.radius_m=0.03"},
+                                 {"disengage"},
+                                 {"reload"},
+                                 {"fixture", "list"},
+                                 {"trace", "list"},
+                                 {"snapshot"},
+                                 {"calibrate"}}) {
+    programs.push_back(std::make_unique<Program>(home.controlCommand(command)));
+  }
+  for (const auto& program : programs) {
+    EXPECT_EQ(program->wait(), exitedWith(kNoConnection)) << program->errors();
+    EXPECT_TRUE(contains(program->errors(), "hapticd may be starting or busy"));
+  }
+  daemon.signal(SIGCONT);
+  EXPECT_EQ(daemon.terminate(), exitedWith(0));
+}
+
+TEST_F(HapticctlStates, TheStatusSocketLetsOnlyRead) {
+  Daemon daemon(home);
+  ASSERT_TRUE(daemon.answers());
+  ASSERT_TRUE(daemon.reaches([](const json& status) { return status["tick"]["pointsUsed"] == 100; }));
+  for (const Command& command :
+       {Command{"fixture", "add", "nerve", "--kind", "sphere", "--position-m", "0,0,-0.8", "--radius-m", "1"},
+        {"region", "add", "liver", "--shape", "sphere", "--position-m", "0,0,-1", "--radius-m", "0.05"}}) {
+    ASSERT_EQ(home.control(command).ending, exitedWith(kDone)) << textOf(command);
+  }
+  for (const Call& call : kCalls) {
+    Command command = complete(call.command);
+    command.insert(command.begin(), {"--socket", home.statusSocket()});
+    const Finished finished = runToEnd(hapticctlCommand(command));
+    const bool reads = call.does == Does::read;
+    EXPECT_EQ(finished.ending, exitedWith(reads ? kDone : kFailed)) << textOf(call.command);
+    EXPECT_TRUE(contains(finished.errors, reads ? "" : "members of the group haptic may"));
+  }
+}
+
+TEST_F(HapticctlStates, ADaemonWithoutCameraSaysSoAndHasNoSnapshot) {
+  Daemon daemon(home, "camera: {driver: freenect}\n");
+  ASSERT_TRUE(daemon.answers());
+  const Finished status = home.control({"status"});
+  EXPECT_EQ(status.ending, exitedWith(kDone));
+  EXPECT_TRUE(contains(status.output, "! camera "));
+  const Finished snapshot = home.control({"snapshot"});
+  EXPECT_EQ(snapshot.ending, exitedWith(kFailed));
+  EXPECT_TRUE(contains(snapshot.errors, "no depth frame has arrived yet"));
+}
+
+TEST_F(HapticctlStates, ADaemonThatWasKilledLeavesASocketOnWhichNobodyListens) {
+  Daemon daemon(home);
+  ASSERT_TRUE(daemon.answers());
+  daemon.signal(SIGKILL);
+  daemon.wait();
+  const Finished finished = home.control({"status"});
+  EXPECT_EQ(finished.ending, exitedWith(kNoConnection));
+  EXPECT_TRUE(contains(finished.errors, "nobody listens on " + home.controlSocket()));
+}
+
+TEST_F(HapticctlStates, TheSocketOfTheCommandLineIsPreferredToTheEnvironments) {
+  Daemon daemon(home);
+  ASSERT_TRUE(daemon.answers());
+  EXPECT_EQ(home.control({"version"}, {.environment = {"HAPTICD_SOCKET=/nowhere"}}).ending,
+            exitedWith(kDone));
+  EXPECT_EQ(
+      runToEnd(hapticctlCommand({"engage"}), {.environment = {"HAPTICD_SOCKET=" + home.controlSocket()}})
+          .ending,
+      exitedWith(kDone));
+}
+
+TEST_F(HapticctlStates, TooManyConnectionsAreSaid) {
+  Daemon daemon(home);
+  ASSERT_TRUE(daemon.answers());
+  std::list<Client> others;
+  for (int i = 0; i < 64; ++i) {
+    others.emplace_back(home.controlSocket())
+        .send(std::string(R"({"method":"org.varlink.service.GetInfo"})") + '\0');
+  }
+  others.front().reply();
+  const Finished refused = home.control({"disengage"});
+  EXPECT_EQ(refused.ending, exitedWith(kFailed));
+  EXPECT_TRUE(contains(refused.errors, "too many connections: hapticd serves "));
+}
+
+TEST_F(HapticctlStates, WhoMaySeeTheDepthImageIsSaid) {
+  if (::geteuid() != 0) GTEST_SKIP() << "takes root, to become another user";
+  Daemon daemon(home);
+  ASSERT_TRUE(daemon.answers());
+  std::filesystem::permissions(home.path(), std::filesystem::perms(0711));
+  const Finished denied =
+      runToEnd(hapticctlCommand({"--socket", home.statusSocket(), "snapshot"}), {.user = 65534});
+  EXPECT_EQ(denied.ending, exitedWith(kFailed));
+  EXPECT_TRUE(contains(denied.errors, "haptic-view"));
+}
+
+TEST_F(HapticctlStates, DoctorShowsTheWarningsOfTheDaemonAndKnowsItsCpu) {
+  Daemon daemon(home, "camera: {driver: freenect}\nloop: {cpu: 0}\n");
+  ASSERT_TRUE(daemon.answers());
+  const std::filesystem::path cpus = home.path() / "machine/sys/devices/system/cpu";
+  std::filesystem::create_directories(cpus);
+  home.write("machine/sys/devices/system/cpu/isolated", "1\n");
+  const Finished finished = home.control({"doctor", "--root", home.path() / "machine"});
+  EXPECT_EQ(finished.ending, exitedWith(kDone)) << finished.output;
+  EXPECT_TRUE(contains(finished.output, "warn  daemon: camera "));
+  EXPECT_TRUE(contains(finished.output, "isolated: CPU 1, but the force loop runs on CPU 0"));
+}
+
+TEST_F(HapticctlStates, ReasonsOfTheDaemonAreShownAsTheyAreAndAsJson) {
+  Daemon daemon(home);
+  ASSERT_TRUE(daemon.answers());
+  EXPECT_TRUE(
+      contains(home.control({"save", "a/b"}).errors, "hapticctl: profile \"a/b\": is no name of a profile"));
+  const json refused = json::parse(home.control({"--json", "save", "a/b"}).errors);
+  EXPECT_EQ(refused["error"], "io.hapticd.Control.ProfileFailed");
+  const json unreadable = json::parse(home.control({"--json", "register", "--points", "/nowhere"}).errors);
+  EXPECT_EQ(unreadable["error"], "Failed");
+  EXPECT_EQ(daemon.terminate(), exitedWith(0));
+  EXPECT_EQ(json::parse(home.control({"--json", "status"}).errors)["error"], "NoConnection");
+}
+
+/// What no daemon of this version sends, so the test itself answers on the socket.
+struct StrangeAnswer {
+  std::string bytes;
+  int code;
+  std::string says;
+};
+
+class HapticctlAndAnotherProgram : public testing::TestWithParam<StrangeAnswer> {};
+
+TEST_P(HapticctlAndAnotherProgram, SaysWhatIsWrong) {
+  const DaemonHome home;
+  const base::Descriptor listener = boundSocket(SOCK_STREAM, home.controlSocket());
+  ASSERT_EQ(::listen(listener.get(), 1), 0);
+  std::thread other([&] {
+    const base::Descriptor client(::accept4(listener.get(), nullptr, nullptr, SOCK_CLOEXEC));
+    std::array<char, 256> call{};
+    ::recv(client.get(), call.data(), call.size(), 0);
+    ::send(client.get(), GetParam().bytes.data(), GetParam().bytes.size(), MSG_NOSIGNAL);
+  });
+  const Finished finished = home.control({"profiles"});
+  other.join();
+  EXPECT_EQ(finished.ending, exitedWith(GetParam().code));
+  EXPECT_TRUE(contains(finished.errors, GetParam().says));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Answers, HapticctlAndAnotherProgram,
+    testing::Values(
+        StrangeAnswer{"", kNoConnection, "the socket may be another program's"},
+        StrangeAnswer{"SSH-2.0\r\n", kNoConnection, "the socket may be another program's"},
+        StrangeAnswer{std::string("[1,2]\0", 6), kNoConnection, "the socket may be another program's"},
+        StrangeAnswer{
+            std::string(R"({"error":"org.varlink.service.MethodNotFound","parameters":{"method":"a.B"}})") +
+                '\0',
+            kFailed, "this hapticd does not know a.B: it is older than hapticctl"}));
+
+}  // namespace
+}  // namespace hapticd::test

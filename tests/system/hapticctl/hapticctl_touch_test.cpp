@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fixtures and the camera's pose by touch: a person at a terminal, a hand at a device, and files of points.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <functional>
+
+#include "tests/support/file_content.h"
+#include "tests/system/hapticctl/placed_hand.h"
+#include "tests/system/support/daemon_under_test.h"
+#include "tests/system/support/terminal_program.h"
+
+namespace hapticd::test {
+namespace {
+
+using nlohmann::json;
+using rt::Vec3;
+
+/// A wall 1 m before a camera that stands 0.5 m along x of the world's origin.
+const std::string kYaml = PlacedHand::yaml() +
+                          "camera: {driver: synthetic, position_x_m: 0.5}\n"
+                          "synthetic: {scene: plane, noise: off, distance_m: 1}\n";
+
+class HapticctlTouch : public testing::Test {
+ protected:
+  void SetUp() override { ASSERT_TRUE(daemon.answers()); }
+
+  /// An answer at the terminal: Enter, once the hand rests at the place.
+  struct Touch {
+    std::string asked;  ///< part of the question
+    Vec3 place_m;
+    std::function<void()> before_enter = [] {};
+    std::function<void()> after_enter = [] {};
+  };
+
+  /// Where this machine holds the hand's packets up for 100 ms, the handle counts as lost; then a command
+  /// runs again.
+  static constexpr int kMaxRuns = 10;
+  static bool isLost(const std::string& said) { return said.find("the handle is lost") != std::string::npos; }
+
+  /// Runs a command at a terminal, answers its questions and returns what it said.
+  std::string answered(const std::vector<std::string>& arguments, const std::vector<Touch>& touches) {
+    for (int run = 0; run < kMaxRuns; ++run) {
+      TerminalProgram command(home.controlCommand(arguments), {}, 24, 200);
+      for (const Touch& touch : touches) {
+        EXPECT_TRUE(becomesTrue([&] {
+          const std::string& said = command.output();
+          return said.find(touch.asked) != std::string::npos || isLost(said);
+        })) << command.output();
+        if (isLost(command.output())) break;
+        EXPECT_TRUE(hand.reaches(daemon, touch.place_m));
+        touch.before_enter();
+        command.press('\r');
+        touch.after_enter();
+      }
+      const Ending ending = command.wait();
+      if (isLost(command.output())) continue;
+      EXPECT_EQ(ending, exitedWith(0)) << command.output();
+      return command.output();
+    }
+    ADD_FAILURE() << "the handle is lost again and again";
+    return {};
+  }
+  std::string refusal(const std::vector<std::string>& arguments, const std::string& input = "") const {
+    Finished refused = home.controlWithInput(input, arguments);
+    for (int run = 1; run < kMaxRuns && isLost(refused.errors); ++run)
+      refused = home.controlWithInput(input, arguments);
+    EXPECT_EQ(refused.ending, exitedWith(1)) << refused.output;
+    return refused.errors;
+  }
+  json fixture(const std::string& name) const {
+    return json::parse(home.control({"--json", "fixture", "show", name}).output).at("definition");
+  }
+  std::string fixtureNames() const { return home.control({"fixture", "list", "--names"}).output; }
+
+  const DaemonHome home;
+  Daemon daemon{home, kYaml};
+  PlacedHand hand{{0.5, 0, -0.9}};
+};
+
+constexpr const char* kModel =
+    "fixtures:\n"
+    "  - {name: bone, kind: box, position_m: [0.1, 0, 0], size_m: [0.02, 0.04, 0.06]}\n"
+    "  - {name: entry, kind: plane, position_m: [0, 0, 0], normal: [1, 0, 0]}\n"
+    "landmarks:\n"
+    "  - {name: tip, position_m: [0, 0, 0]}\n"
+    "  - {name: left, position_m: [0.1, 0, 0]}\n"
+    "  - {name: top, position_m: [0, 0.1, 0]}\n";
+
+/// Where the model's landmarks are after a quarter turn about z, 1 m before the camera.
+constexpr std::array<Vec3, 3> kTurned_m{Vec3{0, 0, -1}, Vec3{0, 0.1, -1}, Vec3{-0.1, 0, -1}};
+
+TEST_F(HapticctlTouch, AModelIsMovedToWhereItsLandmarksAreTouchedAndTheyAreKept) {
+  const std::string model = home.write("model.yaml", kModel);
+  const std::string kept = home.path() / "kept.yaml";
+  const std::string said = answered(
+      {"fixture", "import", model, "--landmarks", model, "--save-measured", kept},
+      {{"touch 'tip'", kTurned_m[0]}, {"touch 'left'", kTurned_m[1]}, {"touch 'top'", kTurned_m[2]}});
+  EXPECT_TRUE(contains(said, "expected error at the centre"));
+  EXPECT_TRUE(contains(said, "imported 2 fixtures"));
+  const json bone = fixture("bone");
+  EXPECT_NEAR(bone["position_m"][1].get<double>(), 0.1, 1e-6);
+  EXPECT_NEAR(bone["position_m"][2].get<double>(), -1, 1e-6);
+  EXPECT_NEAR(bone["rotation_deg"][2].get<double>(), 90, 1e-3);
+  EXPECT_NEAR(fixture("entry")["normal"][1].get<double>(), 1, 1e-6);
+
+  EXPECT_EQ(home.control({"fixture", "import", model, "--landmarks", model, "--measured", kept, "--replace"})
+                .ending,
+            exitedWith(0));
+}
+
+TEST_F(HapticctlTouch, AModelWithALandmarkThatIsOffIsRefused) {
+  const std::string model = home.write("model.yaml", kModel);
+  const std::string off = home.write("off.yaml",
+                                     "landmarks:\n  - {name: tip, position_m: [0, 0, -1]}\n"
+                                     "  - {name: left, position_m: [0, 0.13, -1]}\n"
+                                     "  - {name: top, position_m: [-0.1, 0, -1]}\n");
+  const std::vector<std::string> import{"fixture", "import", model, "--landmarks", model, "--measured", off};
+  EXPECT_TRUE(contains(refusal(import), "nothing was changed: a landmark is off by "));
+  EXPECT_EQ(home.control({"fixture", "import", model}).ending, exitedWith(1)) << "not in the world's frame";
+  EXPECT_EQ(fixtureNames(), "");
+  std::vector<std::string> tolerant = import;
+  tolerant.insert(tolerant.end(), {"--most-residual-m", "0.03"});
+  EXPECT_EQ(home.control(tolerant).ending, exitedWith(0));
+}
+
+TEST_F(HapticctlTouch, APlaneIsTouched) {
+  const std::string said = answered(
+      {"fixture", "touch", "wall", "--kind", "plane", "--points", "3", "--stiffness-n-per-m", "400"},
+      {{"point 1 of 3", {0.5, 0, -1}}, {"point 2 of 3", {0.6, 0, -1}}, {"point 3 of 3", {0.5, 0.1, -1}}});
+  EXPECT_TRUE(contains(said, "root mean square"));
+  const json wall = fixture("wall");
+  EXPECT_NEAR(wall["normal"][2].get<double>(), 1, 1e-6) << "towards the camera";
+  EXPECT_EQ(wall["stiffness_n_per_m"], 400);
+}
+
+TEST_F(HapticctlTouch, APathIsStrokedWhileAButtonIsHeld) {
+  const auto stroke = [this] {
+    hand.holdButton(true);
+    EXPECT_TRUE(hand.reaches(daemon, {0.6, 0, -0.9}));
+    EXPECT_TRUE(hand.reaches(daemon, {0.6, 0.1, -0.9}));
+    hand.holdButton(false);
+  };
+  const std::string said =
+      answered({"fixture", "touch", "cut", "--kind", "path"},
+               {{.asked = "hold a button", .place_m = {0.5, 0, -0.9}, .after_enter = stroke}});
+  EXPECT_TRUE(contains(said, "simplified within 1.00 mm"));
+  // how often it reads the hand depends on this machine, but each point of the path was read
+  const json points = fixture("cut")["points_m"];
+  ASSERT_GE(points.size(), 2U) << points;
+  for (const json& point : points) {
+    const double off_first_m = std::abs(point[1].get<double>());
+    const double off_second_m = std::abs(point[0].get<double>() - 0.6);
+    EXPECT_LT(std::fmin(off_first_m, off_second_m), 1e-3) << point;
+  }
+}
+
+TEST_F(HapticctlTouch, ABoxAndASphereAreFittedToAFileOfPoints) {
+  const std::string box = home.write("box", "0.1 0 -1\n0 0 -1\n0 0.2 -1\n0.05 0.05 -1.05\n");
+  const std::string ball = home.write("ball", "0.1 0 -1\n-0.1 0 -1\n0 0.1 -1\n0 0 -0.9\n");
+  EXPECT_EQ(home.control({"fixture", "touch", "a", "--kind", "box", "--touched", box}).ending, exitedWith(0));
+  EXPECT_EQ(home.control({"fixture", "touch", "b", "--kind", "sphere", "--touched", ball}).ending,
+            exitedWith(0));
+  EXPECT_NEAR(fixture("a")["position_m"][2].get<double>(), -1.025, 1e-9);
+  EXPECT_NEAR(fixture("b")["radius_m"].get<double>(), 0.1, 1e-9);
+}
+
+TEST_F(HapticctlTouch, AFixtureThatIsRefusedChangesNothing) {
+  const std::string line = home.write("line", "0 0 -1\n0.1 0 -1\n0.2 0 -1\n");
+  const std::string bumpy = home.write("bumpy", "0 0 -1\n0.1 0 -1\n0.1 0.1 -1.03\n0 0.1 -1\n");
+  const std::string good = home.write("good", "0 0 -1\n0.1 0 -1\n0 0.1 -1\n");
+  ASSERT_EQ(home.control({"fixture", "add", "nerve", "--kind", "sphere", "--position-m", "0,0,-0.8",
+                          "--radius-m", "0.05"})
+                .ending,
+            exitedWith(0));
+  const auto plane = [](const std::string& name, std::vector<std::string> more) {
+    more.insert(more.begin(), {"fixture", "touch", name, "--kind", "plane"});
+    return more;
+  };
+  EXPECT_TRUE(contains(refusal(plane("wall", {"--touched", line})), "lie on a line"));
+  EXPECT_TRUE(contains(refusal(plane("wall", {"--touched", bumpy})), "a point is off by "));
+  EXPECT_TRUE(contains(refusal(plane("wall", {}), "q\n"), "given up, nothing was changed"));
+  EXPECT_TRUE(contains(refusal(plane("nerve", {"--touched", good})), "there is a fixture of this name"));
+  EXPECT_TRUE(
+      contains(refusal(plane("wall", {"--touched", good, "--escape-force-n", "1"})), "escape_force_n"));
+  for (const std::vector<std::string>& unfit :
+       {std::vector<std::string>{"--kind", "cone"}, {"--kind", "box", "--points", "5"}}) {
+    std::vector<std::string> command{"fixture", "touch", "a"};
+    command.insert(command.end(), unfit.begin(), unfit.end());
+    EXPECT_EQ(home.control(command).ending, exitedWith(2)) << unfit[1];
+  }
+  EXPECT_EQ(fixtureNames(), "nerve\n");
+  EXPECT_EQ(home.control(plane("nerve", {"--touched", good, "--replace"})).ending, exitedWith(0));
+  EXPECT_EQ(fixture("nerve")["kind"], "plane");
+}
+
+// --- the camera's pose
+
+constexpr const char* kMarks = "name,column_px,row_px\na,100,100\nb,500,100\nc,300,400\n";
+
+/// What a landmark of the picture is on the wall, in the world.
+Vec3 onTheWall(double column_px, double row_px) {
+  return {0.5 + (column_px - 339.307810) / 594.214342, -(row_px - 242.739138) / 591.040537, -1};
+}
+
+TEST_F(HapticctlTouch, TheCameraIsFoundByTouchingWhatItSeesAndAMovingHandTouchesAgain) {
+  ASSERT_TRUE(daemon.reaches([](const json& status) { return status["camera"]["state"] == "streaming"; }));
+  const std::string said = answered({"register", "--landmarks", home.write("marks.csv", kMarks)},
+                                    {{"touch 'a'", onTheWall(100, 100)},
+                                     {.asked = "touch 'b'",
+                                      .place_m = onTheWall(500, 100),
+                                      .before_enter = [this] { hand.tremble(0.008); }},
+                                     {"touch it again", onTheWall(500, 100)},
+                                     {"touch 'c'", onTheWall(300, 400)}});
+  EXPECT_TRUE(contains(said, "the handle moved by "));
+  EXPECT_TRUE(contains(said, "mm within a second, at most 2 mm are allowed"));
+  const json pose = json::parse(home.control({"--json", "register", "--show"}).output)["calibration"];
+  // the picture's steps of depth are about 3 mm at 1 m
+  EXPECT_NEAR(pose["waiting"]["xM"].get<double>(), 0.5, 0.005) << pose;
+  EXPECT_NEAR(pose["waiting"]["yM"].get<double>(), 0, 0.005) << pose;
+  EXPECT_NEAR(pose["waiting"]["zM"].get<double>(), 0, 0.005) << pose;
+}
+
+TEST_F(HapticctlTouch, ARegistrationThatIsGivenUpOrOfOnePlaceChangesNothing) {
+  ASSERT_TRUE(daemon.reaches([](const json& status) { return status["camera"]["state"] == "streaming"; }));
+  const std::vector<std::string> command{"register", "--landmarks", home.write("marks.csv", kMarks)};
+  EXPECT_TRUE(contains(refusal(command, "\nq\n"), "given up"));
+  EXPECT_TRUE(contains(refusal(command, ""), "given up"));
+  EXPECT_TRUE(contains(refusal(command, "\n\n\n"), "the world's points lie on a line: 0.0 mm across it"));
+  const json pose = json::parse(home.control({"--json", "register", "--show"}).output)["calibration"];
+  EXPECT_TRUE(pose["waiting"].is_null()) << pose;
+}
+
+TEST(HapticctlTouchWithoutAHand, NamesTheHandleThatIsAbsentAndTheLandmarksWithoutDepth) {
+  const DaemonHome home;
+  Daemon daemon(home, kYaml);
+  ASSERT_TRUE(daemon.answers());
+  ASSERT_TRUE(daemon.reaches([](const json& status) { return status["camera"]["state"] == "streaming"; }));
+  const Finished absent =
+      home.controlWithInput("\n", {"register", "--landmarks", home.write("marks.csv", kMarks)});
+  EXPECT_EQ(absent.ending, exitedWith(1));
+  EXPECT_TRUE(contains(absent.errors, "nothing can be touched with it"));
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -1,0 +1,395 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sysexits.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <memory>
+#include <string>
+
+#include "rt/base/realtime_thread.h"
+#include "tools/hapticbench/engine/study.h"
+#include "tools/hapticbench/pareto.h"
+#include "tools/lib/gnuplot/gnuplot.h"
+#include "tools/lib/options/option_checks.h"
+
+namespace hapticd::tools {
+namespace {
+
+Columns<ParetoPoint> pointColumns() {
+  using P = ParetoPoint;
+  return {{"/name", "", 0, [](const P& p) { return p.run.kind.name; }},
+          {"/library", "", 0, [](const P& p) { return !p.run.kind.is_ours; }},
+          {"/force_us/median", "", 0, [](const P& p) { return p.cost.force_median_us; }},
+          {"/force_us/mean", "", 0, [](const P& p) { return p.cost.force_mean_us; }},
+          {"/force_us/p99_9", "", 0, [](const P& p) { return p.cost.force_p999_us; }},
+          {"/force_us/max", "", 0, [](const P& p) { return p.cost.force_max_us; }},
+          {"/model_us/median", "", 0, [](const P& p) { return p.cost.model_median_us; }},
+          {"/model_us/mean", "", 0, [](const P& p) { return p.cost.model_mean_us; }},
+          {"/model_us/max", "", 0, [](const P& p) { return p.cost.model_max_us; }},
+          {"/cpu_ms_per_s", "", 0, [](const P& p) { return p.cost.cpu_ms_per_s(); }},
+          {"/rms_error_jnd", "", 0, [](const P& p) { return p.error.error_jnd.rms(); }},
+          {"/rms_error_mm", "", 0, &P::error_mm}};
+}
+
+Columns<EvaluationRow> evaluationColumns() {
+  using Row = EvaluationRow;
+  return {{"/scene", "one force, medians", 0, &Row::scene},
+          {"/along_path", "along a path", 0, &Row::along_path},
+          {"/nanoflann_us", "nanoflann us", 2, &Row::nanoflann_us},
+          {"/nearest_springs_us", "nearest_springs us", 3, &Row::nearest_springs_us},
+          {"", "times", 1, [](const Row& r) { return r.nanoflann_us / r.nearest_springs_us; }},
+          {"/surface_us", "surface us", 3, &Row::surface_us},
+          {"", "times", 1, [](const Row& r) { return r.nanoflann_us / r.surface_us; }}};
+}
+
+Columns<HardFrameRow> hardFrameColumns() {
+  using Row = HardFrameRow;
+  return {{"/frame", "hard frame", 0, &Row::frame},
+          {"/law", "law", 0, &Row::law},
+          {"/force_max_us", "force max us", 1, &Row::force_max_us},
+          {"", "% of tick", 2, [](const Row& r) { return r.force_max_us / 10; }},
+          {"/model_max_us", "model max us", 0, &Row::model_max_us}};
+}
+
+/// Appends `value` unless the list contains it.
+template <typename Value>
+void addOnce(std::vector<Value>& values, const Value& value) {
+  if (std::ranges::find(values, value) == values.end()) values.push_back(value);
+}
+
+/// The name of a noise model in the tables.
+const char* cameraOf(SceneNoise noise) {
+  return noise == SceneNoise::harsh ? "harsher" : "quieter";
+}
+
+/// Two significant digits: the repeatability of the measurement allows no more.
+std::string twoDigits(double value) {
+  if (!std::isfinite(value)) return "-";
+  if (value < 0.005) return "0";
+  return value < 10 ? fmt::format("{:#.2g}", value) : fmt::format("{:.0f}", value);
+}
+
+/// Returns `first` and a heading for each distance.
+std::vector<std::string> headingsOf(std::vector<std::string> first, const std::vector<double>& distances_m) {
+  for (const double distance_m : distances_m) first.push_back(fmt::format("{:g} m", distance_m));
+  return first;
+}
+
+/// The figures of one law, noise and distance for each kind of surface: "0.2 / 0.4 / 0.3".
+template <typename Figure>
+std::string cellOf(const ParetoResult& result, const std::string& law, SceneNoise noise, double distance_m,
+                   Figure figure) {
+  std::string cell;
+  for (const DistanceError& row : result.distance_errors) {
+    if (row.law != law || row.noise != noise || row.distance_m != distance_m) continue;
+    cell += (cell.empty() ? "" : " / ") + figure(row);
+  }
+  return cell;
+}
+
+/// A row for each law and noise. `figure` makes a text of a DistanceError.
+template <typename Figure>
+std::string errorsTable(const ParetoResult& result, const std::string& heading, bool with_springs,
+                        Figure figure) {
+  std::vector<std::string> laws;
+  std::vector<SceneNoise> noises;
+  std::vector<double> distances_m;
+  for (const DistanceError& row : result.distance_errors) {
+    if (with_springs || !row.law.ends_with("springs")) addOnce(laws, row.law);
+    addOnce(noises, row.noise);
+    addOnce(distances_m, row.distance_m);
+  }
+  std::vector<std::vector<std::string>> rows;
+  for (const std::string& law : laws) {
+    for (const SceneNoise noise : noises) {
+      auto& cells = rows.emplace_back(std::vector<std::string>{"`" + law + "`", cameraOf(noise)});
+      for (const double distance_m : distances_m)
+        cells.push_back(cellOf(result, law, noise, distance_m, figure));
+    }
+  }
+  return markdownTable(headingsOf({heading, "camera"}, distances_m), 2, rows) + "\n";
+}
+
+std::string errorsMarkdown(const ParetoResult& result) {
+  const auto& errors = result.distance_errors;
+  if (errors.empty()) return "";
+  std::string text =
+      "RMS error of the force in JND on strokes 8 mm deep (4 N; 1 JND = 0.28 N is just noticed), on flat / "
+      "curved / moving surfaces: planes to 30 degrees, a ball of 100 mm and a rod of 80 mm, a plane at "
+      "0.3 m/s.\n\n" +
+      errorsTable(result, "law", true, [](const DistanceError& row) { return twoDigits(row.rms_jnd); });
+  if (std::ranges::all_of(errors, [](const DistanceError& row) { return row.law.ends_with("springs"); }))
+    return text;
+  text +=
+      "The same over the least that the sensor's noise allows with 40 mm of surface (8 frames, 3 where it "
+      "moves); below 1 a flat surface is larger than that:\n\n" +
+      errorsTable(result, "times the floor", false,
+                  [](const DistanceError& row) { return row.by_floor ? twoDigits(*row.by_floor) : "-"; });
+  return text + "Contact lost, % of the stroke:\n\n" +
+         errorsTable(result, "contact lost", false,
+                     [](const DistanceError& row) { return twoDigits(row.lost_percent); });
+}
+
+/// The range over the noise models, "0.14 to 0.16"; "-" where nothing was measured.
+std::string rangeOf(const ParetoResult& result, SurfaceKind kind, double distance_m) {
+  std::vector<double> errors_jnd;
+  for (const DistanceError& row : result.distance_errors) {
+    if (row.law == "surface" && row.kind == kind && row.distance_m == distance_m)
+      errors_jnd.push_back(row.rms_jnd);
+  }
+  if (errors_jnd.empty()) return "-";
+  const auto [smallest, largest] = std::ranges::minmax(errors_jnd);
+  const std::string from = twoDigits(smallest), to = twoDigits(largest);
+  return from == to ? from : fmt::format("{} to {}", from, to);
+}
+
+std::string sensorMarkdown(const ParetoResult& result) {
+  if (result.sensor_limits.empty()) return "";
+  std::vector<SceneNoise> noises;
+  std::vector<double> distances_m;
+  for (const SensorLimit& limit : result.sensor_limits) {
+    addOnce(noises, limit.noise);
+    addOnce(distances_m, limit.distance_m);
+  }
+  std::vector<std::vector<std::string>> rows;
+  const auto add = [&](const char* what, const char* camera, SceneNoise noise, double SensorLimit::*figure) {
+    auto& cells = rows.emplace_back(std::vector<std::string>{what, camera});
+    for (const SensorLimit& limit : result.sensor_limits) {
+      if (limit.noise == noise) cells.push_back(twoDigits(limit.*figure));
+    }
+  };
+  add("one step of depth, mm", "all", noises.front(), &SensorLimit::raw_unit_mm);
+  add("narrowest body, mm", "all", noises.front(), &SensorLimit::narrowest_mm);
+  for (const SceneNoise noise : noises) {
+    add("flat, 40 mm", cameraOf(noise), noise, &SensorLimit::flat_40_mm_jnd);
+    add("flat, 160 mm", cameraOf(noise), noise, &SensorLimit::flat_160_mm_jnd);
+    add("curved, 40 mm", cameraOf(noise), noise, &SensorLimit::curved_40_mm_jnd);
+  }
+  return "What no law can do better, because of the sensor: the step of its depth, bodies of fewer than "
+         "eight pixels, and the least error (JND) on a patch of that side, still, 8 frames.\n\n" +
+         markdownTable(headingsOf({"the sensor", "camera"}, distances_m), 2, rows) + "\n";
+}
+
+std::string costsMarkdown(const ParetoResult& result) {
+  std::vector<double> distances_m;
+  for (const LawAtDistance& row : result.laws) {
+    if (std::ranges::find(kCostDistances_m, row.distance_m) != std::end(kCostDistances_m))
+      addOnce(distances_m, row.distance_m);
+  }
+  if (distances_m.empty()) return "";
+  std::vector<std::vector<std::string>> rows;
+  for (const LawSetting& setting : shippedSettings()) {
+    auto& cells = rows.emplace_back(std::vector<std::string>{nameOf(setting)});
+    for (const LawAtDistance& row : result.laws) {
+      if (row.setting != setting || std::ranges::find(distances_m, row.distance_m) == distances_m.end())
+        continue;
+      cells.push_back(fmt::format("{:.0f} / {:.2f} / {:.2f}", row.cost.model_median_us,
+                                  row.cost.force_median_us, row.cost.cpu_ms_per_s()));
+    }
+  }
+  return "Cost on a plane turned by 30 degrees: median of a frame (us) / median of a force (us) / CPU (ms "
+         "per s of use: 30 frames, 1000 forces).\n\n" +
+         markdownTable(headingsOf({"law and setting"}, distances_m), 1, rows) + "\n";
+}
+
+std::string pointsMarkdown(const ParetoResult& result) {
+  std::vector<std::vector<std::string>> rows;
+  for (const ParetoPoint& point : result.points) {
+    const CpuCost& cost = point.cost;
+    rows.push_back({point.run.kind.name, fmt::format("{:.2f}", cost.force_p999_us),
+                    fmt::format("{:.0f}", cost.model_median_us), fmt::format("{:.2f}", cost.cpu_ms_per_s()),
+                    fmt::format("{:.2f}", point.error.error_jnd.rms()),
+                    fmt::format("{:.2f}", point.error_mm())});
+  }
+  return "Beside libraries that compute the paper's law, on the recordings and a synthetic table; errors at "
+         "1 m with the harsher camera, 5 to 20 mm deep.\n\n" +
+         markdownTable({"law and setting", "force, p99.9 (us)", "model of a frame (us)",
+                        "CPU (ms per s of use)", "RMS error (JND)", "(mm)"},
+                       1, rows);
+}
+
+std::string figuresMarkdown(const ParetoResult& result) {
+  return errorsMarkdown(result) + sensorMarkdown(result) + costsMarkdown(result) + pointsMarkdown(result);
+}
+
+std::string requirementsMarkdown(const ParetoResult& result) {
+  std::vector<std::vector<std::string>> rows;
+  for (const Requirement& requirement : requirementsOf(result)) {
+    rows.push_back(
+        {requirement.text,
+         fmt::format("{:.3g}{}", requirement.measured, requirement.kept() ? "" : " (not kept)"),
+         fmt::format("{} {:g}", requirement.at_least ? "at least" : "at most", requirement.limit)});
+  }
+  return "\n" + markdownTable({"what must hold", "measured", "limit"}, 1, rows);
+}
+
+}  // namespace
+
+std::string paretoMarkdown(const ParetoResult& result) {
+  return figuresMarkdown(result) + requirementsMarkdown(result);
+}
+
+Report paretoReport(const ParetoResult& result, int cpu) {
+  Report report;
+  report.say(fmt::format(
+      "CPU time on one core{}, HIP at up to 0.5 m/s that touches and leaves the surface, on {}. Times:\n"
+      "the fastest of several runs, sample by sample, less the cost of the clock.\n\n",
+      cpu < 0 ? ", not pinned" : fmt::format(", CPU {}", cpu), fmt::join(result.scenes, ", ")));
+  report.say(figuresMarkdown(result));
+  report.note("cpu", cpu);
+  report.note("scenes", result.scenes);
+  report.note("points", tableJson(pointColumns(), result.points));
+  report.table("evaluations", "\n", evaluationColumns(), result.evaluations);
+  report.table("hard_frames", "\n", hardFrameColumns(), result.hard_frames);
+  report.requirements(requirementsOf(result));
+  return report;
+}
+
+std::string surfaceErrorMarkdown(const ParetoResult& result) {
+  std::vector<double> distances_m;
+  for (const DistanceError& row : result.distance_errors) addOnce(distances_m, row.distance_m);
+  std::vector<std::vector<std::string>> rows;
+  for (const SurfaceKind kind : kSurfaceKinds) {
+    auto& cells = rows.emplace_back(std::vector<std::string>{fmt::format("{} surface", nameOf(kind))});
+    for (const double distance_m : distances_m) cells.push_back(rangeOf(result, kind, distance_m));
+  }
+  return markdownTable(headingsOf({"RMS error of `surface`, JND"}, distances_m), 1, rows);
+}
+
+namespace {
+
+/// Points that share a mark, which their law has, and a colour.
+struct Series {
+  std::string title;
+  int mark;
+  std::string colour;
+  std::string block;
+};
+
+Series seriesOf(const ContenderKind& kind) {
+  constexpr int kFirstMark = 4;
+  if (!kind.is_ours) return {"libraries, the paper's law", kFirstMark + 4, "#606060", ""};
+  const LawSetting& setting = kind.setting;
+  const bool usual_frames = setting.fusion_frames == LawSetting{}.fusion_frames;
+  const char* colour = setting.filtered ? "#2a7f3f" : usual_frames ? "#303090" : "#d07010";
+  return {nameOf(setting), kFirstMark + static_cast<int>(setting.law), colour, ""};
+}
+
+/// Returns the text that distinguishes a point from the others of its series.
+std::string labelOf(const ContenderKind& kind) {
+  return kind.is_ours ? "" : kind.name;
+}
+
+std::vector<Series> allSeries(const ParetoResult& result) {
+  std::vector<Series> all;
+  for (const ParetoPoint& point : result.points) {
+    const Series its = seriesOf(point.run.kind);
+    auto series = std::ranges::find(all, its.title, &Series::title);
+    if (series == all.end()) series = all.insert(all.end(), its);
+    series->block += fmt::format("{:.6g} {:.6g} \"{}\"\n", point.cost.cpu_ms_per_s(),
+                                 point.error.error_jnd.rms(), labelOf(point.run.kind));
+  }
+  return all;
+}
+
+}  // namespace
+
+std::string plotScript(const ParetoResult& result, const std::filesystem::path& image) {
+  const std::vector<Series> all = allSeries(result);
+  fmt::memory_buffer script;
+  const auto add = [&script](const std::string& text) {
+    fmt::format_to(std::back_inserter(script), "{}", text);
+  };
+  add(fmt::format("set terminal {} size 900,640 background rgb 'white'\n", gnuplotTerminal(image)));
+  add("set logscale xy\nset grid\nset offsets graph 0.03, graph 0.15, graph 0.08, graph 0.03\n"
+      "set xlabel 'CPU time, ms per second of use (30 frames modelled, 1000 forces)'\n"
+      "set ylabel 'RMS force error, multiples of the just noticeable difference'\n"
+      "set key outside bottom center horizontal maxrows 4\n");
+  for (std::size_t i = 0; i < all.size(); ++i) add(fmt::format("$s{} << END\n{}END\n", i, all[i].block));
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    add(
+        fmt::format("{} $s{} using 1:2 with points pt {} ps 1 lc rgb '{}' title '{}' noenhanced, "
+                    "$s{} using 1:2:3 with labels left rotate by 30 offset 0.6,0.4 font ',9' tc rgb '{}' "
+                    "noenhanced notitle",
+                    i == 0 ? "plot" : ", \\\n ", i, all[i].mark, all[i].colour, gnuplotQuoted(all[i].title),
+                    i, all[i].colour));
+  }
+  add("\n");
+  return fmt::to_string(script);
+}
+
+base::Result<void> plotPareto(const ParetoResult& result, const std::filesystem::path& image) {
+  return runGnuplot(plotScript(result, image), image, "--json writes the data");
+}
+
+namespace {
+
+struct Chosen {
+  ParetoOptions options;
+  std::string plot_file, markdown_file, surface_table_file, laws_table_file;
+  int cpu = -1;
+};
+
+void useQuickOptions(ParetoOptions& options) {
+  options.settings = {{},
+                      {.law = rt::ForceLaw::smooth_springs},
+                      {.law = rt::ForceLaw::proxy},
+                      {.law = rt::ForceLaw::surface}};
+  options.cost = {.seconds = 0.2, .repeats = 1, .checks = 3};
+  options.laws = {.distances_m = {1}, .seconds = 0.1, .repeats = 1, .pushes = 1};
+  options.distances = {.laws = {"nearest_springs", "surface"},
+                       .distances_m = {1},
+                       .noises = {SceneNoise::harsh},
+                       .kinds = {SurfaceKind::flat},
+                       .variants = 1};
+  options.evaluations = 100;
+  options.pushes = 1;
+  options.hard_frames = false;
+}
+
+int runPareto(const Chosen& chosen, const StudyCommand& command) {
+  const int cpu = rt::pinToCpu(chosen.cpu);
+  const auto result = measurePareto(chosen.options);
+  if (!result) return fail(result.error(), EX_NOINPUT);
+  if (const int status = command.report(paretoReport(*result, cpu)); status != EX_OK) return status;
+  if (!chosen.plot_file.empty()) {
+    if (const auto plotted = plotPareto(*result, chosen.plot_file); !plotted)
+      return fail(plotted.error(), EX_CANTCREAT);
+  }
+  if (const int status = writeReport(chosen.markdown_file, paretoMarkdown(*result)); status != EX_OK)
+    return status;
+  if (const int status = writeReport(chosen.surface_table_file, surfaceErrorMarkdown(*result));
+      status != EX_OK)
+    return status;
+  return writeReport(chosen.laws_table_file, lawsTable(result->laws, "tools/figures"));
+}
+
+}  // namespace
+
+StudyCommand paretoCommand(CLI::App& app) {
+  const auto chosen = std::make_shared<Chosen>();
+  StudyCommand command(app, "pareto", "CPU time against force error, every law and setting as one point");
+  const auto file = [&command](const char* option, std::string& name, const char* what) {
+    return command->add_option(option, name, what)->type_name("FILE");
+  };
+  command.quick("short motions, one run, the default settings only",
+                [chosen] { useQuickOptions(chosen->options); });
+  command->add_option("--cpu", chosen->cpu, "CPU to run on (the last one)")->check(within(-1, 1023));
+  command.recordings(chosen->options.recordings);
+  file("--plot", chosen->plot_file, "draw the points there with gnuplot, .svg or .png")
+      ->check(endsIn(".svg", ".png"));
+  file("--markdown", chosen->markdown_file, "write all tables there as Markdown")->check(endsIn(".md"));
+  file("--surface-table", chosen->surface_table_file,
+       "write the error of the law surface by distance there, one table as Markdown")
+      ->check(endsIn(".md"));
+  file("--laws-table", chosen->laws_table_file,
+       "write the table that `auto` chooses by (config/settings/measured_laws.inc)")
+      ->check(endsIn(".inc"));
+  command.onRun([chosen](const StudyCommand& self) { return runPareto(*chosen, self); });
+  return command;
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/additions/addition_reader.h"
+#include "config/settings/fixture_settings.h"
+#include "tools/hapticctl/additions/addition_options.h"
+#include "tools/hapticctl/additions/fixture_touch.h"
+#include "tools/hapticctl/additions/model_import.h"
+#include "tools/hapticctl/base/command_line.h"
+#include "tools/hapticctl/text/addition_text.h"
+#include "tools/hapticctl/text/error_text.h"
+#include "tools/hapticctl/text/terminal_text.h"
+#include "tools/lib/client/reply_reader.h"
+#include "tools/lib/options/option_checks.h"
+
+namespace hapticd::tools {
+namespace {
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + printable(word);
+  return text;
+}
+
+/// Adds all fixtures or regions of a file, or none.
+int import(const CommandOptions& options, const AdditionList& list, const std::string& file, bool replace,
+           const ModelOptions& model) {
+  const bool of_model = !model.landmarks.empty();
+  const auto content = contentOf(options, file);
+  if (!content) return content.error();
+  auto additions =
+      of_model ? config::modelAdditionsFromText(*content, file) : config::additionsFromText(*content, file);
+  if (!additions) return reportProblems(additions.error(), options.json);
+  if (list.definitionsIn(*additions).empty()) {
+    return report(base::Error{file, fmt::format("has no {}", list.plural),
+                              fmt::format("write them below '{}:' as in the configuration", list.plural)},
+                  options.json);
+  }
+  Json document = Json::object();
+  if (of_model) {
+    auto in_world = registered(options, model, *additions);
+    if (!in_world) return in_world.error();
+    *additions = std::move(in_world->additions);
+    document = std::move(in_world->document);
+  }
+  Json definitions = Json::array();
+  for (const std::string& text : list.definitionsIn(*additions))
+    definitions.push_back(Json::parse(text, nullptr, false));
+  const std::string done = fmt::format("imported {} {}", definitions.size(), list.plural);
+  return addAll(options, list, definitions, replace, done, document);
+}
+
+/// A member as YAML, which every JSON text is; a list of points has a line for each.
+std::string memberLines(const std::string& name, const Json& value) {
+  const bool points = value.is_array() && !value.empty() && value.front().is_array();
+  if (!points) return fmt::format("{}: {}\n", name, value.dump());
+  std::string lines = name + ":\n";
+  for (const Json& point : value) lines += fmt::format("      - {}\n", point.dump());
+  return lines;
+}
+
+/// A file that the configuration and `import` read.
+std::string yamlOf(const AdditionList& list, const Json& reply) {
+  if (listAt(reply, list.plural).empty()) return fmt::format("{}: []\n", list.plural);
+  std::string text = fmt::format("{}:\n", list.plural);
+  for (const Json& entry : listAt(reply, list.plural)) {
+    const Json* const definition = fieldAt(entry, "definition");
+    if (!definition || !definition->is_object()) continue;
+    text += "  - " + memberLines("name", textAt(entry, "name"));
+    for (auto member = definition->begin(); member != definition->end(); ++member) {
+      if (member.key() != "name") text += "    " + memberLines(member.key(), *member);
+    }
+  }
+  return text;
+}
+
+int exportTo(const CommandOptions& options, const AdditionList& list, const std::string& file,
+             IfExists if_exists) {
+  const auto reply = callOnce(options, {list.list_method});
+  if (!reply) return report(reply.error(), options.json);
+  const std::string text = yamlOf(list, *reply);
+  if (file.empty()) {
+    fmt::print("{}", text);
+    return kOk;
+  }
+  if (const auto written = writeWholeFile(file, text, if_exists); !written)
+    return report(written.error(), options.json);
+  if (options.json) {
+    printJson({{"file", file}});
+  } else {
+    fmt::print("wrote {} {} to {}\n", listAt(*reply, list.plural).size(), list.plural, printable(file));
+  }
+  return kOk;
+}
+
+int show(const CommandOptions& options, const AdditionList& list, const std::string& name) {
+  const auto reply = callOnce(options, {list.list_method});
+  if (!reply) return report(reply.error(), options.json);
+  const Json& entries = listAt(*reply, list.plural);
+  const auto found =
+      std::ranges::find(entries, name, [](const Json& entry) { return textAt(entry, "name"); });
+  if (found == entries.end()) {
+    return report(base::Error{printable(name), fmt::format("there is no {} of this name", list.noun),
+                              fmt::format("hapticctl {} list shows those that there are", list.noun)},
+                  options.json);
+  }
+  if (options.json) {
+    printJson(*found);
+  } else {
+    fmt::print("{}", additionText(*found));
+  }
+  return kOk;
+}
+
+void addList(CommandLine& line, CLI::App& group, const AdditionList& list) {
+  const CommandOptions& options = line.options();
+  const auto names_only = std::make_shared<bool>(false);
+  CLI::App& command =
+      line.add(group, "list", fmt::format("List the {}", list.plural), [&options, &list, names_only] {
+        return callAndPrint(options, {list.list_method}, [&](const Json& reply) {
+          return *names_only ? namesText(reply, list.plural) : list.text(reply, terminalSize().columns);
+        });
+      });
+  addNames(command, *names_only);
+}
+
+/// Adds the argument that names one of the list.
+CLI::Option* addName(CLI::App& command, const AdditionList& list, std::string& name, bool is_new) {
+  return command
+      .add_option("NAME", name, is_new ? "Its name: 1 to 32 letters, digits, '_' and '-'" : "Its name")
+      ->type_name(is_new ? "TEXT" : list.type)
+      ->required();
+}
+
+void addShow(CommandLine& line, CLI::App& group, const AdditionList& list) {
+  const CommandOptions& options = line.options();
+  const auto name = std::make_shared<std::string>();
+  addName(line.add(group, "show", fmt::format("Show all members of a {}", list.noun),
+                   [&options, &list, name] { return show(options, list, *name); }),
+          list, *name, false);
+}
+
+void addAdding(CommandLine& line, CLI::App& group, const AdditionList& list) {
+  const CommandOptions& options = line.options();
+  const auto name = std::make_shared<std::string>();
+  const auto members = std::make_shared<Json>(Json::object());
+  const auto replace = std::make_shared<bool>(false);
+  CLI::App& command = line.add(group, "add", fmt::format("Add a {}", list.noun), [=, &options, &list] {
+    Json definition = *members;
+    definition["name"] = *name;
+    return addAll(options, list, Json::array({std::move(definition)}), *replace, "added " + printable(*name));
+  });
+  addName(command, list, *name, true);
+  command.add_flag("--replace", *replace, fmt::format("Replace the {} of this name", list.noun));
+  list.addMembers(command, members);
+}
+
+void addChanging(CommandLine& line, CLI::App& group, const AdditionList& list) {
+  const CommandOptions& options = line.options();
+  const auto name = std::make_shared<std::string>();
+  const auto members = std::make_shared<Json>(Json::object());
+  CLI::App& command =
+      line.add(group, "change", fmt::format("Change members of a {}; it keeps the others", list.noun),
+               [=, &options, &list] {
+                 Json changed = *members;
+                 changed["name"] = *name;
+                 return changeList(options, list, {{"change", Json::array({std::move(changed)})}},
+                                   "changed " + printable(*name));
+               });
+  addName(command, list, *name, false);
+  list.addMembers(command, members);
+}
+
+/// Adds a command that takes names. `parameters`: of the call.
+void addForNames(CommandLine& line, CLI::App& group, const AdditionList& list, const char* command,
+                 const std::string& help, const char* done,
+                 std::function<Json(const std::vector<std::string>& names)> parameters) {
+  const CommandOptions& options = line.options();
+  const auto names = std::make_shared<std::vector<std::string>>();
+  line.add(group, command, help,
+           [=, &options, &list, parameters = std::move(parameters)] {
+             return changeList(options, list, parameters(*names), fmt::format("{} {}", done, joined(*names)));
+           })
+      .add_option("NAME", *names, "Their names; all are changed, or none")
+      ->type_name(list.type)
+      ->required();
+}
+
+void addFiles(CommandLine& line, CLI::App& group, const AdditionList& list) {
+  const CommandOptions& options = line.options();
+  const auto out = std::make_shared<std::string>();
+  const auto if_exists = std::make_shared<IfExists>(IfExists::refuse);
+  CLI::App& exporting = line.add(
+      group, "export", fmt::format("Write all {} as YAML, for import or the configuration", list.plural),
+      [=, &options, &list] { return exportTo(options, list, *out, *if_exists); });
+  exporting.add_option("FILE", *out, "The file; none: standard output")->type_name("FILE");
+  addForce(exporting, *if_exists);
+
+  const auto in = std::make_shared<std::string>();
+  const auto model = std::make_shared<ModelOptions>();
+  const auto replace = std::make_shared<bool>(false);
+  CLI::App& importing =
+      line.add(group, "import",
+               fmt::format("Add all {} of a YAML or JSON file, or none if one is refused", list.plural),
+               [=, &options, &list] { return import(options, list, *in, *replace, *model); });
+  importing.add_option("FILE", *in, fmt::format("The file, with a list below '{}:'", list.plural))
+      ->type_name("FILE")
+      ->required();
+  importing.add_flag("--replace", *replace, fmt::format("Replace {} of the same names", list.plural));
+  addModelOptions(importing, model);
+}
+
+void addCommon(CommandLine& line, CLI::App& group, const AdditionList& list) {
+  addList(line, group, list);
+  addShow(line, group, list);
+  addAdding(line, group, list);
+  addChanging(line, group, list);
+}
+
+void addRemoving(CommandLine& line, CLI::App& group, const AdditionList& list) {
+  addForNames(line, group, list, "remove", fmt::format("Remove {}", list.plural), "removed",
+              [](const std::vector<std::string>& names) {
+                return Json{{"remove", names}};
+              });
+}
+
+void addSwitch(CommandLine& line, CLI::App& group, const char* command, const char* help, bool enabled) {
+  addForNames(line, group, kFixtures, command, help, enabled ? "enabled" : "disabled",
+              [enabled](const std::vector<std::string>& names) {
+                Json changes = Json::array();
+                for (const std::string& name : names)
+                  changes.push_back({{"name", name}, {"enabled", enabled}});
+                return Json{{"change", std::move(changes)}};
+              });
+}
+
+void addStiffness(CommandLine& line, CLI::App& group) {
+  struct Values {
+    std::string name;
+    double stiffness_n_per_m = 0;
+    double damping_n_s_per_m = 0;
+  };
+  const CommandOptions& options = line.options();
+  const auto values = std::make_shared<Values>();
+  const auto damping = std::make_shared<CLI::Option*>();
+  CLI::App& command = line.add(group, "stiffness", "Set the stiffness of a region", [=, &options] {
+    Json parameters{{"region", values->name}, {"stiffnessNPerM", values->stiffness_n_per_m}};
+    if (!(*damping)->empty()) parameters["dampingNSPerM"] = values->damping_n_s_per_m;
+    return callAndPrint(options, {"io.hapticd.Control.SetStiffness", parameters, true}, [&](const Json&) {
+      return fmt::format("{}: {} N/m\n", printable(values->name), values->stiffness_n_per_m);
+    });
+  });
+  addName(command, kRegions, values->name, false);
+  command.add_option("VALUE", values->stiffness_n_per_m, "Newtons per metre")
+      ->type_name("NUMBER")
+      ->required();
+  *damping = command.add_option("--damping-n-s-per-m", values->damping_n_s_per_m, "Its damping too (N s/m)")
+                 ->type_name("NUMBER")
+                 ->check(within(0.0, 50.0));
+}
+
+}  // namespace
+
+void addFixtureCommands(CommandLine& line) {
+  CLI::App& group = line.addGroup("fixture", "Virtual fixtures: forbidden regions and guidance");
+  addCommon(line, group, kFixtures);
+  addSwitch(line, group, "enable", "Let fixtures act", true);
+  addSwitch(line, group, "disable", "Keep fixtures without letting them act", false);
+  addFixtureTouch(line, group);
+  addRemoving(line, group, kFixtures);
+  addFiles(line, group, kFixtures);
+}
+
+void addRegionCommands(CommandLine& line) {
+  CLI::App& group =
+      line.addGroup("region", "Tissue regions: where contact differs from the rest of the scene");
+  addCommon(line, group, kRegions);
+  addStiffness(line, group);
+  addRemoving(line, group, kRegions);
+  addFiles(line, group, kRegions);
+}
+
+}  // namespace hapticd::tools

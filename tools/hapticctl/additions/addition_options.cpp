@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/hapticctl/additions/addition_options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <sstream>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "config/additions/addition_fields.h"
+#include "config/base/file_content.h"
+#include "config/base/value_text.h"
+#include "tools/hapticctl/text/addition_text.h"
+#include "tools/hapticctl/text/error_text.h"
+#include "tools/lib/client/reply_reader.h"
+
+namespace hapticd::tools {
+namespace {
+
+constexpr std::size_t kMaxPointBytes = std::size_t{1} << 20;
+
+template <typename T>
+std::optional<T> read(const std::string& text) {
+  T value{};
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc() || rest != end) return std::nullopt;
+  return value;
+}
+
+/// A finite number; JSON has no others.
+std::optional<double> numberIn(const std::string& text) {
+  const auto number = read<double>(text);
+  return number && std::isfinite(*number) ? number : std::nullopt;
+}
+
+std::vector<std::string> split(const std::string& text, const char* separators) {
+  std::vector<std::string> parts;
+  std::size_t begin = 0;
+  while ((begin = text.find_first_not_of(separators, begin)) != std::string::npos) {
+    const std::size_t end = std::min(text.find_first_of(separators, begin), text.size());
+    parts.push_back(text.substr(begin, end - begin));
+    begin = end;
+  }
+  return parts;
+}
+
+std::optional<Json> vectorIn(const std::string& text, const char* separators, std::size_t count = 3) {
+  Json vector = Json::array();
+  for (const std::string& part : split(text, separators)) {
+    const auto number = numberIn(part);
+    if (!number) return std::nullopt;
+    vector.push_back(*number);
+  }
+  if (vector.size() != count) return std::nullopt;
+  return vector;
+}
+
+std::optional<Json> pointsIn(const std::string& text) {
+  Json points = Json::array();
+  for (const std::string& part : split(text, " \t\n")) {
+    auto point = vectorIn(part, ",");
+    if (!point) return std::nullopt;
+    points.push_back(std::move(*point));
+  }
+  return points;
+}
+
+template <typename T>
+std::optional<Json> jsonOf(const std::optional<T>& value) {
+  return value ? std::optional<Json>(*value) : std::nullopt;
+}
+
+template <typename... Handlers>
+struct Overloaded : Handlers... {
+  using Handlers::operator()...;
+};
+
+/// How the value of an option is written, and how it is read.
+struct Form {
+  std::string type;
+  std::vector<std::string> words;  ///< of a choice; empty: it is none
+  std::optional<Json> (*value)(const std::string& text);
+  const char* example;  ///< of a right value, for errors
+};
+
+/// What the help shows; the daemon checks the range, with all other members.
+template <typename Owner>
+std::string helpRangeOf(const config::AdditionField<Owner>& field) {
+  return fmt::format("NUMBER in [{} - {}]", field.minimum, field.maximum);
+}
+
+template <typename Owner>
+Form formOf(const config::AdditionField<Owner>& field) {
+  const auto text_value = [](const std::string& text) -> std::optional<Json> { return text; };
+  return std::visit(
+      Overloaded{[&](std::string Owner::*) -> Form {
+                   return {"TEXT", {}, text_value, ""};
+                 },
+                 [&](bool Owner::*) -> Form {
+                   return {"WORD",
+                           {"true", "false"},
+                           [](const std::string& text) -> std::optional<Json> { return text == "true"; },
+                           ""};
+                 },
+                 [&](int Owner::*) -> Form {
+                   return {helpRangeOf(field),
+                           {},
+                           [](const std::string& text) { return jsonOf(read<int>(text)); },
+                           "a whole number"};
+                 },
+                 [&](double Owner::*) -> Form {
+                   return {helpRangeOf(field),
+                           {},
+                           [](const std::string& text) { return jsonOf(numberIn(text)); },
+                           "a number"};
+                 },
+                 [&](std::vector<rt::Vec3> Owner::*) -> Form {
+                   return {"POINTS", {}, pointsIn, "a list of points, such as \"0,0,-0.8 0.1,0,-0.8\""};
+                 },
+                 [&](const config::WordMember<Owner>& member) -> Form {
+                   return {"WORD", {member.words.begin(), member.words.end()}, text_value, ""};
+                 },
+                 [&](const config::VectorMember<Owner>&) -> Form {
+                   return {"X,Y,Z",
+                           {},
+                           [](const std::string& text) { return vectorIn(text, ","); },
+                           "three numbers, such as 0,0,-0.8"};
+                 },
+                 [&](const config::QuaternionMember<Owner>&) -> Form {
+                   return {"X,Y,Z,W",
+                           {},
+                           [](const std::string& text) { return vectorIn(text, ",", 4); },
+                           "four numbers, such as 0,0,0,1"};
+                 }},
+      field.member);
+}
+
+std::string optionOf(std::string_view member) {
+  std::string name = fmt::format("--{}", member);
+  std::ranges::replace(name, '_', '-');
+  return name;
+}
+
+template <typename Owner>
+CLI::Option* addMember(CLI::App& command, const config::AdditionField<Owner>& field,
+                       const std::shared_ptr<Json>& members) {
+  const Form form = formOf(field);
+  const std::string unit = field.unit.empty() ? "" : fmt::format(" ({})", field.unit);
+  CLI::Option* const option =
+      command
+          .add_option_function<std::string>(
+              optionOf(field.name),
+              [members, form, name = std::string(field.name)](const std::string& text) {
+                auto value = form.value(text);
+                if (!value) {
+                  throw CLI::ValidationError(optionOf(name),
+                                             fmt::format("{} is not {}", base::inQuotes(text), form.example));
+                }
+                (*members)[name] = std::move(*value);
+              },
+              fmt::format("{}{}", field.help, unit))
+          ->type_name(form.type);
+  return form.words.empty() ? option : option->check(CLI::IsMember(form.words));
+}
+
+}  // namespace
+
+base::Result<Json> pointsFromText(const std::string& text, const std::string& name) {
+  Json points = Json::array();
+  std::istringstream lines(text);
+  std::size_t number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    const std::string content = line.substr(0, line.find('#'));
+    if (content.find_first_not_of(" \t\r,") == std::string::npos) continue;
+    auto point = vectorIn(content, " \t\r,");
+    if (!point) {
+      return std::unexpected(base::Error{fmt::format("{}:{}", name, number),
+                                         base::inQuotes(content) + " is not a point",
+                                         "write x, y and z in metres on each line"});
+    }
+    points.push_back(std::move(*point));
+  }
+  return points;
+}
+
+void addFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members) {
+  CLI::Option* points = nullptr;
+  for (const auto& field : config::fixtureFields()) {
+    if (field.name == "name") continue;
+    CLI::Option* const option = addMember(command, field, members);
+    if (field.name == "points_m") points = option;
+  }
+  command
+      .add_option_function<std::string>(
+          "--points-file",
+          [members](const std::string& file) {
+            const auto content = base::fileContent(file, {kMaxPointBytes, base::FileKind::any});
+            if (!content) throw CLI::ValidationError("--points-file", file + " " + content.error().text());
+            auto read_points = pointsFromText(*content, file);
+            if (!read_points) throw CLI::ValidationError("--points-file", read_points.error().text());
+            (*members)["points_m"] = std::move(*read_points);
+          },
+          "Take the points of a path from this file: x y z on each line")
+      ->type_name("FILE")
+      ->excludes(points);
+}
+
+void addTouchedFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members) {
+  static constexpr std::array<std::string_view, 13> kMeasured{
+      "name",     "kind",           "frame",   "position_m",   "normal",
+      "axis",     "end_m",          "size_m",  "rotation_deg", "orientation_xyzw",
+      "radius_m", "half_angle_deg", "points_m"};
+  for (const auto& field : config::fixtureFields()) {
+    if (std::ranges::find(kMeasured, field.name) == kMeasured.end()) addMember(command, field, members);
+  }
+}
+
+void addRegionMembers(CLI::App& command, const std::shared_ptr<Json>& members) {
+  for (const auto& field : config::regionFields()) {
+    if (field.name != "name") addMember(command, field, members);
+  }
+}
+
+namespace {
+
+template <auto kMember>
+std::vector<std::string> definitionsIn(const config::SceneAdditions& additions) {
+  std::vector<std::string> texts;
+  for (const auto& item : additions.*kMember) texts.push_back(config::jsonOf(item));
+  return texts;
+}
+
+}  // namespace
+
+const AdditionList kFixtures{"fixture",
+                             "fixtures",
+                             "FIXTURE",
+                             "io.hapticd.Status.ListFixtures",
+                             "io.hapticd.Control.ChangeFixtures",
+                             addFixtureMembers,
+                             fixtureListText,
+                             definitionsIn<&config::SceneAdditions::fixtures>};
+const AdditionList kRegions{"region",
+                            "regions",
+                            "REGION",
+                            "io.hapticd.Status.ListRegions",
+                            "io.hapticd.Control.ChangeRegions",
+                            addRegionMembers,
+                            regionListText,
+                            definitionsIn<&config::SceneAdditions::regions>};
+
+int changeList(const CommandOptions& options, const AdditionList& list, const Json& parameters,
+               const std::string& done, const Json& document) {
+  const auto reply = callOnce(options, {list.change_method, parameters, true});
+  if (!reply) return report(reply.error(), options.json);
+  if (options.json) {
+    Json all = *reply;
+    all.update(document);
+    printJson(all);
+  } else {
+    fmt::print("{}\n", done);
+  }
+  return kOk;
+}
+
+int addAll(const CommandOptions& options, const AdditionList& list, const Json& definitions, bool replace,
+           const std::string& done, const Json& document) {
+  Json parameters{{"add", definitions}};
+  if (replace) {
+    const auto reply = callOnce(options, {list.list_method});
+    if (!reply) return report(reply.error(), options.json);
+    Json replaced = Json::array();
+    for (const Json& entry : listAt(*reply, list.plural)) {
+      const auto isIt = [&](const Json& definition) {
+        return definition.value("name", "") == textAt(entry, "name");
+      };
+      if (std::ranges::any_of(definitions, isIt)) replaced.push_back(textAt(entry, "name"));
+    }
+    parameters["remove"] = std::move(replaced);
+    if (const Json* generation = fieldAt(*reply, "generation")) parameters["generation"] = *generation;
+  }
+  return changeList(options, list, parameters, done, document);
+}
+
+std::expected<std::string, int> contentOf(const CommandOptions& options, const std::string& file) {
+  constexpr std::size_t kMaxBytes = std::size_t{1} << 20;
+  auto content = base::fileContent(file, {kMaxBytes, base::FileKind::any});
+  if (content) return std::move(*content);
+  return std::unexpected(report(base::Error{file, content.error().text(), ""}, options.json));
+}
+
+int reportProblems(const std::vector<config::AdditionError>& problems, bool json) {
+  std::vector<base::Error> errors;
+  for (const config::AdditionError& problem : problems) errors.push_back(problem.error);
+  return report(errors, json);
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <expected>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "config/base/error.h"
+#include "config/settings/fixture_settings.h"
+#include "tools/hapticctl/base/calls.h"
+#include "tools/lib/client/varlink_client.h"
+
+namespace hapticd::tools {
+
+/// Adds an option for each member of a fixture, named like it with dashes ("--radius-m"), and --points-file.
+/// What is given becomes a member of `members`, with the type that it has in the configuration.
+/// Errors, as CLI::ValidationError: not a number, not a list of numbers.
+void addFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members);
+/// The same for the members that a touch with the handle does not measure.
+void addTouchedFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members);
+/// The same for regions.
+void addRegionMembers(CLI::App& command, const std::shared_ptr<Json>& members);
+
+/// Reads points from a text: three numbers on each line, separated by blanks or commas; '#' begins a comment.
+/// `name`: of the file. Errors: a line that holds something else, with its number.
+base::Result<Json> pointsFromText(const std::string& text, const std::string& name);
+
+/// One of the two lists of what people add to the scene, with its methods and words.
+struct AdditionList {
+  const char* noun;    ///< also the name of the group of commands
+  const char* plural;  ///< also the name of the list in replies and in files
+  const char* type;    ///< of an argument that names one, for completion
+  const char* list_method;
+  const char* change_method;
+  void (*addMembers)(CLI::App& command, const std::shared_ptr<Json>& members);
+  std::string (*text)(const Json& reply, std::size_t columns);
+  std::vector<std::string> (*definitionsIn)(const config::SceneAdditions& additions);  ///< as JSON
+};
+
+extern const AdditionList kFixtures;
+extern const AdditionList kRegions;
+
+/// Calls the method that changes the list, and prints `done`, or as JSON the reply with the members of
+/// `document`. Returns the exit code.
+int changeList(const CommandOptions& options, const AdditionList& list, const Json& parameters,
+               const std::string& done, const Json& document = Json::object());
+
+/// Adds definitions in one call; `replace`: those of the same names go.
+int addAll(const CommandOptions& options, const AdditionList& list, const Json& definitions, bool replace,
+           const std::string& done, const Json& document = Json::object());
+
+/// The content of a file, of at most 1 MiB; the exit code if it cannot be read, which is reported.
+std::expected<std::string, int> contentOf(const CommandOptions& options, const std::string& file);
+
+/// Reports what is wrong with fixtures or regions; returns the exit code.
+int reportProblems(const std::vector<config::AdditionError>& problems, bool json);
+
+}  // namespace hapticd::tools

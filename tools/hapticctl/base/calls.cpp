@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/hapticctl/base/calls.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+
+#include "config/settings/settings.h"
+#include "tools/hapticctl/text/error_text.h"
+#include "tools/lib/client/reply_reader.h"
+
+namespace hapticd::tools {
+
+ClientResult<VarlinkClient> connectTo(const CommandOptions& options, bool may_change) {
+  if (!options.socket.empty()) return VarlinkClient::connect(options.socket);
+  const char* environment = std::getenv("HAPTICD_SOCKET");
+  if (environment && *environment) return VarlinkClient::connect(environment);
+
+  const config::ControlSettings defaults;
+  auto client = VarlinkClient::connect(defaults.control_socket);
+  if (client || may_change) return client;
+  auto status_client = VarlinkClient::connect(defaults.status_socket);
+  const bool control_is_missing = client.error().system_error == ENOENT;
+  const bool both_are_missing =
+      control_is_missing && !status_client && status_client.error().system_error == ENOENT;
+  return status_client || (control_is_missing && !both_are_missing) ? std::move(status_client)
+                                                                    : std::move(client);
+}
+
+ClientResult<Json> callOnce(const CommandOptions& options, const Call& call) {
+  auto client = connectTo(options, call.may_change);
+  if (!client) return std::unexpected(client.error());
+  return client->call(call.method, call.parameters, call.limit);
+}
+
+void printJson(const Json& document) {
+  fmt::print("{}\n", document.dump(2, ' ', false, Json::error_handler_t::replace));
+}
+
+void printJsonLine(const Json& document) {
+  fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+int callAndPrint(const CommandOptions& options, const Call& call,
+                 const std::function<std::string(const Json& reply)>& text) {
+  const auto reply = callOnce(options, call);
+  if (!reply) return report(reply.error(), options.json);
+  if (options.json) {
+    printJson(*reply);
+  } else {
+    fmt::print("{}", text(*reply));
+  }
+  return kOk;
+}
+
+}  // namespace hapticd::tools

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <functional>
+#include <string>
+
+#include "tools/hapticctl/base/calls.h"
+#include "tools/lib/whole_file/whole_file.h"
+
+namespace hapticd::tools {
+
+/// Prints the help of a command as CLI11 does, in lines of at most 80 columns: texts are wrapped, and the
+/// words that an option accepts are listed in its text where they do not fit beside its name.
+class HelpFormatter final : public CLI::Formatter {
+ public:
+  std::string make_option(const CLI::Option* option, bool is_positional) const override;
+  std::string make_subcommand(const CLI::App* command) const override;
+  std::string make_footer(const CLI::App* command) const override;
+
+ private:
+  /// A name in the left column and its text, wrapped, in the right one.
+  std::string row(const std::string& name, const std::string& text) const;
+};
+
+/// The work of a command; returns the exit code.
+using Action = std::function<int()>;
+
+/// The command line of hapticctl: its commands, and the options that hold for all of them.
+class CommandLine {
+ public:
+  CommandLine();
+  CommandLine(const CommandLine&) = delete;
+  CommandLine& operator=(const CommandLine&) = delete;
+
+  /// Adds a command of hapticctl.
+  CLI::App& add(const std::string& name, const std::string& help, Action action);
+  /// Adds a command that only holds commands of its own.
+  CLI::App& addGroup(const std::string& name, const std::string& help);
+  /// Adds a command of a group.
+  CLI::App& add(CLI::App& group, const std::string& name, const std::string& help, Action action);
+
+  /// The options of all commands, filled in by run(); the reference is valid while the command line lives.
+  const CommandOptions& options() const { return options_; }
+  const CLI::App& app() const { return app_; }
+
+  /// Parses the arguments and runs the action of the command; returns the exit code.
+  int run(int argc, char** argv);
+
+ private:
+  CLI::App app_;
+  CommandOptions options_;
+  Action action_;
+};
+
+/// "there is no command 'hapticctl statsu' (did you mean status?)". group: where the command was looked for;
+/// path: the name of the group with those around it.
+std::string unknownCommand(const CLI::App& group, const std::string& path, const std::string& word);
+
+/// Adds --force to a command that writes files.
+void addForce(CLI::App& command, IfExists& if_exists);
+
+/// Adds --names to a command that lists things with names.
+CLI::Option* addNames(CLI::App& command, bool& names_only);
+
+// Each function adds the commands of one theme, with their options and actions.
+void addStateCommands(CommandLine& line);      ///< status, watch, events, metrics, version
+void addControlCommands(CommandLine& line);    ///< get, set, params, engage, disengage, ...
+void addProfileCommands(CommandLine& line);    ///< save, load, profiles
+void addFixtureCommands(CommandLine& line);    ///< fixture ...
+void addRegionCommands(CommandLine& line);     ///< region ...
+void addTraceCommands(CommandLine& line);      ///< trace ...
+void addSnapshotCommand(CommandLine& line);    ///< snapshot
+void addViewCommand(CommandLine& line);        ///< view
+void addRegisterCommand(CommandLine& line);    ///< register
+void addCalibrateCommand(CommandLine& line);   ///< calibrate
+void addCameraCommands(CommandLine& line);     ///< camera ...
+void addDoctorCommand(CommandLine& line);      ///< doctor
+void addCompletionCommand(CommandLine& line);  ///< completion
+void addHelpCommand(CommandLine& line);        ///< help
+
+}  // namespace hapticd::tools
