@@ -11,7 +11,7 @@
 #include "drivers/trace/foxglove/foxglove_scene.h"
 #include "drivers/trace/foxglove/foxglove_schemas.h"
 #include "drivers/trace/mcap/mcap_writer.h"
-#include "drivers/trace/tick_window.h"
+#include "drivers/trace/tick_decimator.h"
 #include "drivers/trace/trace_format.h"
 #include "rt/base/clock.h"
 
@@ -164,7 +164,7 @@ class TraceWriter::Implementation {
         return written;
       }
     }
-    const std::optional<rt::Tick> shown = window_.add(tick);
+    const std::optional<rt::Tick> shown = decimator_.add(tick);
     if (!shown) return {};
     message_.clear();
     foxglove::encodeScene(realtimeOf(shown->planned_ns), *shown, radii_, ball_, message_);
@@ -204,7 +204,7 @@ class TraceWriter::Implementation {
   rt::DepthFrameHeader camera_;
   foxglove::SceneRadii radii_;
   ModelledBall ball_;
-  TickWindow window_{rt::kNsPerSecond / kSceneRate_hz};
+  TickDecimator decimator_{rt::kNsPerSecond / kSceneRate_hz};
   std::int64_t next_transforms_ns_ = std::numeric_limits<std::int64_t>::min();
   std::uint64_t ticks_ = 0;
   std::uint64_t ticks_pending_ = 0;

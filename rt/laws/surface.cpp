@@ -11,14 +11,15 @@ namespace {
 
 /// Shorter displacements count as zero.
 constexpr double kNone_m = 1e-7;
-/// Longest step between two looks at the surface, in pixel pitches: no body visible in the image is thinner.
+/// Longest step between two samples of the surface, in pixel pitches: no body visible in the image is
+/// thinner.
 constexpr double kStride_px = 2;
-/// On a continuous surface the distance from it changes by no more than the step from one look to the next.
+/// On a continuous surface the distance from it changes by no more than the step from one sample to the next.
 /// The factor leaves room for facets that do not quite agree.
 constexpr double kContinuity = 2.5;
 /// Tolerated disagreement of facets in units of SurfaceView::noiseUnit_m().
 constexpr double kFacetNoise = 1.5;
-constexpr double kAnywhere_m = 10;
+constexpr double kAnyDistance_m = 10;  // a tolerance that accepts every place
 /// A proxy that lags behind by more is repositioned.
 constexpr double kMaxLag_m = 0.005;
 constexpr double kMaxLag_px = 2;
@@ -41,16 +42,16 @@ class SurfaceTick {
   ForceSample force() noexcept {
     const Vec3 start = memory_.placed ? memory_.position_m_in_world : input_.hip_m_in_world;
     if (!input_.scene.surface.covers(start, 0)) return outside(start);
-    look();
+    sampleProxy();
     normal_ = model_.directionInCamera(memory_.normal_in_world);
     if (memory_.behind && isZero(normal_)) {
       leaveSolid();
     } else if (mustHold()) {
       held_ = in_contact_ = true;
       // It may have left the view: nothing constrains it tangentially there.
-      if (here_.where == Where::beyond) p_ = hip_ - dot(hip_ - p_, normal_) * normal_;
+      if (at_proxy_.where == Where::beyond) p_ = hip_ - dot(hip_ - p_, normal_) * normal_;
     } else {
-      if (here_.where == Where::inside) liftOut();
+      if (at_proxy_.where == Where::inside) liftOut();
       Vec3 over_hip;
       if (lostItsSurface() && findPlaceOverHip(p_, over_hip)) settleTowards(p_, over_hip, normal_);
       if (!behind_) follow();
@@ -74,16 +75,16 @@ class SurfaceTick {
             .outside_model = true};
   }
 
-  bool mayLook() const noexcept { return looks_ < kMaxSurfaceSamples; }
+  bool maySample() const noexcept { return samples_ < kMaxSurfaceSamples; }
   Place placeOf(const Vec3& p) noexcept {
-    ++looks_;
-    return view_.look(p);
+    ++samples_;
+    return view_.sample(p);
   }
-  void look() noexcept { here_ = placeOf(p_); }
+  void sampleProxy() noexcept { at_proxy_ = placeOf(p_); }
   double pitch_m() const noexcept { return view_.pitch_m(SurfaceView::depthOf(p_)); }
   double stride_m() const noexcept { return kStride_px * pitch_m(); }
   /// Returns how far a continuous surface may be off the place after a step of this length.
-  double roomAfter(double step_m) const noexcept {
+  double tolerance_m(double step_m) const noexcept {
     return kContinuity * step_m + kFacetNoise * view_.noiseUnit_m(SurfaceView::depthOf(p_));
   }
   bool covers(const Vec3& p) const noexcept {
@@ -99,8 +100,8 @@ class SurfaceTick {
       behind_ = true;
       return;
     }
-    look();
-    behind_ = here_.where == Where::inside || here_.where == Where::beyond;
+    sampleProxy();
+    behind_ = at_proxy_.where == Where::inside || at_proxy_.where == Where::beyond;
   }
 
   /// Returns whether the contact must be held because the surface is no longer seen: hidden by something that
@@ -108,13 +109,13 @@ class SurfaceTick {
   /// presses on it; where a measurement is merely missing, for kHeldFrames, and at the image border for
   /// kHeldFramesAtBorder.
   bool mustHold() noexcept {
-    if (!memory_.placed || isZero(normal_) || here_.sheet.exists) return false;
+    if (!memory_.placed || isZero(normal_) || at_proxy_.sheet.exists) return false;
     if (!(dot(hip_ - p_, normal_) < 0)) return false;
     too_near_ =
-        here_.where == Where::free && SurfaceView::depthOf(p_) < view_.nearLimit_m() + kNearLimitMargin_m;
-    if (too_near_ || here_.where == Where::unseen) return true;
+        at_proxy_.where == Where::free && SurfaceView::depthOf(p_) < view_.nearLimit_m() + kNearLimitMargin_m;
+    if (too_near_ || at_proxy_.where == Where::unseen) return true;
     const std::uint64_t held = input_.scene.frame - memory_.frame;
-    return held <= (here_.where == Where::beyond ? kHeldFramesAtBorder : kHeldFrames);
+    return held <= (at_proxy_.where == Where::beyond ? kHeldFramesAtBorder : kHeldFrames);
   }
 
   /// Moves the proxy out of a surface that has passed over it.
@@ -125,12 +126,12 @@ class SurfaceTick {
       return;
     }
     constexpr int kMaxSteps = 2;
-    for (int step = 0; step < kMaxSteps && here_.where == Where::inside; ++step) {
-      const Sheet sheet = here_.sheet;
-      const Vec3 next = p_ - here_.distance_m * sheet.normal_in_camera;
-      if (settleOn(next, sheet.depth_m(), roomAfter(-here_.distance_m))) continue;
+    for (int step = 0; step < kMaxSteps && at_proxy_.where == Where::inside; ++step) {
+      const Sheet sheet = at_proxy_.sheet;
+      const Vec3 next = p_ - at_proxy_.distance_m * sheet.normal_in_camera;
+      if (settleOn(next, sheet.depth_m(), tolerance_m(-at_proxy_.distance_m))) continue;
       // Next to the outline of that body: straight towards the camera.
-      settleOn(p_, sheet.depth_m(), kAnywhere_m);
+      settleOn(p_, sheet.depth_m(), kAnyDistance_m);
       break;
     }
     entrenched_ = true;
@@ -139,7 +140,7 @@ class SurfaceTick {
   /// Returns whether the proxy was in contact but its surface is no longer under it.
   bool lostItsSurface() const noexcept {
     if (behind_ || !memory_.placed || isZero(normal_) || !(dot(hip_ - p_, normal_) < 0)) return false;
-    return !here_.sheet.exists || here_.distance_m > roomAfter(pitch_m()) || turnsAwayFrom(normal_);
+    return !at_proxy_.sheet.exists || at_proxy_.distance_m > tolerance_m(pitch_m()) || turnsAwayFrom(normal_);
   }
 
   /// Compensates for the outline of a body that flickers from frame to frame: moves the proxy to the nearest
@@ -147,17 +148,17 @@ class SurfaceTick {
   /// surface does not turn away from `normal`. Returns false, leaving the proxy in place, if there is none.
   bool settleTowards(const Vec3& from, const Vec3& over_hip, const Vec3& normal) noexcept {
     const Vec3 start = p_;
-    const Place start_here = here_;
+    const Place at_start = at_proxy_;
     const double depth_m = SurfaceView::depthOf(from);
     const Vec3 displacement = over_hip - from;
     constexpr int kSteps = 6;
     for (int i = 1; i <= kSteps; ++i) {
       const double share = static_cast<double>(i) / kSteps;
       const Vec3 step = share * displacement;
-      if (settleOn(from + step, depth_m, roomAfter(norm(step))) && !turnsAwayFrom(normal)) return true;
+      if (settleOn(from + step, depth_m, tolerance_m(norm(step))) && !turnsAwayFrom(normal)) return true;
     }
     p_ = start;
-    here_ = start_here;
+    at_proxy_ = at_start;
     return false;
   }
 
@@ -167,7 +168,7 @@ class SurfaceTick {
     if (!(SurfaceView::depthOf(p) > SurfaceView::kNearest_m)) return false;
     const ImagePosition image = view_.project(p);
     if (!view_.isInImage(image)) return false;
-    ++looks_;
+    ++samples_;
     const Sheet sheet = view_.sheetNear(image, depth_m);
     if (!sheet.exists || std::abs(SurfaceView::distanceFrom(sheet, p)) > room_m) return false;
     const Vec3 place = view_.placeAt(image, sheet.depth_m());
@@ -176,14 +177,14 @@ class SurfaceTick {
       return false;
     }
     p_ = place;
-    here_ = {.where = Where::free, .sheet = sheet, .distance_m = 0};
+    at_proxy_ = {.where = Where::free, .sheet = sheet, .distance_m = 0};
     return true;
   }
 
   /// Moves the proxy towards the HIP as far as the surface allows.
   void follow() noexcept {
     constexpr int kMaxMoves = 14;
-    for (int move = 0; move < kMaxMoves && mayLook(); ++move) {
+    for (int move = 0; move < kMaxMoves && maySample(); ++move) {
       const Vec3 left = hip_ - p_;
       in_contact_ = restsOnSurface() && leadsInto(left);
       if (norm(left) < kNone_m) break;
@@ -196,12 +197,12 @@ class SurfaceTick {
 
   bool restsOnSurface() const noexcept {
     constexpr double kOnSurface_m = 1e-6;
-    return here_.sheet.exists && std::abs(here_.distance_m) <= kOnSurface_m;
+    return at_proxy_.sheet.exists && std::abs(at_proxy_.distance_m) <= kOnSurface_m;
   }
 
   /// Sets the normal; returns true if the displacement leads into the surface.
   bool leadsInto(const Vec3& displacement) noexcept {
-    normal_ = here_.sheet.normal_in_camera;
+    normal_ = at_proxy_.sheet.normal_in_camera;
     return dot(displacement, normal_) < 0;
   }
 
@@ -218,15 +219,15 @@ class SurfaceTick {
     const Place there = placeOf(to);
     if (there.where != Where::inside) {
       p_ = to;
-      here_ = there;
+      at_proxy_ = there;
       return step < length;
     }
-    if (here_.where == Where::unseen || here_.where == Where::beyond) return enterFromBehind();
-    const double room = roomAfter(step);
-    if (there.distance_m < -room) return touchSide(to);
-    const double from_m = here_.sheet.exists ? std::max(0.0, here_.distance_m) : 0;
+    if (at_proxy_.where == Where::unseen || at_proxy_.where == Where::beyond) return enterFromBehind();
+    const double allowed_m = tolerance_m(step);
+    if (there.distance_m < -allowed_m) return touchSide(to);
+    const double from_m = at_proxy_.sheet.exists ? std::max(0.0, at_proxy_.distance_m) : 0;
     const double share = from_m / (from_m - there.distance_m);
-    return settleOn(p_ + share * (to - p_), there.sheet.depth_m(), room);
+    return settleOn(p_ + share * (to - p_), there.sheet.depth_m(), allowed_m);
   }
 
   /// Handles a step from behind, or from outside the image, into a solid: the surface was never in between.
@@ -241,14 +242,14 @@ class SurfaceTick {
   bool touchSide(const Vec3& inside) noexcept {
     Vec3 blocked = inside;
     constexpr int kHalvings = 3;
-    for (int i = 0; i < kHalvings && mayLook(); ++i) {
+    for (int i = 0; i < kHalvings && maySample(); ++i) {
       const Vec3 middle = 0.5 * (p_ + blocked);
       const Place there = placeOf(middle);
       if (there.where == Where::inside) {
         blocked = middle;
       } else {
         p_ = middle;
-        here_ = there;
+        at_proxy_ = there;
       }
     }
     const Vec3 outward = sideNormal(blocked);
@@ -271,7 +272,7 @@ class SurfaceTick {
     const Vec3 ray = (1 / norm(at)) * at;
     Vec3 sum;
     for (const auto& direction : kDirections) {
-      if (!mayLook()) break;
+      if (!maySample()) break;
       const Vec3 there{radius * direction[0], radius * direction[1], 0};
       if (placeOf(at + there).where != Where::inside) sum += there;
     }
@@ -295,7 +296,7 @@ class SurfaceTick {
     const Place there = placeOf(to);
     if (there.where == Where::inside) return false;
     p_ = to;
-    here_ = there;
+    at_proxy_ = there;
     return true;
   }
 
@@ -307,7 +308,7 @@ class SurfaceTick {
     if (length < kNone_m) return false;
     if (length > stride_m()) step = (stride_m() / length) * step;
     constexpr int kMaxHalvings = 4;
-    for (int halving = 0; halving <= kMaxHalvings && mayLook(); ++halving) {
+    for (int halving = 0; halving <= kMaxHalvings && maySample(); ++halving) {
       if (stepAlong(step, left)) return true;
       if (slideAlongCrease(left)) return true;
       step = 0.5 * step;
@@ -320,7 +321,7 @@ class SurfaceTick {
     constexpr double kMinTurn = 0.1;
     const Vec3 crease = cross(normal_, met_normal_);
     const double turn_squared = dot(crease, crease);
-    if (turn_squared < kMinTurn * kMinTurn || !mayLook()) return false;
+    if (turn_squared < kMinTurn * kMinTurn || !maySample()) return false;
     const Vec3 along = (dot(left, crease) / turn_squared) * crease;
     const double length = norm(slideOf(along, normal_, 0, input_.parameters.contact.friction));
     if (length < kNone_m) return false;
@@ -330,18 +331,18 @@ class SurfaceTick {
   bool stepAlong(const Vec3& step, const Vec3& left) noexcept {
     met_normal_ = {};
     const Vec3 from = p_;
-    const Place from_here = here_;
+    const Place at_start = at_proxy_;
     const Vec3 to = p_ + step;
     const auto isNearer = [this, &left] {
       const Vec3 still_left = hip_ - p_;
       return dot(still_left, still_left) < dot(left, left);
     };
     Vec3 over_hip;
-    if (settleOn(to, SurfaceView::depthOf(to), roomAfter(norm(step)))) {
+    if (settleOn(to, SurfaceView::depthOf(to), tolerance_m(norm(step)))) {
       const bool nearer = isNearer();
-      const bool around_edge = turnsAwayFrom(from_here.sheet.normal_in_camera);
+      const bool around_edge = turnsAwayFrom(at_start.sheet.normal_in_camera);
       if (nearer && !(around_edge && findPlaceOverHip(from, over_hip))) return true;
-      if (!nearer) met_normal_ = here_.sheet.normal_in_camera;
+      if (!nearer) met_normal_ = at_proxy_.sheet.normal_in_camera;
     } else if (!cut_off_) {
       // The surface ends: move over the edge, unless there is something or the HIP is still behind the
       // surface.
@@ -349,14 +350,14 @@ class SurfaceTick {
       const bool leaves_view = there.where == Where::beyond;
       if (there.where != Where::inside && covers(to) && (leaves_view || !findPlaceOverHip(from, over_hip))) {
         p_ = to;
-        here_ = there;
+        at_proxy_ = there;
         return true;
       }
     }
-    if (!isZero(over_hip) && settleTowards(to, over_hip, from_here.sheet.normal_in_camera) && isNearer())
+    if (!isZero(over_hip) && settleTowards(to, over_hip, at_start.sheet.normal_in_camera) && isNearer())
       return true;
     p_ = from;
-    here_ = from_here;
+    at_proxy_ = at_start;
     return false;
   }
 
@@ -365,7 +366,7 @@ class SurfaceTick {
   bool turnsAwayFrom(const Vec3& normal) const noexcept {
     constexpr double kSharpTurn_cos = 0.82;  // 35 degrees
     constexpr double kSteep_cos = 0.26;      // 75 degrees
-    const Vec3& here = here_.sheet.normal_in_camera;
+    const Vec3& here = at_proxy_.sheet.normal_in_camera;
     return dot(here, normal) < kSharpTurn_cos && -dot(here, p_) < kSteep_cos * norm(p_);
   }
 
@@ -376,11 +377,11 @@ class SurfaceTick {
     if (!(SurfaceView::depthOf(hip_) > SurfaceView::kNearest_m)) return false;
     const ImagePosition image = view_.project(hip_);
     if (!view_.isInImage(image)) return false;
-    ++looks_;
+    ++samples_;
     const Sheet sheet = view_.sheetNear(image, SurfaceView::depthOf(proxy));
     if (!sheet.exists || SurfaceView::distanceFrom(sheet, hip_) > 0) return false;
     const Vec3 found = view_.placeAt(image, sheet.depth_m());
-    if (std::abs(sheet.depth_m() - SurfaceView::depthOf(proxy)) > roomAfter(norm(found - proxy)))
+    if (std::abs(sheet.depth_m() - SurfaceView::depthOf(proxy)) > tolerance_m(norm(found - proxy)))
       return false;
     place = found;
     return true;
@@ -396,7 +397,7 @@ class SurfaceTick {
   /// the surface is continuous up to there and the result is nearer to the HIP.
   void catchUp() noexcept {
     const Vec3 from = p_;
-    const Place from_here = here_;
+    const Place at_start = at_proxy_;
     const Vec3 left = hip_ - p_;
     constexpr int kSteps = 6;
     bool continuous = true;
@@ -404,7 +405,7 @@ class SurfaceTick {
       const Vec3 between = from + (static_cast<double>(i) / kSteps) * left;
       const double depth_before = SurfaceView::depthOf(p_);
       const Vec3 before = p_;
-      continuous = settleOn(between, depth_before, kAnywhere_m);
+      continuous = settleOn(between, depth_before, kAnyDistance_m);
       constexpr double kSteepest = 3.7;
       continuous =
           continuous && std::abs(SurfaceView::depthOf(p_) - depth_before) <=
@@ -418,7 +419,7 @@ class SurfaceTick {
       return;
     }
     p_ = from;
-    here_ = from_here;
+    at_proxy_ = at_start;
     in_contact_ = leadsInto(left);
   }
 
@@ -433,13 +434,14 @@ class SurfaceTick {
     memory_.behind = behind_;
     result.proxy_m_in_world = proxy;
     result.outside_model = cut_off_ && !in_contact_;
-    if (behind_ || here_.where == Where::unseen || here_.where == Where::beyond)
+    if (behind_ || at_proxy_.where == Where::unseen || at_proxy_.where == Where::beyond)
       result.state = ContactState::behind;
     if (!in_contact_) return result;
     result.state = entrenched_ ? ContactState::entrenched : ContactState::contact;
     result.too_near = too_near_ && held_;
     result.normal_in_world = normal;
-    if (!held_ && !at_side_) result.surface_velocity_m_per_s_in_world = here_.sheet.speed_m_per_s * normal;
+    if (!held_ && !at_side_)
+      result.surface_velocity_m_per_s_in_world = at_proxy_.sheet.speed_m_per_s * normal;
     result.force_n_in_world = contactForce(input_, proxy, normal, 0);
     result.depth_m = depthBelow(proxy, input_.hip_m_in_world, normal, 0);
     return result;
@@ -451,7 +453,7 @@ class SurfaceTick {
   ProxyMemory& memory_;
   const Vec3 hip_;
   Vec3 p_;
-  Place here_;
+  Place at_proxy_;
   Vec3 normal_;
   Vec3 met_normal_;  // normal of the surface that blocked the last step along the surface
   bool in_contact_ = false;
@@ -461,7 +463,7 @@ class SurfaceTick {
   bool behind_ = false;
   bool entrenched_ = false;
   bool cut_off_ = false;  // the step reached the end of the model
-  int looks_ = 0;
+  int samples_ = 0;
 };
 
 }  // namespace

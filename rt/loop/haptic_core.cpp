@@ -152,13 +152,13 @@ void HapticCore::blend(const Input& input, const Evaluation& evaluation,
       std::isfinite(length) && length > limit ? (limit / length) * force_n_in_world : force_n_in_world;
   SpringParameters springs = parameters.springs;
   if (memory_.stiffness.on()) springs.stiffness_n_per_m = 0;
-  const Origin now{input.scene.model,
-                   laws_.law(),
-                   springs,
-                   parameters.contact,
-                   tick.outside_model,
-                   tick.fixture_generation,
-                   TissueContact::generationOf(input.tissue)};
+  const Origin now{.model = input.scene.model,
+                   .law = laws_.law(),
+                   .springs = springs,
+                   .contact = parameters.contact,
+                   .held = tick.outside_model,
+                   .fixtures = tick.fixture_generation,
+                   .tissue_generation = TissueContact::generationOf(input.tissue)};
   const double max_n = stiffness * kFastestSurface_m_per_s * input.period_s;
   const double unexplained = unexplained_n(input, contact, fixture_stiffness, cut);
   memory_.changed = memory_.origin.model != 0 && now != memory_.origin;
@@ -168,21 +168,21 @@ void HapticCore::blend(const Input& input, const Evaluation& evaluation,
   const double share = length > limit ? limit / length : 1;
   const double tissue_n2 = 2 * parameters.springs.stiffness_n_per_m * contact.energy_j;
   const Vec3& law_n = sample.force_n_in_world;
-  memory_.before = {input.handle.position_m_in_world,
-                    input.handle.velocity_m_per_s_in_world,
-                    cut,
-                    memory_.before.gain,
-                    memory_.before.mode_gain,
-                    law_n,
-                    fixtures.stored_j,
-                    fixtures.guidance_j,
-                    fixtures.changes_j,
-                    fixtures.standoff_force_n,
-                    fixtures.standoff_j,
-                    fixtures.standoff_power_w,
-                    contact.in_tissue ? share * share * tissue_n2 : dot(cut, cut),
-                    contact.in_tissue ? tissue_n2 : dot(law_n, law_n),
-                    memory_.stiffness.on() ? parameters.springs.stiffness_n_per_m : 0};
+  memory_.before = {.hip_m_in_world = input.handle.position_m_in_world,
+                    .velocity_m_per_s_in_world = input.handle.velocity_m_per_s_in_world,
+                    .force_n_in_world = cut,
+                    .gain = memory_.before.gain,
+                    .mode_gain = memory_.before.mode_gain,
+                    .law_force_n_in_world = law_n,
+                    .fixture_j = fixtures.stored_j,
+                    .guidance_j = fixtures.guidance_j,
+                    .fixture_changes_j = fixtures.changes_j,
+                    .standoff_force_n_in_world = fixtures.standoff_force_n,
+                    .standoff_j = fixtures.standoff_j,
+                    .standoff_power_w = fixtures.standoff_power_w,
+                    .spring_n2 = contact.in_tissue ? share * share * tissue_n2 : dot(cut, cut),
+                    .law_spring_n2 = contact.in_tissue ? tissue_n2 : dot(law_n, law_n),
+                    .stiffness_n_per_m = memory_.stiffness.on() ? parameters.springs.stiffness_n_per_m : 0};
   const Vec3 blended = memory_.blend.apply(cut, changed, parameters.blend, stiffness, input.period_s,
                                            changed ? 0 : unexplained);
   tick.blending = !(blended == cut);

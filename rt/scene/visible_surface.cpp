@@ -173,7 +173,7 @@ Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image
   return sheet;
 }
 
-SurfaceView::Place SurfaceView::look(const Vec3& p) const HAPTICD_RT {
+SurfaceView::Place SurfaceView::sample(const Vec3& p) const HAPTICD_RT {
   const double depth = depthOf(p);
   if (!(depth > kNearest_m)) return {};
   const ImagePosition image = project(p);

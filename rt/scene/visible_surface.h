@@ -163,14 +163,14 @@ class SurfaceView {
     unseen,  ///< behind everything known on its ray by more than the shell
     beyond,  ///< outside the image
   };
-  /// Result of look().
+  /// Result of sample().
   struct Place {
     Where where = Where::free;
     Sheet sheet;            ///< the surface that `distance_m` refers to; may not exist
     double distance_m = 0;  ///< from the tangent plane, negative behind it; 0 without a sheet
   };
   /// Classifies a place.
-  Place look(const Vec3& p) const HAPTICD_RT;
+  Place sample(const Vec3& p) const HAPTICD_RT;
 
   /// Returns, of the surfaces at an image position, the one nearest to a depth.
   Sheet sheetNear(const ImagePosition& image, double depth_m) const HAPTICD_RT;

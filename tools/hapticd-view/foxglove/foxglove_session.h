@@ -16,7 +16,7 @@
 #include "drivers/trace/format/messages.h"
 #include "drivers/trace/foxglove/depth_points.h"
 #include "drivers/trace/foxglove/foxglove_scene.h"
-#include "drivers/trace/tick_window.h"
+#include "drivers/trace/tick_decimator.h"
 #include "tools/hapticd-view/foxglove/client_request.h"
 #include "tools/hapticd-view/live/message_sink.h"
 #include "tools/hapticd-view/live/recent_events.h"
@@ -130,7 +130,7 @@ class FoxgloveSession final : public Session {
   MessageSink& sink_;
   Offset offset_ns_;
   std::map<std::uint32_t, Subscription> subscriptions_;  ///< by the client's number
-  drivers::TickWindow window_;
+  drivers::TickDecimator window_;
   drivers::foxglove::SceneRadii radii_;
   drivers::ModelledBall ball_;
   std::optional<rt::Vec3> hip_m_in_world_;  ///< of the newest tick

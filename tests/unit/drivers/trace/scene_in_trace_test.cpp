@@ -12,7 +12,7 @@
 
 #include "drivers/trace/foxglove/foxglove_schemas.h"
 #include "drivers/trace/mcap/mcap_reader.h"
-#include "drivers/trace/tick_window.h"
+#include "drivers/trace/tick_decimator.h"
 #include "drivers/trace/trace_reader.h"
 #include "drivers/trace/trace_recovery.h"
 #include "tests/support/made_up_trace.h"
@@ -31,8 +31,8 @@ rt::Tick tickWithForce(std::int64_t ms, double force_n) {
   return tick;
 }
 
-TEST(TickWindow, GivesTheTickWithTheLargestForceOfEachWindowAndOfEqualOnesTheNewest) {
-  TickWindow window(10'000'000);
+TEST(TickDecimator, GivesTheTickWithTheLargestForceOfEachWindowAndOfEqualOnesTheNewest) {
+  TickDecimator window(10'000'000);
   std::vector<std::int64_t> shown_ms;
   const std::map<std::int64_t, double> peaks{{3, -2}, {12, 1}, {17, 1}};
   for (std::int64_t ms = 0; ms < 40; ++ms) {

@@ -95,7 +95,7 @@ TEST(VisibleSurface, GivesTheDistanceFromTiltedPlanes) {
       for (double along = -0.02; along <= 0.02; along += 0.0061) {
         const Vec3 p = Vec3{across, along, -1 + 0.4 * across};
         const double expected = dot(normal, p - Vec3{0, 0, -1});
-        const SurfaceView::Place place = plane.view().look(p);
+        const SurfaceView::Place place = plane.view().sample(p);
         ASSERT_TRUE(place.sheet.exists);
         EXPECT_NEAR(place.distance_m, expected, kRounding_m) << tilt;
         EXPECT_LE(norm(place.sheet.normal_in_camera - normal), 0.01) << tilt;
@@ -120,7 +120,7 @@ TEST(VisibleSurface, GivesTheDistanceFromASphere) {
     for (const double polar : {0.1, 0.3, 0.5}) {
       const Vec3 normal{std::sin(polar) * std::cos(angle), std::sin(polar) * std::sin(angle),
                         std::cos(polar)};
-      const SurfaceView::Place place = sphere.view().look(centre + kRadius_m * normal);
+      const SurfaceView::Place place = sphere.view().sample(centre + kRadius_m * normal);
       ASSERT_TRUE(place.sheet.exists);
       squares += place.distance_m * place.distance_m;
       ++places;
@@ -136,8 +136,8 @@ TEST(VisibleSurface, EndsWhereTheImageOfTheBodyEnds) {
   wall.build({0, 0, -1});
   const double pitch_m = 1 / Built::camera().fx_px;
   for (double y = -0.03; y < 0.03; y += 0.0017) {
-    EXPECT_EQ(wall.view().look({0.0205 - pitch_m, y, -1.01}).where, SurfaceView::Where::inside);
-    EXPECT_EQ(wall.view().look({0.0205 + pitch_m, y, -1.01}).where, SurfaceView::Where::free);
+    EXPECT_EQ(wall.view().sample({0.0205 - pitch_m, y, -1.01}).where, SurfaceView::Where::inside);
+    EXPECT_EQ(wall.view().sample({0.0205 + pitch_m, y, -1.01}).where, SurfaceView::Where::free);
   }
 }
 
@@ -145,15 +145,15 @@ TEST(VisibleSurface, ClosesHolesInASurface) {
   Built wall([](double, double) { return 1.0; });
   wall.punch(235, 330, 15);  // 2.5 cm
   wall.build({0, 0, -1});
-  EXPECT_NEAR(wall.view().look({0, 0, -1.01}).distance_m, -0.01, kRounding_m);
+  EXPECT_NEAR(wall.view().sample({0, 0, -1.01}).distance_m, -0.01, kRounding_m);
 }
 
 TEST(VisibleSurface, IsSolidOnlyWithinTheShell) {
   Built wall([](double, double) { return 1.0; });
   wall.build({0, 0, -1});
-  EXPECT_EQ(wall.view().look({0, 0, -1.034}).where, SurfaceView::Where::inside);
-  EXPECT_EQ(wall.view().look({0, 0, -1.036}).where, SurfaceView::Where::unseen);
-  EXPECT_EQ(wall.view().look({0, 0, -0.9}).where, SurfaceView::Where::free);
+  EXPECT_EQ(wall.view().sample({0, 0, -1.034}).where, SurfaceView::Where::inside);
+  EXPECT_EQ(wall.view().sample({0, 0, -1.036}).where, SurfaceView::Where::unseen);
+  EXPECT_EQ(wall.view().sample({0, 0, -0.9}).where, SurfaceView::Where::free);
 }
 
 TEST(VisibleSurface, OfASceneAtRestIsAveragedOverFrames) {
@@ -163,9 +163,9 @@ TEST(VisibleSurface, OfASceneAtRestIsAveragedOverFrames) {
   wall.shift(1);
   wall.build({0, 0, -1}, parameters);
   const double half_m = 0.5 * 0.0002;
-  EXPECT_NEAR(wall.view().look({0, 0, -1}).distance_m, half_m, half_m / 2);
+  EXPECT_NEAR(wall.view().sample({0, 0, -1}).distance_m, half_m, half_m / 2);
   wall.again({0.01, 0, -1}, parameters);  // another place in the same frame does not count twice
-  EXPECT_NEAR(wall.view().look({0, 0, -1}).distance_m, half_m, half_m / 2);
+  EXPECT_NEAR(wall.view().sample({0, 0, -1}).distance_m, half_m, half_m / 2);
 }
 
 TEST(VisibleSurface, ContinuesToMoveBetweenFrames) {
@@ -174,8 +174,8 @@ TEST(VisibleSurface, ContinuesToMoveBetweenFrames) {
     wall.shift(-20);  // 4 mm towards the camera
     wall.build({0, 0, -1 + 0.004 * (frame + 1)});
   }
-  const double now_m = wall.view().look({0, 0, -0.97}).distance_m;
-  const double later_m = wall.view(1.0 / 60).look({0, 0, -0.97}).distance_m;
+  const double now_m = wall.view().sample({0, 0, -0.97}).distance_m;
+  const double later_m = wall.view(1.0 / 60).sample({0, 0, -0.97}).distance_m;
   EXPECT_NEAR(now_m, 1 / 1.024 - 0.97, 5e-4);
   EXPECT_NEAR(later_m - now_m, -0.002, 3e-4);
 }
@@ -194,8 +194,8 @@ TEST(VisibleSurfaceView, GivesTheSpeedOfTheSurfaceAlongItsNormal) {
   constexpr double kLater_s = 0.001;
   const rt::SurfaceView now = built.view(0);
   const rt::SurfaceView later = built.view(kLater_s);
-  const double moved_m = now.look(p).distance_m - later.look(p).distance_m;
-  const double speed = now.look(p).sheet.speed_m_per_s;
+  const double moved_m = now.sample(p).distance_m - later.sample(p).distance_m;
+  const double speed = now.sample(p).sheet.speed_m_per_s;
   EXPECT_NEAR(speed, moved_m / kLater_s, 0.002);
   EXPECT_NEAR(speed, approach * std::cos(std::atan(tilt)), 0.05 * approach);
 }

@@ -11,9 +11,9 @@ namespace hapticd::drivers {
 /// Reduces ticks to at most one per window of time: the one with the largest commanded force, of equal ones
 /// the newest. So no peak of the force is missed, however short it is.
 /// Thread: one.
-class TickWindow {
+class TickDecimator {
  public:
-  explicit TickWindow(std::int64_t window_ns) : window_ns_(window_ns) {}
+  explicit TickDecimator(std::int64_t window_ns) : window_ns_(window_ns) {}
 
   /// Adds a tick; ticks come in the order of time. Returns the tick of the window before if that has ended.
   std::optional<rt::Tick> add(const rt::Tick& tick) {
