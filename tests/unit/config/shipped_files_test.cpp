@@ -4,10 +4,7 @@
 
 #include <cmath>
 #include <fstream>
-#include <map>
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "config/settings/parameter_table.h"
 #include "config/yaml_loader.h"
@@ -19,57 +16,25 @@ namespace {
 
 const std::filesystem::path kShipped = HAPTICD_SHIPPED_CONFIG;
 
-// A line `# name: value  # range; live` and the comment above it.
-struct Documented {
-  std::string value;
-  std::string range;
-  std::string help;
-};
-
-struct DocumentedFile {
-  std::map<std::string, Documented> parameters;  ///< by "group.name"
-  std::vector<std::string> order;
-  std::string uncommented;  ///< the file with every value uncommented
-};
-
 bool isWord(std::string_view text) {
   return !text.empty() &&
          text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") == std::string_view::npos;
 }
 
-struct ValueLine {
-  std::string name;
-  std::string value;
-  std::string range;
-};
-
-// Returns the parts of "  # name: value  # range"; nothing for any other line.
-std::optional<ValueLine> valueLineFrom(const std::string& line) {
+/// Whether a line is "  # name: value  # range".
+bool holdsAValue(const std::string& line) {
   const std::size_t colon = line.find(": ");
-  const std::size_t mark = line.rfind("  # ");
-  if (!line.starts_with("  # ") || colon == std::string::npos || mark == 0 || mark < colon)
-    return std::nullopt;
-  ValueLine parts{line.substr(4, colon - 4), line.substr(colon + 2, mark - colon - 2), line.substr(mark + 4)};
-  if (!isWord(parts.name)) return std::nullopt;
-  return parts;
+  return line.starts_with("  # ") && colon != std::string::npos && line.rfind("  # ") > colon &&
+         isWord(std::string_view(line).substr(4, colon - 4));
 }
 
-DocumentedFile readDocumentation(const std::filesystem::path& file) {
-  DocumentedFile documentation;
+/// The file with every value uncommented.
+std::string uncommented(const std::filesystem::path& file) {
   std::ifstream stream(file);
-  std::string group;
-  std::string above;
-  for (std::string line; std::getline(stream, line); above = line) {
-    if (line.ends_with(':') && isWord(line.substr(0, line.size() - 1)))
-      group = line.substr(0, line.size() - 1);
-    const std::optional<ValueLine> parts = valueLineFrom(line);
-    documentation.uncommented += (parts ? "  " + line.substr(4) : line) + "\n";
-    if (!parts) continue;
-    const std::string name = group + "." + parts->name;
-    documentation.parameters[name] = {parts->value, parts->range, above};
-    documentation.order.push_back(name);
-  }
-  return documentation;
+  std::string text;
+  for (std::string line; std::getline(stream, line);)
+    text += (holdsAValue(line) ? "  " + line.substr(4) : line) + "\n";
+  return text;
 }
 
 void expectLoads(const std::filesystem::path& file, Settings& settings) {
@@ -79,28 +44,6 @@ void expectLoads(const std::filesystem::path& file, Settings& settings) {
     return;
   }
   for (const base::Error& error : loaded.error()) ADD_FAILURE() << error.text();
-}
-
-TEST(ShippedFiles, HapticdYamlNamesEveryParameterInTheOrderOfTheTable) {
-  std::vector<std::string> names;
-  for (const Parameter& parameter : parameterTable()) names.emplace_back(parameter.name);
-  EXPECT_EQ(readDocumentation(kShipped / "hapticd.yaml").order, names);
-}
-
-TEST(ShippedFiles, HapticdYamlShowsDefaultRangeAndHelpOfTheTable) {
-  const DocumentedFile documentation = readDocumentation(kShipped / "hapticd.yaml");
-  for (const Parameter& parameter : parameterTable()) {
-    const auto found = documentation.parameters.find(std::string(parameter.name));
-    ASSERT_NE(found, documentation.parameters.end()) << parameter.name;
-    const std::string standard = toText(parameter.defaultValue());
-    EXPECT_EQ(found->second.value, standard.empty() ? "\"\"" : standard) << parameter.name;
-    EXPECT_EQ(found->second.range, parameter.range() + (parameter.effect == Effect::live ? "; live" : ""))
-        << parameter.name;
-    // The first letter is a capital in the file.
-    const std::string help = std::string(parameter.help).substr(1);
-    EXPECT_NE(found->second.help.find(help), std::string::npos) << found->second.help;
-    EXPECT_NE(found->second.help.find(std::string(parameter.symbol)), std::string::npos) << parameter.name;
-  }
 }
 
 TEST(StandInParameters, AreInTheReadmeOfTheirDriver) {
@@ -131,9 +74,8 @@ TEST(ShippedFiles, HapticdYamlChangesNothingAsItIsShipped) {
 
 TEST(ShippedFiles, HapticdYamlLoadsWithEveryCommentMarkDeleted) {
   const test::TemporaryFolder folder;
-  const std::string uncommented = readDocumentation(kShipped / "hapticd.yaml").uncommented;
   Settings settings;
-  expectLoads(folder.write("all.yaml", uncommented), settings);
+  expectLoads(folder.write("all.yaml", uncommented(kShipped / "hapticd.yaml")), settings);
   for (const Parameter& parameter : parameterTable()) {
     EXPECT_EQ(parameter.get(settings), parameter.defaultValue()) << parameter.name;
   }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include "tests/support/file_content.h"
+#include "tools/manual/generated.h"
 #include "tools/manual/help_text.h"
 #include "tools/manual/page.h"
 #include "tools/manual/roff.h"
@@ -120,6 +122,41 @@ TEST(ManualPage, RefusesALineThatStandsForNothing) {
 
 TEST(ManualPage, FillsTheVersionIn) {
   EXPECT_EQ(manualPage({".TH A 1 \"\" \"a @VERSION@\"\n", "", "1.2"}).value(), ".TH A 1 \"\" \"a 1.2\"\n");
+}
+
+constexpr const char* kHowToGenerate = "run: cmake --build --preset dev --target generate";
+
+std::string sourceFile(const std::string& name) {
+  return test::contentOf(std::string(HAPTICD_SOURCE_FOLDER) + "/" + name);
+}
+
+TEST(GeneratedParts, AreInTheSourcesAsTheTablesSay) {
+  const std::string configuration = sourceFile("config/hapticd.yaml");
+  EXPECT_EQ(withParameters(configuration), configuration) << kHowToGenerate;
+  for (const std::string name : {"Control", "Status"}) {
+    const std::string interface = sourceFile("daemon/control/io.hapticd." + name + ".varlink");
+    EXPECT_EQ(withWords(interface), interface) << kHowToGenerate;
+  }
+}
+
+TEST(GeneratedParts, ReplaceWhatIsOldAndKeepWhatPeopleWrote) {
+  const std::string configuration = sourceFile("config/hapticd.yaml");
+  std::string old = configuration;
+  const std::string line = "  # radius_m: 0.04  # 0.005..0.1 m; live\n";
+  ASSERT_NE(old.find(line), std::string::npos);
+  old.replace(old.find(line), line.size(),
+              "  # radius_m: 7  # anything\n  # Of a parameter that is gone\n  # gone: 1  # 0..2\n");
+  EXPECT_EQ(withParameters(old), configuration);
+  EXPECT_EQ(
+      withWords("# Which one.\ntype Law (one, two)\ntype Other (one, two)\n"),
+      "# Which one.\ntype Law (nearest_springs, smooth_springs, proxy, surface)\ntype Other (one, two)\n");
+}
+
+TEST(GeneratedParts, NameAGroupThatTheFileLacks) {
+  const auto text = withParameters("---\nforce:\n");
+  ASSERT_FALSE(text);
+  EXPECT_NE(text.error().what.find("contact"), std::string::npos) << text.error().text();
+  EXPECT_EQ(text.error().what.find("force"), std::string::npos) << text.error().text();
 }
 
 }  // namespace

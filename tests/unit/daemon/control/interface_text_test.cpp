@@ -70,19 +70,6 @@ TEST_F(InterfaceTextTest, ExplainsEveryFieldThatStandsOnALineOfItsOwn) {
   }
 }
 
-TEST_F(InterfaceTextTest, HasTheWordsOfEachEnumeration) {
-  start();
-  const InterfaceDefinition status(textOf("io.hapticd.Status"));
-  const auto words = [&status](const char* type) { return status.types.at(type).words; };
-  const auto namesOf = [](const auto& names) { return std::vector<std::string>(names.begin(), names.end()); };
-  EXPECT_EQ(words("Law"), namesOf(rt::kWords<rt::ForceLaw>));
-  EXPECT_EQ(words("Mode"), namesOf(rt::kWords<rt::Mode>));
-  EXPECT_EQ(words("Cause"), namesOf(rt::kWords<rt::Cause>));
-  EXPECT_EQ(words("Contact"), namesOf(rt::kWords<rt::ContactState>));
-  EXPECT_EQ(words("StiffnessBound"), namesOf(rt::kWords<rt::StiffnessBound>));
-  EXPECT_EQ(words("StiffnessRule"), namesOf(rt::kWords<rt::StiffnessRule>));
-}
-
 TEST_F(InterfaceTextTest, DescribesWhatTheStandardMethodsAnswer) {
   start();
   checkedReply("org.varlink.service", "GetInfo");
