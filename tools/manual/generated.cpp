@@ -38,7 +38,7 @@ std::string linesOfParameter(const Parameter& parameter) {
   std::string help(parameter.help);
   help[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(help[0])));
   if (!parameter.symbol.empty()) help += fmt::format(" ({} in the paper)", parameter.symbol);
-  const std::string value = toText(parameter.defaultValue());
+  const std::string value = config::toText(parameter.defaultValue());
   return fmt::format("  # {}\n  # {}: {}  # {}{}\n", help, parameter.nameInGroup(),
                      value.empty() ? "\"\"" : value, parameter.range(),
                      parameter.effect == config::Effect::live ? "; live" : "");

@@ -17,13 +17,13 @@
 #include <utility>
 #include <vector>
 
-#include "child_process.h"
 #include "config/base/descriptor.h"
 #include "drivers/make_devices.h"
 #include "fake_falcon.h"
-#include "frame_collector.h"
 #include "rt/base/clock.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/unit/drivers/child_process.h"
+#include "tests/unit/drivers/frame_collector.h"
 
 namespace hapticd::drivers {
 namespace {

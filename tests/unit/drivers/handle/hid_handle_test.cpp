@@ -18,8 +18,8 @@
 #include <optional>
 
 #include "drivers/handle/hid/hid_controller.h"
-#include "frame_collector.h"
 #include "rt/base/clock.h"
+#include "tests/unit/drivers/frame_collector.h"
 
 namespace hapticd::drivers {
 namespace {

@@ -14,8 +14,8 @@
 #include "drivers/handle/simulated/simulated_hand.h"
 #include "drivers/handle/simulated/simulated_handle.h"
 #include "drivers/make_devices.h"
-#include "frame_collector.h"
 #include "rt/base/clock.h"
+#include "tests/unit/drivers/frame_collector.h"
 
 namespace hapticd::drivers {
 namespace {

@@ -12,9 +12,9 @@
 #include <numbers>
 
 #include "drivers/make_devices.h"
-#include "frame_collector.h"
 #include "rt/base/clock.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/unit/drivers/frame_collector.h"
 #include "udp_test_peer.h"
 
 namespace hapticd::drivers {
