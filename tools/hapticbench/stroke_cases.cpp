@@ -15,9 +15,9 @@ namespace {
 using rt::Vec3;
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kMaxStrokeLength_m = 0.16;     // of a stroke
-constexpr double kWallBehind_m = 0.12;  // from a body's front to the wall behind it
-constexpr double kMaxPatch_m = 0.04;    // the fact sheet's patch
+constexpr double kMaxStrokeLength_m = 0.16;  // of a stroke
+constexpr double kWallBehind_m = 0.12;       // from a body's front to the wall behind it
+constexpr double kMaxPatch_m = 0.04;         // the fact sheet's patch
 constexpr double kBlockThickness_m = 0.06;
 constexpr double kBeforeEnd_m = 0.07;  // of a stroke that leaves its body
 constexpr double kAfterEnd_m = 0.03;
