@@ -39,6 +39,7 @@ bool mayUse(const FolderRule& rule, const std::string& folder) {
                              [&folder](const std::string& name) { return standsFor(name, folder); });
 }
 
+/// `names` followed by `more`.
 std::vector<std::string> with(std::vector<std::string> names, const std::vector<std::string>& more) {
   names.insert(names.end(), more.begin(), more.end());
   return names;
