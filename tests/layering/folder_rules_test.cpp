@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,19 @@ TEST(Folders, AllHaveARule) {
 
 TEST(Folders, HaveNoCycle) {
   EXPECT_EQ(cyclesOf(folderRules()), Strings{});
+}
+
+TEST(Folders, HoldNoMoreThanAReaderOverlooks) {
+  constexpr int kMaxSources = 30;
+  std::map<fs::path, int> sources;
+  for (const char* const room : {"rt", "config", "drivers", "daemon", "tools", "tests"}) {
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(kCheckedTree / room)) {
+      const std::string ending = entry.path().extension();
+      if (ending == ".h" || ending == ".cpp") ++sources[entry.path().parent_path()];
+    }
+  }
+  for (const auto& [folder, count] : sources)
+    EXPECT_LE(count, kMaxSources) << folder << " wants folders of its own";
 }
 
 /// A room with two folders beside a program's, and nothing wrong: `upper` may use `lower`.
