@@ -227,14 +227,18 @@ double energyOverABadNetwork(const DaemonHome& home, const std::string& yaml,
 // presses with 2 N on a wall that yields by some mm: a few mJ each time; an oscillation gives watts.
 TEST_F(UdpBridge, StaysStableOverABadNetworkWithTheStiffnessThatItsDelayAllows) {
   const double limited_mj = energyOverABadNetwork(home_, udpYaml(key_), {}, bridgeCommand());
-  const double free_mj = energyOverABadNetwork(
-      home_, udpYaml(key_),
-      {"safety.stiffness_limit=off", "safety.passivity_control=false", "safety.contact_damping=off"},
-      bridgeCommand());
-  constexpr double kTaps_mj = 100;
-  EXPECT_LT(limited_mj, kTaps_mj);
-  // on an idle machine some 1000; ticks that come late on a crowded one are missing in the oscillation
-  EXPECT_GT(free_mj, kTaps_mj) << "what it is protected from";
+  EXPECT_LT(limited_mj, 100);
+  // Ticks that a crowded machine leaves out are missing in the oscillation, so one calm stretch is enough.
+  constexpr int kMaxRuns = 5;
+  double free_mj = 0;
+  for (int run = 0; run < kMaxRuns && !(free_mj > 500); ++run) {
+    free_mj = std::max(free_mj,
+                       energyOverABadNetwork(home_, udpYaml(key_),
+                                             {"safety.stiffness_limit=off", "safety.passivity_control=false",
+                                              "safety.contact_damping=off"},
+                                             bridgeCommand()));
+  }
+  EXPECT_GT(free_mj, 500) << "what it is protected from";
 }
 
 TEST_F(UdpBridge, RefusesOptionsThatCannotWorkWithItsExitStatus) {
