@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <concepts>
 #include <string>
+#include <tuple>
+#include <type_traits>
 #include <vector>
 
 #include "config/settings/parameter_table.h"
 #include "config/settings/settings.h"
+#include "rt/base/fields.h"
 
 /// Changes of the live settings that give a person who holds the handle less protection than he has.
 namespace hapticd::config {
@@ -20,6 +24,11 @@ struct Loosening {
 
   friend bool operator==(const Loosening&, const Loosening&) = default;
 };
+template <std::same_as<Loosening> Status>
+constexpr auto fieldsOf(std::type_identity<Status>) {
+  return std::tuple{HAPTICD_FIELD(name, "The parameter, or \"fixture\" or \"region\" and its name"),
+                    HAPTICD_FIELD(text, "What would change, for people")};
+}
 
 /// What a change of the live settings from `before` to `after` loosens: parameters in the order of the table,
 /// then fixtures and regions. A forbidden region becomes weaker if it is disabled, if its stiffness, largest

@@ -144,9 +144,9 @@ void addLateness(const WarningSources& sources, Warnings& list) {
 
 std::vector<std::string> warningsOf(const BoxStatus& status, const WarningSources& sources) {
   Warnings list;
-  addFault(status.loop.tick, list);
+  addFault(status.loop.state.tick, list);
   addCamera(status.camera, list);
-  addHandle(status.handle, status.loop.tick, sources.live, list);
+  addHandle(status.handle, status.loop.state.tick, sources.live, list);
   addLateness(sources, list);
   addLeds(status.leds.panel, list);
   addTrace(status.trace, list);

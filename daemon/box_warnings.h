@@ -24,7 +24,7 @@ struct WarningSources {
 
 /// Returns the warnings about the running box, each with a remedy that needs no other tool to be found: a
 /// fault, devices, the stiffness, a late force loop, traces, privileges and the model's capacity.
-/// `status.warnings` and `status.privileges` are not read.
+/// `status.warnings` and `status.loop.privileges` are not read.
 std::vector<std::string> warningsOf(const BoxStatus& status, const WarningSources& sources);
 
 }  // namespace hapticd::daemon

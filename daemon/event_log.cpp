@@ -88,7 +88,7 @@ void EventLog::logBreaches(const BoxStatus& status) {
     if (breach.number == 0 || breach.entered_ns <= logged_ns) continue;
     logged_ns = breach.entered_ns;
     const rt::Vec3& place = breach.entered_m_in_world;
-    const double age_s = static_cast<double>(status.loop.tick.planned_ns - breach.entered_ns) * 1e-9;
+    const double age_s = static_cast<double>(status.loop.state.tick.planned_ns - breach.entered_ns) * 1e-9;
     write_({Priority::info,
             fmt::format(
                 "the HIP was in the forbidden region of fixture {} for {:.2f} s, at most {:.1f} mm deep; "

@@ -94,10 +94,10 @@ drivers::LedSet litLeds(const LedPatterns& patterns, std::int64_t time_ns) {
 }
 
 BoxCondition ConditionWatch::follow(const BoxStatus& status, std::int64_t time_ns) {
-  const std::uint64_t contact_ticks = status.loop.counters.contact_ticks;
+  const std::uint64_t contact_ticks = status.loop.state.counters.contact_ticks;
   if (status.camera.damaged_frames > damaged_frames_) last_damage_ns_ = time_ns;
   BoxCondition condition;
-  condition.mode = status.loop.tick.mode;
+  condition.mode = status.loop.state.tick.mode;
   const FixtureStatus& fixtures = status.fixtures;
   condition.in_contact =
       contact_ticks > contact_ticks_ || (fixtures.force_n > 0 && !fixtures.in_contact.empty());

@@ -17,10 +17,10 @@
 #include "daemon/isolated_cpu.h"
 #include "daemon/stop_guard.h"
 #include "daemon/thread_faults.h"
+#include "daemon/trace/format/additions.h"
+#include "daemon/trace/format/trace_format.h"
 #include "drivers/camera/common_depth_header.h"
 #include "drivers/make_devices.h"
-#include "drivers/trace/additions.h"
-#include "drivers/trace/trace_format.h"
 #include "rt/base/periodic_clock.h"
 #include "rt/base/realtime_thread.h"
 #include "rt/laws/law_table.h"
@@ -49,8 +49,8 @@ std::unexpected<RunningBox::StartFailure> failure(const base::Result<void>& star
 
 /// The parameters and the request in a directive, for the trace, with the name of the law in use even where
 /// the settings say auto.
-drivers::DirectiveRecord recordOf(const rt::Directive& directive, const config::Settings& settings) {
-  drivers::DirectiveRecord record;
+trace::DirectiveRecord recordOf(const rt::Directive& directive, const config::Settings& settings) {
+  trace::DirectiveRecord record;
   record.time_ns = rt::monotonicNow_ns();
   record.generation = directive.generation;
   record.engage = directive.engage;
@@ -65,6 +65,15 @@ drivers::DirectiveRecord recordOf(const rt::Directive& directive, const config::
     record.parameters.emplace_back(parameter.name, config::toText(parameter.get(used)));
   }
   return record;
+}
+
+/// The version of the kernel, which cannot change while the daemon runs.
+const std::string& kernelRelease() {
+  static const std::string release = [] {
+    utsname names{};
+    return std::string(::uname(&names) == 0 ? names.release : "");
+  }();
+  return release;
 }
 
 }  // namespace
@@ -201,7 +210,7 @@ void RunningBox::recordAdditions() {
   const auto& [fixtures, tissue] = *added_scene_.sets();
   if (std::pair(fixtures.generation, tissue.generation) == recorded_additions_) return;
   recorded_additions_ = {fixtures.generation, tissue.generation};
-  trace_.add(drivers::recordOf(settings_.additions, fixtures, tissue, rt::monotonicNow_ns()));
+  trace_.add(trace::recordOf(settings_.additions, fixtures, tissue, rt::monotonicNow_ns()));
 }
 
 void RunningBox::applyStiffness(const std::vector<config::RegionSettings>& regions) {
@@ -324,7 +333,7 @@ double RunningBox::rate_hz() const {
 
 BoxStatus RunningBox::condition() {
   BoxStatus status;
-  status.loop = loopState();
+  status.loop.state = loopState();
   status.camera = camera_->status();
   const bool streams = status.camera.state == drivers::CameraState::streaming;
   if (streams && status.camera.advice.empty()) status.camera.advice = scene_thread_.depthAdvice();
@@ -332,8 +341,8 @@ BoxStatus RunningBox::condition() {
   status.handle = handle_->status();
   status.leds = {leds_->status(), led_patterns_};
   status.trace = trace_.status();
-  status.fixtures = added_scene_.fixtureStatus(status.loop, settings_.proximity.warning_m);
-  status.tissue = added_scene_.tissueStatus(status.loop.tick);
+  status.fixtures = added_scene_.fixtureStatus(status.loop.state, settings_.proximity.warning_m);
+  status.tissue = added_scene_.tissueStatus(status.loop.state.tick);
   status.tissue.feed = feed_status_;
   status.warnings = warnings(status);
   if (const std::string fault = scene_thread_.cameraFault(); !fault.empty())
@@ -349,13 +358,15 @@ std::optional<std::uint64_t> RunningBox::pageFaultsSinceStart() const {
 
 BoxStatus RunningBox::status() {
   BoxStatus status = condition();
-  status.force_thread_page_faults = pageFaultsSinceStart();
-  status.privileges = privileges_;
-  status.rate_hz = rate_hz();
-  status.wakeup_latency = summaryOf(control_->wakeup_latency);
-  status.compute_time = summaryOf(control_->compute_time);
-  status.trace_ticks_dropped = control_->trace.dropped();
-  status.law = lawStatus(status.loop);
+  status.version = HAPTICD_VERSION;
+  status.kernel = kernelRelease();
+  status.loop.page_faults = pageFaultsSinceStart();
+  status.loop.privileges = privileges_;
+  status.loop.rate_hz = rate_hz();
+  status.loop.wakeup_latency = rt::summaryOf(control_->wakeup_latency);
+  status.loop.compute_time = rt::summaryOf(control_->compute_time);
+  status.loop.trace_ticks_dropped = control_->trace.dropped();
+  status.law = lawStatus(status.loop.state);
   status.pending_reload = pending_reload_;
   status.control = control_status_;
   status.control.ticks_lost = control_->ticks.dropped();
@@ -363,12 +374,12 @@ BoxStatus RunningBox::status() {
   return status;
 }
 
-drivers::TraceOptions RunningBox::describeTrace() const {
-  drivers::TraceOptions options;
+trace::TraceOptions RunningBox::describeTrace() const {
+  trace::TraceOptions options;
   utsname kernel{};
   ::uname(&kernel);
-  options.metadata = {{std::string(drivers::kWriterVersionKey), HAPTICD_VERSION},
-                      {std::string(drivers::kRunKey), fmt::format("{}-{}", ::getpid(), start_ns_)},
+  options.metadata = {{std::string(trace::kWriterVersionKey), HAPTICD_VERSION},
+                      {std::string(trace::kRunKey), fmt::format("{}-{}", ::getpid(), start_ns_)},
                       {"kernel", fmt::format("{} {} {}", kernel.sysname, kernel.release, kernel.version)},
                       {"host", kernel.nodename},
                       {"machine", kernel.machine},
@@ -408,7 +419,7 @@ std::future<base::Result<std::string>> RunningBox::dumpTrace() {
   return trace_.dumpTrace();
 }
 
-std::future<base::Result<std::vector<drivers::TraceEntry>>> RunningBox::listTraces() {
+std::future<base::Result<std::vector<trace::TraceEntry>>> RunningBox::listTraces() {
   return trace_.listTraces();
 }
 
@@ -448,7 +459,7 @@ base::Result<SharedDepth> RunningBox::shareDepth() {
                          settings = settings_.camera](const rt::DepthFrame& frame) {
     // The camera may have been found only now, so that its serial number is asked for each time.
     const rt::DepthFrameHeader common = drivers::commonDepthHeader(settings, camera.status().identity);
-    region.publish(drivers::headerOf(common, frame), std::as_bytes(frame.image()));
+    region.publish(trace::headerOf(common, frame), std::as_bytes(frame.image()));
   });
   return SharedDepth{depth_region_->descriptor(), depth_region_->bytes()};
 }
@@ -459,8 +470,7 @@ void RunningBox::hideDepth() {
 }
 
 void RunningBox::onEvent(const JournalEntry& entry) {
-  drivers::EventRecord event{
-      rt::monotonicNow_ns(), entry.event ? nameOf(*entry.event) : "log", entry.text, {}};
+  trace::EventRecord event{rt::monotonicNow_ns(), entry.event ? nameOf(*entry.event) : "log", entry.text, {}};
   for (const auto& [name, value] : entry.fields) event.fields.emplace_back(name, value);
   trace_.add(std::move(event));
 }

@@ -21,8 +21,8 @@
 #include "daemon/indicators.h"
 #include "daemon/injection/fault_injector.h"
 #include "daemon/lateness_watch.h"
+#include "daemon/recorder/trace_recorder.h"
 #include "daemon/scene/scene_thread.h"
-#include "daemon/trace/trace_recorder.h"
 #include "drivers/base/idle_latency.h"
 #include "drivers/camera/camera.h"
 #include "drivers/depth_region/depth_region.h"
@@ -84,7 +84,7 @@ class RunningBox final : public Box {
   std::future<base::Result<std::string>> startTrace(const TraceRequest& request) override;
   std::future<base::Result<std::string>> stopTrace() override;
   std::future<base::Result<std::string>> dumpTrace() override;
-  std::future<base::Result<std::vector<drivers::TraceEntry>>> listTraces() override;
+  std::future<base::Result<std::vector<trace::TraceEntry>>> listTraces() override;
   std::future<base::Result<void>> deleteTrace(const std::string& name) override;
   std::future<base::Result<void>> keepTrace(const std::string& name, bool keep) override;
   std::future<base::Result<void>> noteTrace(const std::string& name, const std::string& text) override;
@@ -120,7 +120,7 @@ class RunningBox final : public Box {
   BoxStatus condition();
   void showLeds();
   /// Describes the box for the head of a trace, beside its settings.  Thread: trace thread.
-  drivers::TraceOptions describeTrace() const;
+  trace::TraceOptions describeTrace() const;
   std::vector<std::string> warnings(const BoxStatus& status) const;
 
   config::Settings settings_;

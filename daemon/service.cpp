@@ -135,7 +135,7 @@ void Service::checkForChanges(Clock::time_point now) {
   const BoxStatus status = box_.status();
   events_.onStatus(status);
   manager_.showState(
-      fmt::format("{}, camera {}, {}", nameOf(status.loop.tick.mode), nameOf(status.camera.state),
+      fmt::format("{}, camera {}, {}", nameOf(status.loop.state.tick.mode), nameOf(status.camera.state),
                   status.warnings.empty() ? "no warnings" : "see hapticctl status for warnings"));
 }
 

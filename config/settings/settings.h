@@ -70,7 +70,7 @@ enum class TraceCompression { none, zstd };
 constexpr auto wordsOf(TraceCompression) {
   return rt::words<TraceCompression>("none", "zstd");
 }
-/// What a trace holds for viewers that draw a 3D picture (drivers/trace/foxglove/foxglove_schemas.h).
+/// What a trace holds for viewers that draw a 3D picture (daemon/trace/foxglove/foxglove_messages.h).
 enum class TraceScene {
   off,
   scene,  ///< HIP, proxy, force, modelled part and the camera's pose

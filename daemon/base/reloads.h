@@ -8,18 +8,9 @@
 #include <vector>
 
 #include "config/base/error.h"
-#include "config/loosening.h"
+#include "daemon/status/box_status.h"
 
 namespace hapticd::daemon {
-
-/// What a reload has loosened if it is confirmed, or if the box is disengaged. Until then everything that it
-/// names stays as it was.
-struct PendingReload {
-  std::uint64_t number = 0;  ///< of the reload, 1 for the first since the start
-  std::vector<config::Loosening> loosenings;
-
-  friend bool operator==(const PendingReload&, const PendingReload&) = default;
-};
 
 /// What a reload or its confirmation has done.
 struct ReloadReport {

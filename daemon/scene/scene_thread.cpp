@@ -230,7 +230,7 @@ void SceneThread::modelIfNeeded(bool new_frame) {
 
 void SceneThread::recordModel(const rt::DepthFrame& frame, const rt::Vec3& focus_m_in_world,
                               const Build& build) {
-  drivers::ModelRecord record;
+  trace::ModelRecord record;
   record.model = newest_.model;
   record.time_ns = build.begin_ns;
   record.build_ns = build.build_ns;

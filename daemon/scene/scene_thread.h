@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "daemon/base/box.h"
+#include "daemon/trace/format/records.h"
 #include "drivers/camera/camera.h"
 #include "drivers/camera/depth_use.h"
 #include "drivers/camera/scene_source.h"
-#include "drivers/trace/format/records.h"
 #include "rt/channels/spsc_ring.h"
 #include "rt/modelling/scene_builder.h"
 
@@ -72,7 +72,7 @@ class SceneThread final : public drivers::FrameSink {
   void setView(FrameView view);
 
   /// A record of every scene that is built. Thread of pop(): one.
-  using ModelRing = rt::SpscRing<drivers::ModelRecord, 1024>;
+  using ModelRing = rt::SpscRing<trace::ModelRecord, 1024>;
   ModelRing& models() noexcept { return *models_; }
 
   std::size_t pointCapacity() const noexcept { return source_.builder().pointCapacity(); }

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <concepts>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <tuple>
+#include <type_traits>
 
 #include "config/base/error.h"
+#include "rt/base/fields.h"
 #include "rt/base/words.h"
 #include "rt/depth/depth_frame.h"
 
@@ -23,15 +27,29 @@ constexpr auto wordsOf(CameraState) {
 
 /// What a camera that the kernel drives reports of itself; empty or 0 where it does not.
 struct CameraDetails {
-  std::string node;      ///< "/dev/video2"
-  std::string serial;    ///< of the depth module
-  std::string firmware;  ///< "5.15.1.0"
-  std::string format;    ///< "Z16"
-  int width_px = 0;      ///< of the frames that it sends
-  int height_px = 0;     ///< of the frames that it sends
+  std::string node;
+  std::string serial;
+  std::string firmware;
+  std::string format;
+  int width_px = 0;
+  int height_px = 0;
   double rate_hz = 0;
-  std::optional<double> temperature_c = {};  ///< of its processor, in degrees Celsius
+  std::optional<double> temperature_c = {};
 };
+template <std::same_as<CameraDetails> Status>
+constexpr auto fieldsOf(std::type_identity<Status>) {
+  return std::tuple{
+      HAPTICD_FIELD(node, "Its video device, such as /dev/video2"),
+      HAPTICD_FIELD(serial, "Serial number; empty: not reported"),
+      HAPTICD_FIELD(firmware, "Version of its firmware; empty: not reported"),
+      HAPTICD_FIELD(format, "Pixel format, such as Z16"),
+      HAPTICD_FIELD(width_px, "Columns of the frames that it sends"),
+      HAPTICD_FIELD(height_px, "Rows of the frames that it sends"),
+      HAPTICD_FIELD(rate_hz, "Nominal frame rate"),
+      HAPTICD_FIELD(temperature_c,
+                    "Temperature of the processor of the camera in degrees Celsius; null: not reported")
+          .gauge("camera_temperature_celsius")};
+}
 
 /// CameraStatus::detail until the first attempt to open the camera has ended.
 inline constexpr const char* kLookingForCamera = "looking for the camera";
@@ -39,14 +57,35 @@ inline constexpr const char* kLookingForCamera = "looking for the camera";
 /// State of a camera as shown to people and to clients of the control API.
 struct CameraStatus {
   CameraState state = CameraState::absent;
-  std::string detail;                ///< for people: why it is absent or lost, and what to do
-  std::string identity;              ///< driver name, and serial number or folder
-  std::uint64_t frames = 0;          ///< delivered since the start
-  std::uint64_t damaged_frames = 0;  ///< discarded because their data was corrupt
-  std::uint64_t lost_frames = 0;     ///< missing in the numbering of those that arrived
-  std::string advice = {};           ///< for people: a likely problem of a working camera; may be empty
+  std::string detail;
+  std::string identity;
+  std::uint64_t frames = 0;
+  std::uint64_t damaged_frames = 0;
+  std::uint64_t lost_frames = 0;
+  std::string advice = {};
   CameraDetails details = {};
 };
+template <std::same_as<CameraStatus> Status>
+constexpr auto fieldsOf(std::type_identity<Status>) {
+  return std::tuple{
+      HAPTICD_FIELD(state, "State of the depth camera: whether frames arrive").states("camera_state"),
+      HAPTICD_FIELD(detail, "Why it is absent or lost, and what to do; may be empty"),
+      HAPTICD_FIELD(identity, "Driver and serial number or folder"),
+      HAPTICD_FIELD(frames, "Frames that the camera has delivered").counter("camera_frames"),
+      HAPTICD_FIELD(damaged_frames, "Frames discarded because their data was damaged")
+          .counter("camera_damaged_frames"),
+      HAPTICD_FIELD(lost_frames,
+                    "Frames that never arrived, as the numbers of those before and after them tell; 0 where "
+                    "a camera does not number them")
+          .counter("camera_lost_frames"),
+      HAPTICD_FIELD(advice, "A likely problem of a camera that works, and what to do; may be empty"),
+      HAPTICD_FIELD(
+          details,
+          "What it reports of itself; null with other drivers than v4l2, and until the camera is found")
+          .shownAs([](const auto& camera) {
+            return camera.details.node.empty() ? std::nullopt : std::optional(camera.details);
+          })};
+}
 
 /// Destination of a camera driver's frames: fill back(), then call publish().
 /// Thread: the driver's own thread only.

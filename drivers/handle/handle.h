@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <concepts>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <tuple>
+#include <type_traits>
 
 #include "config/base/error.h"
+#include "rt/base/fields.h"
 #include "rt/base/latency_histogram.h"
 #include "rt/base/words.h"
 #include "rt/channels/handle_channel.h"
@@ -33,12 +37,24 @@ constexpr auto wordsOf(HandlePresence) {
 struct LinkStatus {
   std::uint64_t sent = 0;
   std::uint64_t received = 0;
-  std::uint64_t lost = 0;        ///< of the other side's packets, by their sequence numbers
-  std::uint64_t duplicated = 0;  ///< received twice; rejected
-  std::uint64_t reordered = 0;   ///< received after a newer one; rejected
-  std::uint64_t rejected = 0;    ///< damaged, forged, from an unknown peer, or with values out of range
+  std::uint64_t lost = 0;
+  std::uint64_t duplicated = 0;
+  std::uint64_t reordered = 0;
+  std::uint64_t rejected = 0;
   rt::LatencySummary round_trip = {};
 };
+template <std::same_as<LinkStatus> Status>
+constexpr auto fieldsOf(std::type_identity<Status>) {
+  return std::tuple{
+      HAPTICD_FIELD(sent, "Messages sent to the handle").counter("link_sent_messages"),
+      HAPTICD_FIELD(received, "Messages received from the handle").counter("link_received_messages"),
+      HAPTICD_FIELD(lost, "Messages of the other side that never arrived").counter("link_lost_messages"),
+      HAPTICD_FIELD(duplicated, "Messages received twice").counter("link_duplicated_messages"),
+      HAPTICD_FIELD(reordered, "Messages received after a newer one").counter("link_reordered_messages"),
+      HAPTICD_FIELD(rejected, "Messages that were damaged, forged, from another sender, or out of range")
+          .counter("link_rejected_messages"),
+      HAPTICD_FIELD(round_trip, "From sending a message to its reply").summary("link_round_trip_seconds")};
+}
 
 /// Scheduling of a handle's thread.
 struct HandleScheduling {
@@ -49,18 +65,42 @@ struct HandleScheduling {
 /// State of a handle as shown to people and to clients of the control API.
 struct HandleStatus {
   HandlePresence state = HandlePresence::absent;
-  std::string detail;              ///< for people: why it is absent or lost, and what to do
-  std::string identity;            ///< driver name and serial number
-  std::uint64_t measurements = 0;  ///< accepted since the start
-  std::uint64_t rejected = 0;      ///< measurements rejected as implausible since the start
-  bool exerts_force = true;        ///< false: an input device; forces are discarded
-  std::string advice = {};         ///< for people: a likely problem of a working handle; may be empty
+  std::string detail;
+  std::string identity;
+  std::uint64_t measurements = 0;
+  std::uint64_t rejected = 0;
+  bool exerts_force = true;
+  std::string advice = {};
   std::optional<LinkStatus> link = {};
   HandleScheduling scheduling = {};
-  /// Time from the writing of a command by the force thread until it, or a newer one in its place, was sent
-  /// to the device; nothing: none sent.
   std::optional<rt::LatencySummary> last_hop = {};
 };
+template <std::same_as<HandleStatus> Status>
+constexpr auto fieldsOf(std::type_identity<Status>) {
+  return std::tuple{
+      HAPTICD_FIELD(state, "State of the haptic handle").states("handle_state"),
+      HAPTICD_FIELD(state, "Whether it is connected and calibrated")
+          .named("present")
+          .shownAs([](const auto& handle) { return handle.state == HandlePresence::present; }),
+      HAPTICD_FIELD(detail, "Why it is not, and what to do; may be empty"),
+      HAPTICD_FIELD(identity, "Driver and serial number"),
+      HAPTICD_FIELD(measurements, "Measurements of the handle").counter("handle_measurements"),
+      HAPTICD_FIELD(rejected, "Measurements of the handle that could not be trusted")
+          .counter("handle_rejected"),
+      HAPTICD_FIELD(exerts_force, "Whether it exerts forces; an input device does not"),
+      HAPTICD_FIELD(advice, "A likely problem of a handle that works, and what to do; may be empty"),
+      HAPTICD_FIELD(link, "Statistics of its connection; null: none"),
+      HAPTICD_FIELD(scheduling.priority,
+                    "SCHED_FIFO priority of the thread of the handle; 0: normal scheduling")
+          .named("threadPriority")
+          .gauge("handle_thread_priority"),
+      HAPTICD_FIELD(scheduling.requested_priority, "The priority requested for its thread")
+          .named("wantedThreadPriority"),
+      HAPTICD_FIELD(last_hop,
+                    "Time from the writing of a command by the force loop until it, or a newer one in its "
+                    "place, was sent to the device; null: none was sent")
+          .summary("handle_last_hop_seconds")};
+}
 
 /// A haptic handle with a thread of its own, which publishes measurements and exerts the newest command.
 ///

@@ -5,8 +5,13 @@
 #include <array>
 #include <atomic>
 #include <bit>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <tuple>
+#include <type_traits>
+
+#include "rt/base/fields.h"
 
 namespace hapticd::rt {
 
@@ -73,6 +78,11 @@ struct LatencySummary {
   std::uint64_t p999_ns = 0;
   std::uint64_t max_ns = 0;
 };
+template <std::same_as<LatencySummary> Status>
+constexpr auto fieldsOf(std::type_identity<Status>) {
+  return std::tuple{HAPTICD_FIELD(p50_ns, "Median"), HAPTICD_FIELD(p99_ns, "99th percentile"),
+                    HAPTICD_FIELD(p999_ns, "99.9th percentile"), HAPTICD_FIELD(max_ns, "The longest")};
+}
 
 inline LatencySummary summaryOf(const LatencyHistogram& histogram) noexcept {
   return {histogram.quantileNs(0.5), histogram.quantileNs(0.99), histogram.quantileNs(0.999),

@@ -3,10 +3,13 @@
 
 #include <array>
 #include <bit>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <tuple>
 #include <type_traits>
 
+#include "rt/base/fields.h"
 #include "rt/base/parameters.h"
 #include "rt/base/words.h"
 
@@ -75,6 +78,36 @@ struct DepthFrameHeader {
   /// Returns the size of the image in bytes.
   std::size_t imageBytes() const noexcept { return std::size_t{stride_bytes} * height_px; }
 };
+template <std::same_as<DepthFrameHeader> Header>
+constexpr auto fieldsOf(std::type_identity<Header>) {
+  return std::tuple{HAPTICD_MEMBER(magic),
+                    HAPTICD_MEMBER(version).tracedAs("header_version"),
+                    HAPTICD_MEMBER(header_bytes),
+                    HAPTICD_MEMBER(width_px),
+                    HAPTICD_MEMBER(height_px),
+                    HAPTICD_MEMBER(stride_bytes),
+                    HAPTICD_MEMBER(raw_type),
+                    HAPTICD_MEMBER(depth_law),
+                    HAPTICD_MEMBER(noise),
+                    HAPTICD_MEMBER(principle),
+                    HAPTICD_MEMBER(raw_no_measurement),
+                    HAPTICD_MEMBER(device_ticks),
+                    HAPTICD_MEMBER(depth_law_coefficients),
+                    HAPTICD_MEMBER(fx_px),
+                    HAPTICD_MEMBER(fy_px),
+                    HAPTICD_MEMBER(cx_px),
+                    HAPTICD_MEMBER(cy_px),
+                    HAPTICD_MEMBER(rotation_world_camera),
+                    HAPTICD_MEMBER(position_m_in_world),
+                    HAPTICD_MEMBER(noise_coefficients),
+                    HAPTICD_MEMBER(exposure_ns),
+                    HAPTICD_MEMBER(arrival_ns),
+                    HAPTICD_MEMBER(frame),
+                    HAPTICD_MEMBER(device_tick_hz),
+                    HAPTICD_MEMBER(serial),
+                    HAPTICD_MEMBER(standing_share),
+                    HAPTICD_MEMBER(correlation_px)};
+}
 
 // The layout is an interface that other programs and other versions read.
 static_assert(std::endian::native == std::endian::little);

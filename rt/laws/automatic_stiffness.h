@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <concepts>
 #include <cstdint>
 #include <limits>
+#include <tuple>
+#include <type_traits>
 
+#include "rt/base/fields.h"
 #include "rt/base/parameters.h"
 #include "rt/base/realtime_safe.h"
 #include "rt/base/words.h"
@@ -62,6 +66,23 @@ struct StiffnessRules {
   /// `without_noise_n_per_m`.  RT: safe.
   Limit least(double without_noise_n_per_m) const noexcept;
 };
+template <std::same_as<StiffnessRules> Status>
+constexpr auto fieldsOf(std::type_identity<Status>) {
+  return std::tuple{
+      HAPTICD_FIELD(ceiling_n_per_m, "force.stiffness_ceiling_n_per_m"),
+      HAPTICD_FIELD(stability_n_per_m, "Stable with the lag of the loop and the device"),
+      HAPTICD_FIELD(device_n_per_m, "The continuous force of the device at a penetration of 10 mm"),
+      HAPTICD_FIELD(noise_n_per_m,
+                    "Noise of the surface changes a force of 1 N by no more than a person notices, 7 %"),
+      HAPTICD_FIELD(slew_n_per_m,
+                    "The change of the surface per frame takes no longer than a frame at the slew limit"),
+      HAPTICD_FIELD(surface.step_m,
+                    "Mean absolute change of the surface's distance per frame, metres; null: not known")
+          .shownAs([](const auto& rules) { return ifPositive(rules.surface.step_m); }),
+      HAPTICD_FIELD(surface.frames,
+                    "Number of frames that the noise of the surface was measured on; 0: not known")
+          .named("noiseFrames")};
+}
 
 /// The automatic stiffness: follows the rules slowly, downwards at any time and upwards only without contact.
 /// Thread: one.  RT: safe.

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <tuple>
 #include <type_traits>
 
+#include "rt/base/fields.h"
 #include "rt/base/latency_histogram.h"
 #include "rt/base/parameters.h"
 #include "rt/base/vec3.h"
@@ -69,90 +72,212 @@ inline constexpr std::size_t kCauseCount = enumeratorCount<Cause>();
 
 /// A change of mode or cause.
 struct Transition {
-  std::uint64_t number = 0;  ///< 1 for the first since the start
-  std::int64_t time_ns = 0;  ///< CLOCK_MONOTONIC
+  std::uint64_t number = 0;
+  std::int64_t time_ns = 0;
   Mode from = Mode::starting;
   Mode to = Mode::starting;
   Cause cause = Cause::none;
 };
+template <std::same_as<Transition> Status>
+constexpr auto fieldsOf(std::type_identity<Status>) {
+  return std::tuple{HAPTICD_FIELD(number, "1 for the first since the start"),
+                    HAPTICD_FIELD(time_ns, "When, CLOCK_MONOTONIC"), HAPTICD_FIELD(from, "The mode before"),
+                    HAPTICD_FIELD(to, "The mode after"), HAPTICD_FIELD(cause, "Why")};
+}
 inline constexpr std::size_t kTransitionsKept = 16;
 
-/// Inputs and results of one tick; every tick is passed to the control thread through a ring.
+/// Nothing for a law without a proxy.
+template <typename Value>
+std::optional<Value> ifItHasAProxy(const auto& tick, const Value& value) noexcept {
+  return hasProxy(tick.law) ? std::optional(value) : std::nullopt;
+}
+
+/// Inputs and results of one tick; every tick is passed to the control thread through a ring. Its fields are
+/// explained by the rows below; where these say null, `contact` is free, `proxy_m_in_world` the HIP,
+/// `fixture_distance_m` infinite and `surface_noise_m` 0.
 struct Tick {
-  std::uint64_t number = 0;     ///< 1 for the first
-  std::int64_t planned_ns = 0;  ///< CLOCK_MONOTONIC, on the loop's time grid
+  std::uint64_t number = 0;
+  std::int64_t planned_ns = 0;
   std::int64_t wakeup_latency_ns = 0;
   std::int64_t compute_ns = 0;
-  std::uint64_t directive_generation = 0;  ///< of the Directive in effect
-  std::uint64_t trace_dropped = 0;  ///< ticks dropped so far because the ring to the trace thread was full
+  std::uint64_t directive_generation = 0;
+  std::uint64_t trace_dropped = 0;
   Mode mode = Mode::starting;
   Cause cause = Cause::none;
   bool slew_limited = false;
   bool magnitude_clamped = false;
-  bool not_finite = false;  ///< the law computed a value that is not finite
-  /// The force drops to zero without slew limit: a fault of the handle, or a stop that took too long.
+  bool not_finite = false;
   bool released = false;
-  bool passivity_acted = false;    ///< passivity control added damping
-  bool thermally_limited = false;  ///< the device is warm, so the allowed force is below the maximum
-  bool outside_model = false;      ///< the HIP's neighbourhood was not modelled completely
-  bool stopping = false;           ///< the loop is to end; no new engagement
-  bool after_overrun = false;      ///< the previous tick ended late
-  bool blending = false;           ///< a change of scene, law or parameters is still being blended in
-  ForceLaw law = ForceLaw::nearest_springs;  ///< the law that the force comes from
+  bool passivity_acted = false;
+  bool thermally_limited = false;
+  bool outside_model = false;
+  bool stopping = false;
+  bool after_overrun = false;
+  bool blending = false;
+  ForceLaw law = ForceLaw::nearest_springs;
   ContactState contact = ContactState::free;
-  std::uint32_t points_used = 0;  ///< N of eq. (11)
-  std::uint64_t scene_frame = 0;  ///< sequence number of the scene's frame; 0: none
-  std::uint64_t scene_model = 0;  ///< number of the scene; 0: none
+  std::uint32_t points_used = 0;
+  std::uint64_t scene_frame = 0;
+  std::uint64_t scene_model = 0;
   std::int64_t scene_age_ns = 0;
-  HandleState handle;  ///< the measurement used by the tick
+  HandleState handle;
   Vec3 hip_m_in_world;
-  Vec3 proxy_m_in_world;  ///< the HIP for laws without a proxy
-  double gain = 0;      ///< share of the blended force that is exerted: the engage ramp times stiffness_gain
-  double energy_j = 0;  ///< energy that the hand has given to the box minus what it got back (passivity.h)
-  /// Largest stable stiffness of the springs, given the loop's lag and the device.
+  Vec3 proxy_m_in_world;
+  double gain = 0;
+  double energy_j = 0;
   double stiffness_limit_n_per_m = 0;
-  double stiffness_gain = 1;                           ///< share of the law's force that this limit permits
-  StiffnessRule stiffness_rule = StiffnessRule::none;  ///< the rule that keeps the stiffness below k_s
-  /// Contact damping at the hand required by the loop's lag, applied by the box or by the device.
+  double stiffness_gain = 1;
+  StiffnessRule stiffness_rule = StiffnessRule::none;
   double contact_damping_n_s_per_m = 0;
   Vec3 law_force_n_in_world;
-  Vec3 blended_force_n_in_world;   ///< clamped to the force limit and blended with that of the previous scene
-  Vec3 damped_force_n_in_world;    ///< with the contact damping applied by the box
-  Vec3 scaled_force_n_in_world;    ///< at the hand: times ramp, delay-dependent gain and force scale
-  Vec3 passive_force_n_in_world;   ///< after passivity control
-  Vec3 filtered_force_n_in_world;  ///< after the low-pass
-  Vec3 slewed_force_n_in_world;    ///< after the slew limit
-  Vec3 command_force_n_in_world;   ///< newtons at the hand: after clamp and finite check
-  std::uint64_t fixture_generation = 0;   ///< of the FixtureSet in effect; 0: none
-  std::uint32_t fixtures_in_contact = 0;  ///< bit n: fixture n of the set holds the HIP back or guides it
-  std::int32_t nearest_fixture = -1;      ///< the forbidden region nearest to the HIP; -1: none
-  /// From the HIP to that fixture's boundary, negative inside the forbidden region; infinite: none.
+  Vec3 blended_force_n_in_world;
+  Vec3 damped_force_n_in_world;
+  Vec3 scaled_force_n_in_world;
+  Vec3 passive_force_n_in_world;
+  Vec3 filtered_force_n_in_world;
+  Vec3 slewed_force_n_in_world;
+  Vec3 command_force_n_in_world;
+  std::uint64_t fixture_generation = 0;
+  std::uint32_t fixtures_in_contact = 0;
+  std::int32_t nearest_fixture = -1;
   double fixture_distance_m = std::numeric_limits<double>::infinity();
-  Vec3 fixture_proxy_m_in_world;        ///< nearest allowed place; the HIP while no forbidden region acts
-  Vec3 fixture_force_n_in_world;        ///< of all forbidden regions, part of damped_force_n_in_world
-  Vec3 guidance_force_n_in_world;       ///< of all guidance fixtures, part of damped_force_n_in_world
-  std::uint64_t tissue_generation = 0;  ///< of the TissueMap in effect; 0: none
-  std::int32_t tissue_region = -1;      ///< region of the map in contact with the largest share; -1: none
-  Vec3 cue_force_n_in_world;            ///< palpation cue at the hand, added after the low-pass
-  double stiffness_n_per_m = 0;         ///< k_s in effect: configured or automatic
-  /// What limits the automatic stiffness.
+  Vec3 fixture_proxy_m_in_world;
+  Vec3 fixture_force_n_in_world;
+  Vec3 guidance_force_n_in_world;
+  std::uint64_t tissue_generation = 0;
+  std::int32_t tissue_region = -1;
+  Vec3 cue_force_n_in_world;
+  double stiffness_n_per_m = 0;
   StiffnessBound stiffness_bound = StiffnessBound::configured;
-  /// Standard deviation of the modelled surface's distance at the proxy from frame to frame; 0: not known.
   double surface_noise_m = 0;
-  /// Time by which forces act later than the device says, as the loop has measured it (latency_probe.h); 0:
-  /// not at all, or not known.
   double hidden_latency_s = 0;
-  /// Share of the forces that need depth, of the law and of fixtures that fade without it: below one while
-  /// the camera is lost and other fixtures go on acting.
   double depth_share = 1;
 };
+template <std::same_as<Tick> Status>
+constexpr auto fieldsOf(std::type_identity<Status>) {
+  return std::tuple{
+      HAPTICD_FIELD(number, "1 for the first"),
+      HAPTICD_FIELD(planned_ns, "When it was due, CLOCK_MONOTONIC"),
+      HAPTICD_FIELD(wakeup_latency_ns, "How much later than planned it began"),
+      HAPTICD_FIELD(compute_ns, "How long it took"),
+      HAPTICD_FIELD(directive_generation, "Generation of the directive in effect"),
+      HAPTICD_FIELD(trace_dropped, "Ticks dropped so far because the ring to the trace thread was full")
+          .hidden(),
+      HAPTICD_FIELD(mode, "What the force loop does").hidden(),
+      HAPTICD_FIELD(cause, "Why the mode is what it is").hidden(),
+      HAPTICD_FIELD(slew_limited, "Whether the slew limit shortened the step of the force"),
+      HAPTICD_FIELD(magnitude_clamped, "Whether the clamp shortened the force"),
+      HAPTICD_FIELD(not_finite, "Whether the force law computed a number that is not finite"),
+      HAPTICD_FIELD(
+          released,
+          "Whether the force is released to zero within three ticks, because of a fault of the handle"),
+      HAPTICD_FIELD(passivity_acted, "Whether passivity control added damping"),
+      HAPTICD_FIELD(thermally_limited,
+                    "Whether the device is warm, so that the allowed force is below the maximum"),
+      HAPTICD_FIELD(outside_model,
+                    "Whether the neighbourhood of the interaction point was not modelled completely"),
+      HAPTICD_FIELD(stopping, "Whether the loop is to end, so that it does not engage").hidden(),
+      HAPTICD_FIELD(after_overrun, "Whether the previous tick ended late"),
+      HAPTICD_FIELD(blending, "Whether a change of frame, law or parameters is still being blended in"),
+      HAPTICD_FIELD(law, "The law that the force comes from"),
+      HAPTICD_FIELD(contact, "Where the proxy of the laws proxy and surface is; null: the law has no proxy")
+          .shownAs([](const auto& tick) { return ifItHasAProxy(tick, tick.contact); }),
+      HAPTICD_FIELD(points_used, "Points that the force comes from; 0 for the law surface")
+          .gauge("tick_points"),
+      HAPTICD_FIELD(scene_frame, "Number of the depth frame that the force was computed from; 0: none"),
+      HAPTICD_FIELD(scene_model, "Number of the model that the force was computed from; 0: none"),
+      HAPTICD_FIELD(scene_age_ns, "Age of the depth frame that the force was computed from"),
+      HAPTICD_FIELD(handle.position_m_in_world, "Position of the interaction point that the handle measured")
+          .hidden(),
+      HAPTICD_FIELD(handle.velocity_m_per_s_in_world,
+                    "Velocity of the interaction point, metres per second, world frame")
+          .named("hipVelocityMPerSInWorld"),
+      HAPTICD_FIELD(handle.sequence, "Number of the measurement; 0: nothing measured yet").hidden(),
+      HAPTICD_FIELD(handle.time_ns, "When the measurement was made, CLOCK_MONOTONIC").hidden(),
+      HAPTICD_FIELD(handle.session, "Number of times that the device was opened or reconnected").hidden(),
+      HAPTICD_FIELD(handle.condition, "Whether the measurement can be used").hidden(),
+      HAPTICD_FIELD(handle.buttons, "Buttons of the handle; bit n: button n is held").named("buttons"),
+      HAPTICD_FIELD(
+          handle.delay_s,
+          "From a motion of the hand to the force that responds to it, without the loop's own share"),
+      HAPTICD_FIELD(handle.command_latency_ns,
+                    "Time from writing the command that was sent to the device most recently until it was "
+                    "sent; 0: none yet"),
+      HAPTICD_FIELD(handle.damps, "Whether the device damps contact itself, so that the box does not"),
+      HAPTICD_FIELD(handle.velocity_source, "Where the velocity comes from"),
+      HAPTICD_FIELD(handle.probes, "Whether the loop measures how late the device's link is").hidden(),
+      HAPTICD_FIELD(hip_m_in_world, "The haptic interaction point (HIP), metres, world frame"),
+      HAPTICD_FIELD(proxy_m_in_world, "The proxy, metres, world frame; null: the law has no proxy")
+          .shownAs([](const auto& tick) { return ifItHasAProxy(tick, tick.proxy_m_in_world); }),
+      HAPTICD_FIELD(gain, "Share of the law's force that is exerted: the engage ramp times stiffnessGain"),
+      HAPTICD_FIELD(energy_j, "Energy that the hand has given to the box minus what it got back, joules")
+          .gauge("tick_energy_joules"),
+      HAPTICD_FIELD(
+          stiffness_limit_n_per_m,
+          "Largest stable stiffness, given the device and the delay of the handle, newtons per metre")
+          .gauge("tick_stiffness_limit_newtons_per_metre"),
+      HAPTICD_FIELD(stiffness_gain, "Share of the law's force that this limit permits")
+          .gauge("tick_stiffness_gain_ratio"),
+      HAPTICD_FIELD(stiffness_rule, "The rule that keeps the stiffness below force.stiffness_n_per_m"),
+      HAPTICD_FIELD(contact_damping_n_s_per_m,
+                    "Contact damping at the hand that the delay requires, newton seconds per metre")
+          .gauge("tick_contact_damping_newton_seconds_per_metre"),
+      HAPTICD_FIELD(law_force_n_in_world, "What the force law computed, newtons, world frame"),
+      HAPTICD_FIELD(blended_force_n_in_world, "The same after the force limit and the blend"),
+      HAPTICD_FIELD(damped_force_n_in_world, "The same with the contact damping"),
+      HAPTICD_FIELD(scaled_force_n_in_world, "The same at the hand: times gain and handle.force_scale"),
+      HAPTICD_FIELD(passive_force_n_in_world, "The same after passivity control"),
+      HAPTICD_FIELD(filtered_force_n_in_world, "The same after the low-pass"),
+      HAPTICD_FIELD(slewed_force_n_in_world, "The same after the slew limit"),
+      HAPTICD_FIELD(command_force_n_in_world,
+                    "The command: the force that the handle is to exert on the hand, newtons, in the axes of "
+                    "the world frame"),
+      HAPTICD_FIELD(fixture_generation, "Generation of the set of fixtures in effect; 0: none"),
+      HAPTICD_FIELD(fixtures_in_contact,
+                    "Bit n: fixture n of the set holds the interaction point back or guides it")
+          .hidden(),
+      HAPTICD_FIELD(nearest_fixture,
+                    "Place in the set of the forbidden region nearest to the interaction point; -1: none")
+          .hidden(),
+      HAPTICD_FIELD(fixture_distance_m,
+                    "From the interaction point to the boundary of the nearest forbidden region, negative "
+                    "inside it; null: there is none"),
+      HAPTICD_FIELD(fixture_proxy_m_in_world,
+                    "The allowed place nearest to the interaction point, metres, world frame; the "
+                    "interaction point itself while no forbidden region acts"),
+      HAPTICD_FIELD(fixture_force_n_in_world,
+                    "Force of all forbidden regions, newtons, world frame; a part of dampedForceNInWorld"),
+      HAPTICD_FIELD(guidance_force_n_in_world,
+                    "Force of all guidance fixtures, newtons, world frame; a part of dampedForceNInWorld"),
+      HAPTICD_FIELD(tissue_generation, "Generation of the stiffness map in effect; 0: none"),
+      HAPTICD_FIELD(tissue_region,
+                    "Place in the map of the region in contact with the largest share; -1: none")
+          .hidden(),
+      HAPTICD_FIELD(cue_force_n_in_world,
+                    "The palpation cue at the hand, newtons, world frame; added after the low-pass"),
+      HAPTICD_FIELD(stiffness_n_per_m,
+                    "Stiffness of the surface in effect, newtons per metre: configured or automatic")
+          .gauge("tick_stiffness_newtons_per_metre"),
+      HAPTICD_FIELD(stiffness_bound, "What limits the stiffness of the surface").states("stiffness_bound"),
+      HAPTICD_FIELD(
+          surface_noise_m,
+          "Standard deviation of the surface's distance at the proxy from frame to frame; null: not known")
+          .shownAs([](const auto& tick) { return ifPositive(tick.surface_noise_m); })
+          .gauge("tick_surface_noise_metres"),
+      HAPTICD_FIELD(hidden_latency_s,
+                    "Time by which forces act later than the device says, as the box has measured it; 0: not "
+                    "at all, or not known"),
+      HAPTICD_FIELD(depth_share,
+                    "Share of the forces that need depth: below one while the camera is lost and other "
+                    "fixtures go on acting")};
+}
 
 /// Counters since the start of the loop.
 struct LoopCounters {
   std::uint64_t ticks = 0;
-  std::uint64_t overruns = 0;         ///< ticks that ended after the next one was due
-  std::uint64_t skipped_periods = 0;  ///< whole periods left out because of overruns
-  std::uint64_t contact_ticks = 0;    ///< ticks in contact
+  std::uint64_t overruns = 0;
+  std::uint64_t skipped_periods = 0;
+  std::uint64_t contact_ticks = 0;
   std::uint64_t outside_model_ticks = 0;
   std::uint64_t slew_limited_ticks = 0;
   std::uint64_t magnitude_clamped_ticks = 0;
@@ -163,8 +288,38 @@ struct LoopCounters {
   std::uint64_t passivity_ticks = 0;
   std::uint64_t thermally_limited_ticks = 0;
   std::uint64_t stiffness_limited_ticks = 0;
-  std::uint64_t releases = 0;  ///< number of times the force was dropped because of a fault of the handle
+  std::uint64_t releases = 0;
 };
+template <std::same_as<LoopCounters> Status>
+constexpr auto fieldsOf(std::type_identity<Status>) {
+  return std::tuple{
+      HAPTICD_FIELD(ticks, "Ticks of the force loop").counter("loop_ticks"),
+      HAPTICD_FIELD(overruns, "Ticks that ended after the next one was due").counter("loop_overruns"),
+      HAPTICD_FIELD(skipped_periods, "Whole periods left out because of overruns")
+          .counter("loop_skipped_periods"),
+      HAPTICD_FIELD(contact_ticks, "Ticks in contact").counter("loop_contact_ticks"),
+      HAPTICD_FIELD(outside_model_ticks, "Ticks whose neighbourhood was not modelled completely")
+          .counter("loop_outside_model_ticks"),
+      HAPTICD_FIELD(slew_limited_ticks, "Ticks whose force was kept from changing too fast")
+          .counter("loop_slew_limited_ticks"),
+      HAPTICD_FIELD(magnitude_clamped_ticks, "Ticks whose force was reduced to the largest permitted one")
+          .counter("loop_magnitude_clamped_ticks"),
+      HAPTICD_FIELD(not_finite_ticks, "Ticks whose force was not finite").counter("loop_not_finite_ticks"),
+      HAPTICD_FIELD(depth_stale_ticks, "Ticks with stale depth").counter("loop_depth_stale_ticks"),
+      HAPTICD_FIELD(handle_stale_ticks, "Ticks with a stale measurement of the handle")
+          .counter("loop_handle_stale_ticks"),
+      HAPTICD_FIELD(handle_invalid_ticks, "Ticks with an impossible position of the handle")
+          .counter("loop_handle_invalid_ticks"),
+      HAPTICD_FIELD(passivity_ticks, "Ticks damped by passivity control").counter("loop_passivity_ticks"),
+      HAPTICD_FIELD(thermally_limited_ticks, "Ticks with less force because the device is warm")
+          .counter("loop_thermally_limited_ticks"),
+      HAPTICD_FIELD(stiffness_limited_ticks, "Ticks with a force reduced for the delay of the handle")
+          .counter("loop_stiffness_limited_ticks"),
+      HAPTICD_FIELD(
+          releases,
+          "Number of times, not of ticks, that the force was released because of a fault of the handle")
+          .counter("loop_releases")};
+}
 
 /// The newest state of the force loop.
 struct LoopState {

@@ -2,9 +2,14 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <tuple>
+#include <type_traits>
 
+#include "rt/base/fields.h"
 #include "rt/base/realtime_safe.h"
 #include "rt/base/vec3.h"
 
@@ -79,5 +84,22 @@ class LatencyProbe {
   Result best_;   ///< of the latencies compared so far
   Result result_;
 };
+
+template <std::same_as<LatencyProbe::Result> Status>
+constexpr auto fieldsOf(std::type_identity<Status>) {
+  return std::tuple{
+      HAPTICD_FIELD(number, "Number of measurements that have ended").named("measurements"),
+      HAPTICD_FIELD(conclusive,
+                    "Whether the newest one can be relied on: the hand moved as the knock lets it"),
+      HAPTICD_FIELD(latency_s, "From a command of the box to the motion that it causes; null: not conclusive")
+          .shownAs([](const auto& result) {
+            return result.conclusive ? std::optional(result.latency_s) : std::nullopt;
+          }),
+      HAPTICD_FIELD(mass_kg, "Moving mass of device and hand; null: not conclusive")
+          .shownAs([](const auto& result) {
+            return result.conclusive ? std::optional(result.mass_kg) : std::nullopt;
+          }),
+      HAPTICD_FIELD(explained, "Share of the commands that explain the motion with that latency, 0..1")};
+}
 
 }  // namespace hapticd::rt

@@ -13,13 +13,13 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/trace/depth_codec.h"
-#include "drivers/trace/format/messages.h"
-#include "drivers/trace/mcap/mcap_format.h"
-#include "drivers/trace/mcap/mcap_summary.h"
-#include "drivers/trace/trace_reader.h"
-#include "drivers/trace/trace_recovery.h"
-#include "drivers/trace/trace_writer.h"
+#include "daemon/trace/format/depth_codec.h"
+#include "daemon/trace/format/messages.h"
+#include "daemon/trace/mcap/mcap_definitions.h"
+#include "daemon/trace/mcap/mcap_format.h"
+#include "daemon/trace/reader/trace_reader.h"
+#include "daemon/trace/recovery/trace_recovery.h"
+#include "daemon/trace/writer/trace_writer.h"
 #include "tests/fuzz/seeds.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/support/raw_mcap.h"
@@ -28,8 +28,8 @@
 namespace {
 
 namespace fs = std::filesystem;
-namespace drivers = hapticd::drivers;
-namespace mcap = hapticd::drivers::mcap;
+namespace trace = hapticd::trace;
+namespace mcap = trace::mcap;
 
 void require(bool holds) {
   if (!holds) std::abort();
@@ -47,12 +47,12 @@ void readAndRecover(std::string_view bytes) {
   std::ofstream stream(file, std::ios::binary | std::ios::trunc);
   stream << bytes << std::flush;
   require(stream.good());
-  const auto info = drivers::readTrace(file);
+  const auto info = trace::readTrace(file);
   if (info) require(info->complete && info->bytes == bytes.size());
-  const auto recovered = drivers::recoverTrace(file, out);
+  const auto recovered = trace::recoverTrace(file, out);
   require(fs::file_size(file) == bytes.size());
-  if (info) require(recovered && recovered->outcome == drivers::RecoveredTrace::Outcome::intact);
-  if (recovered && !fs::exists(out)) require(recovered->outcome == drivers::RecoveredTrace::Outcome::intact);
+  if (info) require(recovered && recovered->outcome == trace::RecoveredTrace::Outcome::intact);
+  if (recovered && !fs::exists(out)) require(recovered->outcome == trace::RecoveredTrace::Outcome::intact);
   if (!fs::exists(out)) return;
   require(recovered.has_value() && !recovered->damages.empty());
   fs::remove(out);
@@ -61,7 +61,7 @@ void readAndRecover(std::string_view bytes) {
 /// Everything before the chunks of a trace.
 const std::string& head() {
   static const std::string bytes = [] {
-    const auto writer = drivers::TraceWriter::create(folder() / "head.mcap", {});
+    const auto writer = trace::TraceWriter::create(folder() / "head.mcap", {});
     require(writer.has_value());
     std::ifstream stream(folder() / "head.mcap.part", std::ios::binary);
     return std::string(std::istreambuf_iterator<char>(stream), {});
@@ -81,28 +81,28 @@ std::string asChunk(std::string_view records) {
 
 template <typename Record>
 void takeMessage(std::string_view bytes) {
-  drivers::MessageDecoder<Record> decoder;
+  trace::MessageDecoder<Record> decoder;
   Record record;
   if (!decoder.decode(bytes, record)) return;
   std::string once, twice;
-  drivers::encode(record, 0, once);
+  trace::encode(record, 0, once);
   require(decoder.decode(once, record));
-  drivers::encode(record, 0, twice);
+  trace::encode(record, 0, twice);
   require(once == twice);
 }
 
 /// An image with arbitrary encoded bytes, plain and compressed with zstd.
 void takeImage(std::string_view bytes) {
-  drivers::DepthDecoder decoder;
-  drivers::DepthRecord record;
-  if (!drivers::MessageDecoder<drivers::DepthRecord>().decode(bytes, record)) {
+  trace::DepthDecoder decoder;
+  trace::DepthRecord record;
+  if (!trace::MessageDecoder<trace::DepthRecord>().decode(bytes, record)) {
     record.header.width_px = 16;
     record.header.height_px = 8;
     record.header.stride_bytes = 32;
     record.image.bytes = bytes;
   }
   std::string image;
-  for (const auto encoding : {drivers::DepthEncoding::plain, drivers::DepthEncoding::above_zstd}) {
+  for (const auto encoding : {trace::DepthEncoding::plain, trace::DepthEncoding::above_zstd}) {
     record.encoding = encoding;
     require(!decoder.decode(record, image).empty() || image.size() == record.header.imageBytes());
   }
@@ -112,7 +112,7 @@ void takeImage(std::string_view bytes) {
 template <typename Record>
 void takeMessageOfOtherVersion(std::string_view bytes) {
   const std::string_view schema = bytes.substr(0, bytes.find('\0'));
-  auto decoder = drivers::MessageDecoder<Record>::forSchema(schema);
+  auto decoder = trace::MessageDecoder<Record>::forSchema(schema);
   Record record;
   if (decoder) (void)decoder->decode(bytes.substr(std::min(schema.size() + 1, bytes.size())), record);
 }
@@ -120,7 +120,7 @@ void takeMessageOfOtherVersion(std::string_view bytes) {
 template <typename Record>
 std::string encoded(const Record& record) {
   std::string message;
-  drivers::encode(record, 1'000, message);
+  trace::encode(record, 1'000, message);
   return message;
 }
 
@@ -170,7 +170,7 @@ std::vector<std::string> messagesOfOtherVersions(const hapticd::rt::Tick& tick) 
       "builtin_interfaces/Time stamp\nuint64 number\nuint8 MODE_IDLE=0\nuint8 MODE_ENGAGED=1\nuint8 mode\n"
       "float64[3] hip_m_in_world\nstring note\nhapticd_msgs/NamedText[] fields\nuint8[] memory\nint16 "
       "spare\n";
-  std::string older = drivers::schemaOf<hapticd::rt::Tick>();
+  std::string older = trace::schemaOf<hapticd::rt::Tick>();
   const std::size_t second_line = older.find('\n') + 1;
   older.erase(second_line, older.find('\n', second_line) + 1 - second_line);
   return {other + '\0' + encoded(tick), older + '\0' + encoded(tick)};
@@ -205,15 +205,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   readAndRecover(bytes);
   readAndRecover(asChunk(bytes));
   takeMessage<hapticd::rt::Tick>(bytes);
-  takeMessage<drivers::ModelRecord>(bytes);
-  takeMessage<drivers::DirectiveRecord>(bytes);
-  takeMessage<drivers::AdditionsRecord>(bytes);
-  takeMessage<drivers::EventRecord>(bytes);
-  takeMessage<drivers::SnapshotRecord>(bytes);
-  takeMessage<drivers::DepthRecord>(bytes);
+  takeMessage<trace::ModelRecord>(bytes);
+  takeMessage<trace::DirectiveRecord>(bytes);
+  takeMessage<trace::AdditionsRecord>(bytes);
+  takeMessage<trace::EventRecord>(bytes);
+  takeMessage<trace::SnapshotRecord>(bytes);
+  takeMessage<trace::DepthRecord>(bytes);
   takeImage(bytes);
   takeMessageOfOtherVersion<hapticd::rt::Tick>(bytes);
-  takeMessageOfOtherVersion<drivers::EventRecord>(bytes);
-  takeMessageOfOtherVersion<drivers::SnapshotRecord>(bytes);
+  takeMessageOfOtherVersion<trace::EventRecord>(bytes);
+  takeMessageOfOtherVersion<trace::SnapshotRecord>(bytes);
   return 0;
 }

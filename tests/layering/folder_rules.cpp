@@ -17,10 +17,6 @@ std::string folderOf(const std::string& path) {
   return path.substr(0, path.rfind('/'));
 }
 
-std::string roomOf(const std::string& path) {
-  return path.substr(0, path.find('/'));
-}
-
 /// The rule of a file itself, else that of its folder; null: there is none.
 const FolderRule* ruleOf(const std::vector<FolderRule>& rules, const std::string& file) {
   const auto own = std::ranges::find(rules, file, &FolderRule::folder);
@@ -69,10 +65,9 @@ void follow(const std::vector<FolderRule>& rules, std::vector<std::string>& path
 
 const std::vector<FolderRule>& folderRules() {
   static const std::vector<std::string> tool_libraries{
-      "tools/lib/child",     "tools/lib/client",       "tools/lib/depth_noise", "tools/lib/gnuplot",
-      "tools/lib/offline",   "tools/lib/options",      "tools/lib/oracle",      "tools/lib/palpation",
-      "tools/lib/parts",     "tools/lib/registration", "tools/lib/trace",       "tools/lib/truth",
-      "tools/lib/whole_file"};
+      "tools/lib/child",   "tools/lib/client",       "tools/lib/depth_noise", "tools/lib/offline",
+      "tools/lib/options", "tools/lib/oracle",       "tools/lib/palpation",   "tools/lib/parts",
+      "tools/lib/plot",    "tools/lib/registration", "tools/lib/truth"};
   static const std::vector<std::string> studies = with(tool_libraries, {"tools/hapticbench/engine"});
   static const std::vector<std::string> commands =
       with(studies, {"tools/hapticbench", "tools/hapticbench/jitter"});
@@ -112,10 +107,6 @@ const std::vector<FolderRule>& folderRules() {
       {"drivers/handle/udp", {"drivers/base", "drivers/handle"}},
       {"drivers/led", {"drivers/base"}},
       {"drivers/led/gpiod", {"drivers/base", "drivers/led"}},
-      {"drivers/trace", {"drivers/base", "drivers/trace/"}},
-      {"drivers/trace/foxglove", {"drivers/trace/format"}},
-      {"drivers/trace/format", {}},
-      {"drivers/trace/mcap", {"drivers/base"}},
 
       // the daemon, which combines its parts
       {"daemon", {"daemon/"}},
@@ -129,7 +120,18 @@ const std::vector<FolderRule>& folderRules() {
       {"daemon/injection", {"daemon/base"}},
       {"daemon/scene", {"daemon/base"}},
       {"daemon/state", {"daemon/base"}},
-      {"daemon/trace", {"daemon/base", "daemon/scene", "daemon/state"}},
+      {"daemon/recorder", {"daemon/base", "daemon/scene", "daemon/state"}},
+
+      {"daemon/status", {}},
+
+      // trace files
+      {"daemon/trace/export", {"daemon/trace/format", "daemon/trace/reader"}},
+      {"daemon/trace/foxglove", {"daemon/trace/format"}},
+      {"daemon/trace/format", {"daemon/trace/mcap"}},
+      {"daemon/trace/mcap", {}},
+      {"daemon/trace/reader", {"daemon/trace/format", "daemon/trace/mcap"}},
+      {"daemon/trace/recovery", {"daemon/trace/format", "daemon/trace/mcap", "daemon/trace/reader"}},
+      {"daemon/trace/writer", {"daemon/trace/format", "daemon/trace/foxglove", "daemon/trace/mcap"}},
 
       // programs, which may use all libraries and no other program
       {"tools/haptic-bridge", tool_libraries},
@@ -140,12 +142,12 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/hapticbench/engine", tool_libraries},
       {"tools/hapticbench/jitter", studies},
       {"tools/hapticctl",
-       {"tools/lib/child", "tools/lib/client", "tools/lib/depth_noise", "tools/lib/options",
-        "tools/lib/registration", "tools/lib/trace", "tools/lib/whole_file", "tools/hapticctl/"}},
+       {"tools/lib/child", "tools/lib/client", "tools/lib/depth_noise", "tools/lib/options", "tools/lib/plot",
+        "tools/lib/registration", "tools/hapticctl/"}},
       {"tools/hapticctl/additions",
-       {"tools/lib/client", "tools/lib/options", "tools/lib/registration", "tools/lib/whole_file",
-        "tools/hapticctl/base", "tools/hapticctl/text"}},
-      {"tools/hapticctl/base", {"tools/lib/client", "tools/lib/whole_file", "tools/hapticctl/text"}},
+       {"tools/lib/client", "tools/lib/options", "tools/lib/registration", "tools/hapticctl/base",
+        "tools/hapticctl/text"}},
+      {"tools/hapticctl/base", {"tools/lib/client", "tools/hapticctl/text"}},
       {"tools/hapticctl/doctor", {"tools/lib/child", "tools/lib/client"}},
       {"tools/hapticctl/snapshot", {"tools/lib/client"}},
       {"tools/hapticctl/text", {"tools/lib/client"}},
@@ -156,22 +158,20 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/hapticd-view/foxglove", {"tools/lib/client", "tools/hapticd-view/live"}},
       {"tools/hapticd-view/live", {"tools/lib/client"}},
       {"tools/hapticd-view/server", {"tools/hapticd-view/foxglove", "tools/hapticd-view/live"}},
-      {"tools/manual", {"tools/lib/whole_file"}},
+      {"tools/manual", {}},
 
       // libraries
       {"tools/lib/child", {}},
       {"tools/lib/client", {}},
       {"tools/lib/depth_noise", {}},
-      {"tools/lib/gnuplot", {"tools/lib/whole_file"}},
       {"tools/lib/offline", {}},
-      {"tools/lib/options", {"tools/lib/whole_file"}},
+      {"tools/lib/options", {}},
       {"tools/lib/palpation", {}},
       {"tools/lib/parts", {"tools/lib/options"}},
       {"tools/lib/oracle", {}},
+      {"tools/lib/plot", {}},
       {"tools/lib/registration", {}},
-      {"tools/lib/trace", {"tools/lib/gnuplot", "tools/lib/options", "tools/lib/whole_file"}},
       {"tools/lib/truth", {}},
-      {"tools/lib/whole_file", {}},
   };
   return all;
 }
@@ -179,13 +179,13 @@ const std::vector<FolderRule>& folderRules() {
 std::vector<std::string> wrongIncludesInside(const fs::path& root, const std::vector<FolderRule>& rules) {
   std::vector<std::string> wrong;
   for (const Room& room : rooms()) {
-    for (const fs::path& file : codeFilesIn(root / room.name)) {
+    for (const fs::path& file : codeFilesOf(root, room)) {
       const std::string path = fs::relative(file, root).string();
       const FolderRule* rule = ruleOf(rules, path);
       const std::vector<std::string> lines = plainLines(contentOf(file));
       for (std::size_t i = 0; i < lines.size(); ++i) {
         const std::string included = includedBy(lines[i]);
-        const bool is_inside = included.find('/') != std::string::npos && roomOf(included) == room.name;
+        const bool is_inside = roomOfPath(included) == room.name;
         if (!is_inside || folderOf(included) == folderOf(path)) continue;
         if (rule != nullptr && mayUse(*rule, folderOf(included))) continue;
         wrong.push_back(place(root, file, i + 1) + ": " + folderOf(path) + " must not include \"" + included +
@@ -199,7 +199,7 @@ std::vector<std::string> wrongIncludesInside(const fs::path& root, const std::ve
 std::vector<std::string> foldersWithoutRules(const fs::path& root, const std::vector<FolderRule>& rules) {
   std::set<std::string> with_code;
   for (const Room& room : rooms()) {
-    for (const fs::path& file : codeFilesIn(root / room.name)) {
+    for (const fs::path& file : codeFilesOf(root, room)) {
       const std::string path = fs::relative(file, root).string();
       with_code.insert({path, folderOf(path)});
     }

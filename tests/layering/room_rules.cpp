@@ -16,11 +16,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* kTests = "tests";  // may use everything, nobody may use it
 
-bool isRoom(const std::string& name) {
-  const auto is_it = [&name](const Room& room) { return room.name == name; };
-  return name == kTests || std::any_of(rooms().begin(), rooms().end(), is_it);
-}
-
 bool mayUse(const Room& room, const std::string& other) {
   return other == room.name ||
          std::find(room.may_use.begin(), room.may_use.end(), other) != room.may_use.end();
@@ -36,31 +31,33 @@ std::vector<fs::path> cmakeFilesIn(const fs::path& folder) {
   return files;
 }
 
+/// Those of `files` that lie in the room itself, not in one inside it.
+std::vector<fs::path> inRoom(const fs::path& root, const Room& room, std::vector<fs::path> files) {
+  std::erase_if(files, [&](const fs::path& file) {
+    return roomOfPath(fs::relative(file, root).string()) != room.name;
+  });
+  return files;
+}
+
 /// Returns the room of each target of the tree.
 std::map<std::string, std::string> ownersOfTargets(const fs::path& root) {
   std::map<std::string, std::string> owners;
-  const auto addTargetsOf = [&](const std::string& room) {
-    for (const fs::path& file : cmakeFilesIn(root / room)) {
+  const auto addTargetsOf = [&](const Room& room) {
+    for (const fs::path& file : inRoom(root, room, cmakeFilesIn(root / room.name))) {
       for (const CMakeCommand& command : cmakeCommands(contentOf(file))) {
         const bool adds = command.name == "add_library" || command.name == "add_executable" ||
                           command.name == "add_custom_target" || command.name == "add_room_test";
-        if (adds && !command.arguments.empty()) owners[command.arguments.front()] = room;
+        if (adds && !command.arguments.empty()) owners[command.arguments.front()] = room.name;
       }
     }
   };
-  for (const Room& room : rooms()) addTargetsOf(room.name);
-  addTargetsOf(kTests);
+  for (const Room& room : rooms()) addTargetsOf(room);
+  addTargetsOf({kTests, {}});
   return owners;
 }
 
 bool leavesItsFolder(const std::string& path) {
   return path == ".." || path.starts_with("../") || path.find("/../") != std::string::npos;
-}
-
-/// The room that a path from the root of the tree names, or nothing.
-std::string roomOfPath(const std::string& path) {
-  const std::string first = path.substr(0, path.find('/'));
-  return path.find('/') != std::string::npos && isRoom(first) ? first : std::string();
 }
 
 bool isBelowOneOf(const std::vector<std::string>& folders, const std::string& path) {
@@ -108,16 +105,34 @@ const std::vector<Room>& rooms() {
       {"rt", {}},
       {"config", {"rt"}},
       {"drivers", {"rt", "config"}},
-      {"daemon", {"rt", "config", "drivers"}},
-      {"tools", {"rt", "config", "drivers"}},  // the daemon only through its sockets
+      {"daemon/trace", {"rt", "config", "drivers"}},
+      {"daemon/status", {"rt", "config", "drivers", "daemon/trace"}},
+      {"daemon", {"rt", "config", "drivers", "daemon/trace", "daemon/status"}},
+      {"tools",
+       {"rt", "config", "drivers", "daemon/trace",
+        "daemon/status"}},  // the daemon itself only through its sockets
   };
   return all;
+}
+
+std::string roomOfPath(const std::string& path) {
+  std::string innermost;
+  const auto consider = [&](const std::string& name) {
+    if (path.starts_with(name + "/") && name.size() > innermost.size()) innermost = name;
+  };
+  consider(kTests);
+  for (const Room& room : rooms()) consider(room.name);
+  return innermost;
+}
+
+std::vector<fs::path> codeFilesOf(const fs::path& root, const Room& room) {
+  return inRoom(root, room, codeFilesIn(root / room.name));
 }
 
 std::vector<std::string> wrongIncludes(const fs::path& root) {
   std::vector<std::string> wrong;
   for (const Room& room : rooms()) {
-    for (const fs::path& file : codeFilesIn(root / room.name)) {
+    for (const fs::path& file : codeFilesOf(root, room)) {
       const std::vector<std::string> lines = plainLines(contentOf(file));
       for (std::size_t i = 0; i < lines.size(); ++i) {
         const std::string included = includedBy(lines[i]);
@@ -140,13 +155,13 @@ const std::vector<GuardedLibrary>& guardedLibraries() {
       {"hidapi", {"drivers"}},
       {"libfreenect", {"drivers/camera/freenect"}},
       {"libusb", {"drivers"}},
-      {"lz4", {"drivers/trace"}},
+      {"lz4", {"daemon/trace"}},
       {"nettle/", {"drivers/handle/udp"}},
       {"png.h", {"drivers/camera/recorded", "tools/hapticctl/snapshot"}},
       {"nlohmann/", {"daemon", "tools"}},
       {"systemd/", {"daemon", "tools/hapticd-view/server"}},
       {"yaml-cpp/", {"config"}},
-      {"zstd", {"drivers/trace"}},
+      {"zstd", {"daemon/trace"}},
   };
   return all;
 }
@@ -154,7 +169,7 @@ const std::vector<GuardedLibrary>& guardedLibraries() {
 std::vector<std::string> wrongLibraries(const fs::path& root) {
   std::vector<std::string> wrong;
   for (const Room& room : rooms()) {
-    for (const fs::path& file : codeFilesIn(root / room.name)) {
+    for (const fs::path& file : codeFilesOf(root, room)) {
       const std::string path = fs::relative(file, root).string();
       const std::vector<std::string> lines = plainLines(contentOf(file));
       for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -173,7 +188,7 @@ std::vector<std::string> wrongLinks(const fs::path& root) {
   std::vector<std::string> wrong;
   const std::map<std::string, std::string> owners = ownersOfTargets(root);
   for (const Room& room : rooms()) {
-    for (const fs::path& file : cmakeFilesIn(root / room.name)) {
+    for (const fs::path& file : inRoom(root, room, cmakeFilesIn(root / room.name))) {
       for (const CMakeCommand& command : cmakeCommands(contentOf(file))) {
         for (const std::string& argument : command.arguments) {
           const std::string what = wrongArgument(room, argument, owners);
@@ -206,7 +221,8 @@ std::vector<std::string> foldersWithoutARoom(const fs::path& root) {
   std::vector<std::string> folders;
   for (const fs::directory_entry& entry : fs::directory_iterator(root)) {
     const std::string name = entry.path().filename().string();
-    if (!entry.is_directory() || name.starts_with('.') || name == "build" || isRoom(name)) continue;
+    if (!entry.is_directory() || name.starts_with('.') || name == "build" || !roomOfPath(name + "/").empty())
+      continue;
     if (!codeFilesIn(entry.path()).empty()) folders.push_back(name);
   }
   return folders;

@@ -7,12 +7,19 @@
 
 namespace hapticd::test {
 
-/// The rooms, and which of the others each may use.
+/// The rooms, and which of the others each may use. A room may lie in another one, of whose files it is no
+/// part then.
 struct Room {
-  std::string name;
+  std::string name;  ///< path of its folder from the root of the tree
   std::vector<std::string> may_use;
 };
 const std::vector<Room>& rooms();
+
+/// The innermost room that a path from the root of the tree lies in, or nothing.
+std::string roomOfPath(const std::string& path);
+
+/// The C++ files of a room.
+std::vector<std::filesystem::path> codeFilesOf(const std::filesystem::path& root, const Room& room);
 
 /// A library outside the house that only some folders may include.
 struct GuardedLibrary {

@@ -13,13 +13,13 @@
 #include <string>
 #include <string_view>
 
-#include "drivers/trace/depth_codec.h"
-#include "drivers/trace/format/cdr.h"
-#include "drivers/trace/format/message_layout.h"
-#include "drivers/trace/format/messages.h"
-#include "drivers/trace/mcap/mcap_writer.h"
-#include "drivers/trace/mcap/trace_file.h"
-#include "drivers/trace/trace_format.h"
+#include "daemon/trace/format/cdr.h"
+#include "daemon/trace/format/depth_codec.h"
+#include "daemon/trace/format/message_layout.h"
+#include "daemon/trace/format/messages.h"
+#include "daemon/trace/format/trace_format.h"
+#include "daemon/trace/mcap/mcap_writer.h"
+#include "daemon/trace/mcap/trace_file.h"
 
 namespace hapticd::test {
 namespace {
@@ -175,9 +175,9 @@ rt::Tick madeUpTick(Random& random, std::uint64_t number) {
   return tick;
 }
 
-drivers::ModelRecord madeUpModel(Random& random) {
+trace::ModelRecord madeUpModel(Random& random) {
   const Any any{random};
-  drivers::ModelRecord model;
+  trace::ModelRecord model;
   model.model = any;
   model.time_ns = anyTime_ns(random);
   model.build_ns = any;
@@ -197,9 +197,9 @@ drivers::ModelRecord madeUpModel(Random& random) {
   return model;
 }
 
-drivers::DirectiveRecord madeUpDirective(Random& random) {
+trace::DirectiveRecord madeUpDirective(Random& random) {
   const Any any{random};
-  drivers::DirectiveRecord directive;
+  trace::DirectiveRecord directive;
   directive.time_ns = anyTime_ns(random);
   directive.generation = any;
   directive.engage = any;
@@ -210,9 +210,9 @@ drivers::DirectiveRecord madeUpDirective(Random& random) {
   return directive;
 }
 
-drivers::AdditionsRecord madeUpAdditions(Random& random) {
+trace::AdditionsRecord madeUpAdditions(Random& random) {
   const Any any{random};
-  drivers::AdditionsRecord additions;
+  trace::AdditionsRecord additions;
   additions.time_ns = anyTime_ns(random);
   additions.fixture_generation = any;
   additions.tissue_generation = any;
@@ -225,8 +225,8 @@ drivers::AdditionsRecord madeUpAdditions(Random& random) {
   return additions;
 }
 
-drivers::EventRecord madeUpEvent(Random& random) {
-  drivers::EventRecord event;
+trace::EventRecord madeUpEvent(Random& random) {
+  trace::EventRecord event;
   event.time_ns = anyTime_ns(random);
   event.kind = "kind";
   event.text = anyText(random);
@@ -234,8 +234,8 @@ drivers::EventRecord madeUpEvent(Random& random) {
   return event;
 }
 
-drivers::SnapshotRecord madeUpSnapshot(Random& random) {
-  drivers::SnapshotRecord record;
+trace::SnapshotRecord madeUpSnapshot(Random& random) {
+  trace::SnapshotRecord record;
   record.time_ns = anyTime_ns(random);
   record.snapshot.request = Any{random};
   record.snapshot.tick = Any{random};
@@ -245,7 +245,7 @@ drivers::SnapshotRecord madeUpSnapshot(Random& random) {
   return record;
 }
 
-drivers::DepthRecord madeUpDepth(Random& random) {
+trace::DepthRecord madeUpDepth(Random& random) {
   const Any any{random};
   rt::DepthFrameHeader header;
   header.width_px = 1 + static_cast<std::uint32_t>(random() % 40);
@@ -274,8 +274,8 @@ drivers::DepthRecord madeUpDepth(Random& random) {
     pixel = random() % 8 == 0 ? static_cast<std::uint16_t>(header.raw_no_measurement) : raw;
     if (random() % 16 == 0) pixel = static_cast<std::uint16_t>(random());
   }
-  drivers::DepthRecord record;
-  drivers::DepthEncoder().encode(header, std::as_bytes(std::span(image)), record);
+  trace::DepthRecord record;
+  trace::DepthEncoder().encode(header, std::as_bytes(std::span(image)), record);
   return record;
 }
 
@@ -297,7 +297,7 @@ MadeUpRecords madeUpRecords(std::size_t chunks, std::size_t ticks_per_chunk, uns
     add(records.snapshots, madeUpSnapshot(random));
   }
   const auto sort = [](auto& several) {
-    std::ranges::stable_sort(several, {}, [](const auto& record) { return drivers::timeOf(record); });
+    std::ranges::stable_sort(several, {}, [](const auto& record) { return trace::timeOf(record); });
   };
   sort(records.models);
   sort(records.directives);
@@ -308,11 +308,11 @@ MadeUpRecords madeUpRecords(std::size_t chunks, std::size_t ticks_per_chunk, uns
 }
 
 void writeTrace(const std::filesystem::path& file, const MadeUpRecords& records, std::size_t ticks_per_chunk,
-                const drivers::TraceOptions& options) {
-  drivers::TraceOptions ours = options;
+                const trace::TraceOptions& options) {
+  trace::TraceOptions ours = options;
   ours.chunk_ns = std::numeric_limits<std::int64_t>::max();  // chunks end at flush()
   ours.depth = ours.depth || !records.depth.empty();
-  auto writer = drivers::TraceWriter::create(file, ours);
+  auto writer = trace::TraceWriter::create(file, ours);
   if (!writer) throw std::runtime_error(writer.error().text());
   const auto writeAll = [&writer](const auto& several) {
     for (const auto& record : several) check((*writer)->write(record));
@@ -334,31 +334,31 @@ void writeOlderTrace(const std::filesystem::path& file, const std::vector<rt::Ti
                      std::string_view without) {
   constexpr std::size_t kForceBytes = 3 * sizeof(double);
   const std::string line = fmt::format("float64[3] {}\n", without);
-  std::string schema = drivers::schemaOf<rt::Tick>();
-  const auto layout = drivers::MessageLayout::of(schema);
+  std::string schema = trace::schemaOf<rt::Tick>();
+  const auto layout = trace::MessageLayout::of(schema);
   const auto field = layout ? layout->find(without) : std::nullopt;
   if (!field || schema.find(line) == std::string::npos) throw std::invalid_argument(line);
   schema.erase(schema.find(line), line.size());
 
-  auto part = drivers::TraceFile::create(drivers::partOf(file));
+  auto part = trace::TraceFile::create(trace::partOf(file));
   check(part);
-  drivers::mcap::Writer writer(std::move(*part), file, true);
+  trace::mcap::Writer writer(std::move(*part), file, true);
   using Pairs = std::vector<std::pair<std::string, std::string>>;
-  writer.addMetadata(drivers::kTraceMetadata,
-                     Pairs{{std::string(drivers::kVersionKey), std::string(drivers::kTraceVersion)},
-                           {std::string(drivers::kOffsetKey), "0"}});
-  writer.addMetadata(drivers::kOwnerMetadata, Pairs{{std::string(drivers::kWriterVersionKey), "0.0.7"}});
-  const auto& [topic, schema_name] = drivers::kChannelName<rt::Tick>;
+  writer.addMetadata(trace::kTraceMetadata,
+                     Pairs{{std::string(trace::kVersionKey), std::string(trace::kTraceVersion)},
+                           {std::string(trace::kOffsetKey), "0"}});
+  writer.addMetadata(trace::kOwnerMetadata, Pairs{{std::string(trace::kWriterVersionKey), "0.0.7"}});
+  const auto& [topic, schema_name] = trace::kChannelName<rt::Tick>;
   const std::uint16_t channel = writer.addChannel(topic, schema_name, schema);
   check(writer.begin());
   std::uint32_t sequence = 0;
   for (const rt::Tick& tick : ticks) {
     const auto time_ns = static_cast<std::uint64_t>(tick.planned_ns);
     std::string message;
-    drivers::encode(tick, time_ns, message);
+    trace::encode(tick, time_ns, message);
     std::vector<std::size_t> places;
     if (!layout->locate(message, places)) throw std::logic_error("a message without all fields");
-    message.erase(drivers::kCdrHead.size() + places[*field], kForceBytes);
+    message.erase(trace::kCdrHead.size() + places[*field], kForceBytes);
     writer.addMessage(channel, ++sequence, time_ns, message);
   }
   check(writer.finish());

@@ -9,32 +9,32 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/trace/format/fields.h"
-#include "drivers/trace/format/records.h"
-#include "drivers/trace/trace_writer.h"
+#include "daemon/trace/format/fields.h"
+#include "daemon/trace/format/records.h"
+#include "daemon/trace/writer/trace_writer.h"
 
 namespace hapticd::test {
 
 /// Returns ticks with random bits in every member: all integers, all finite and infinite doubles and NaN.
 /// Planned times increase by a millisecond.
 rt::Tick madeUpTick(std::mt19937_64& random, std::uint64_t number);
-drivers::ModelRecord madeUpModel(std::mt19937_64& random);
-drivers::DirectiveRecord madeUpDirective(std::mt19937_64& random);
-drivers::AdditionsRecord madeUpAdditions(std::mt19937_64& random);
-drivers::EventRecord madeUpEvent(std::mt19937_64& random);
-drivers::SnapshotRecord madeUpSnapshot(std::mt19937_64& random);
+trace::ModelRecord madeUpModel(std::mt19937_64& random);
+trace::DirectiveRecord madeUpDirective(std::mt19937_64& random);
+trace::AdditionsRecord madeUpAdditions(std::mt19937_64& random);
+trace::EventRecord madeUpEvent(std::mt19937_64& random);
+trace::SnapshotRecord madeUpSnapshot(std::mt19937_64& random);
 /// Returns a depth frame of any small size with a header of any valid values.
-drivers::DepthRecord madeUpDepth(std::mt19937_64& random);
+trace::DepthRecord madeUpDepth(std::mt19937_64& random);
 
 /// Records to be written to a trace.
 struct MadeUpRecords {
   std::vector<rt::Tick> ticks;
-  std::vector<drivers::ModelRecord> models;
-  std::vector<drivers::DirectiveRecord> directives;
-  std::vector<drivers::AdditionsRecord> additions;
-  std::vector<drivers::EventRecord> events;
-  std::vector<drivers::SnapshotRecord> snapshots;
-  std::vector<drivers::DepthRecord> depth;  ///< left empty by madeUpRecords()
+  std::vector<trace::ModelRecord> models;
+  std::vector<trace::DirectiveRecord> directives;
+  std::vector<trace::AdditionsRecord> additions;
+  std::vector<trace::EventRecord> events;
+  std::vector<trace::SnapshotRecord> snapshots;
+  std::vector<trace::DepthRecord> depth;  ///< left empty by madeUpRecords()
 };
 
 /// Returns `chunks` chunks of `ticks_per_chunk` ticks each; the other records, and their times, are in the
@@ -43,7 +43,7 @@ MadeUpRecords madeUpRecords(std::size_t chunks, std::size_t ticks_per_chunk, uns
 
 /// Writes and closes a trace of these records.
 void writeTrace(const std::filesystem::path& file, const MadeUpRecords& records, std::size_t ticks_per_chunk,
-                const drivers::TraceOptions& options = {});
+                const trace::TraceOptions& options = {});
 
 /// Writes and closes a trace of ticks as an older version would whose ticks lack one of the forces; the
 /// metadata name it 0.0.7.
@@ -57,11 +57,11 @@ std::vector<std::pair<std::string, std::string>> bitsOf(const Record& record) {
   const auto bytesOf = [](const auto& value) {
     return std::string(reinterpret_cast<const char*>(&value), sizeof value);
   };
-  drivers::visitFields(record, [&]<typename Field>(std::string_view name, const Field& field) {
+  trace::visitFields(record, [&]<typename Field>(std::string_view name, const Field& field) {
     std::string text;
     if constexpr (std::is_same_v<Field, std::string>) {
       text = field;
-    } else if constexpr (std::is_same_v<Field, drivers::ByteString>) {
+    } else if constexpr (std::is_same_v<Field, trace::ByteString>) {
       text = field.bytes;
     } else if constexpr (std::is_trivially_copyable_v<Field>) {
       text = bytesOf(field);

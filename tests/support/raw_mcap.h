@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-/// Records of MCAP files (mcap.dev/spec), assembled without the code of drivers/trace.
+/// Records of MCAP files (mcap.dev/spec), assembled without the code of daemon/trace.
 namespace hapticd::test::raw_mcap {
 
 inline const std::string kMcapMagic("\x89MCAP0\r\n", 8);

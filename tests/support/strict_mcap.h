@@ -10,7 +10,7 @@
 namespace hapticd::test {
 
 /// Findings of a strict reader of an MCAP file. The reader implements the specification (mcap.dev/spec) only
-/// and shares no code with drivers/trace.
+/// and shares no code with daemon/trace.
 struct StrictMcap {
   /// Channel, log time, data.
   using Message = std::tuple<std::uint16_t, std::uint64_t, std::string>;

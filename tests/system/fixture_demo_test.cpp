@@ -10,7 +10,7 @@
 #include <span>
 #include <sstream>
 
-#include "drivers/trace/trace_reader.h"
+#include "daemon/trace/reader/trace_reader.h"
 #include "tests/support/file_content.h"
 #include "tests/system/support/daemon_under_test.h"
 
@@ -44,7 +44,7 @@ std::vector<rt::Tick> ticksOf(const std::filesystem::path& folder) {
   std::vector<rt::Tick> ticks;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().extension() != ".mcap") continue;
-    EXPECT_TRUE(drivers::readTrace(entry.path(), {.tick = [&](const rt::Tick& tick) {
+    EXPECT_TRUE(trace::readTrace(entry.path(), {.tick = [&](const rt::Tick& tick) {
                                      ticks.push_back(tick);
                                      return true;
                                    }}));

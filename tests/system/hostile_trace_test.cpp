@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "drivers/trace/format/messages.h"
-#include "drivers/trace/mcap/mcap_format.h"
-#include "drivers/trace/trace_folder.h"
+#include "daemon/trace/format/messages.h"
+#include "daemon/trace/mcap/mcap_format.h"
+#include "daemon/trace/reader/trace_folder.h"
 #include "tests/support/raw_mcap.h"
 #include "tests/support/sanitizer.h"
 #include "tests/system/support/daemon_under_test.h"
@@ -47,14 +47,14 @@ std::string ticksWith(const std::string& fields) {
 }
 template <typename Record>
 std::string channelFor(std::uint16_t id) {
-  const auto& [topic, schema] = drivers::kChannelName<Record>;
-  return schemaRecordOf(id, std::string(schema), drivers::schemaOf<Record>()) +
+  const auto& [topic, schema] = trace::kChannelName<Record>;
+  return schemaRecordOf(id, std::string(schema), trace::schemaOf<Record>()) +
          channelRecordOf(id, id, std::string(topic));
 }
 template <typename Record>
 std::string messageWith(std::uint16_t id, const Record& record) {
   std::string data;
-  drivers::encode(record, 0, data);
+  trace::encode(record, 0, data);
   return messageOf(id, 0, data);
 }
 
@@ -82,22 +82,22 @@ std::string manyChunksOfSmallMessages() {
   return beginOf() + ticksWith("uint8 x\n") + repeated(chunk, 30) + endOf();
 }
 std::string eventsOfEmptyTexts(std::size_t count) {
-  const std::string event = messageWith(1, drivers::EventRecord{.fields = Pairs(20)});
-  return beginOf() + channelFor<drivers::EventRecord>(1) + chunkOf(0, 0, repeated(event, count), "zstd") +
+  const std::string event = messageWith(1, trace::EventRecord{.fields = Pairs(20)});
+  return beginOf() + channelFor<trace::EventRecord>(1) + chunkOf(0, 0, repeated(event, count), "zstd") +
          endOf();
 }
 std::string emptyDirectives(std::size_t count) {
   const std::string tick = messageOf(2, 0, std::string("\0\1\0\0\0", 5));
-  const std::string directive = messageWith(1, drivers::DirectiveRecord{});
-  return beginOf() + channelFor<drivers::DirectiveRecord>(1) +
+  const std::string directive = messageWith(1, trace::DirectiveRecord{});
+  return beginOf() + channelFor<trace::DirectiveRecord>(1) +
          schemaRecordOf(2, "hapticd_msgs/msg/Tick", "uint8 x\n") + channelRecordOf(2, 2, "/hapticd/tick") +
          chunkOf(0, 0, tick + repeated(directive, count), "zstd") + endOf();
 }
 std::string aParameterForEachDirective() {
   std::string directives;
   for (int i = 0; i < 30'000; ++i)
-    directives += messageWith(1, drivers::DirectiveRecord{.parameters = {{std::to_string(i), "1"}}});
-  return beginOf() + channelFor<drivers::DirectiveRecord>(1) + chunkOf(0, 0, directives, "zstd") + endOf();
+    directives += messageWith(1, trace::DirectiveRecord{.parameters = {{std::to_string(i), "1"}}});
+  return beginOf() + channelFor<trace::DirectiveRecord>(1) + chunkOf(0, 0, directives, "zstd") + endOf();
 }
 std::string changesOf(const std::string& field, std::uint64_t one, std::uint64_t other) {
   std::string ticks;
@@ -147,7 +147,7 @@ std::string falseChunks() {
   }
   bytes += recordOf(15, little(0, 4));
   const std::string footer = recordOf(2, little(bytes.size(), 8) + little(0, 8) + little(0, 4));
-  const std::uint32_t crc = drivers::mcap::crcOf(summary + footer.substr(0, footer.size() - 4));
+  const std::uint32_t crc = trace::mcap::crcOf(summary + footer.substr(0, footer.size() - 4));
   return bytes + summary + footer.substr(0, footer.size() - 4) + little(crc, 4) + kMcapMagic;
 }
 std::string falseChunksWithoutSummary() {
@@ -207,7 +207,7 @@ class HostileTrace : public testing::TestWithParam<Hostile> {
   /// What a program takes for itself, what may be held of the file with an entry for each of its messages,
   /// and the records outside of chunks.
   std::size_t mostBytes() const {
-    using namespace drivers::mcap;
+    using namespace trace::mcap;
     return 50 * kMega + 3 * mostHeld(bytes_.size(), kMaxChunkBytes) + 4 * bytes_.size();
   }
 
@@ -258,7 +258,7 @@ TEST_P(HostileTrace, LeftByACrashDoesNotHarmTheDaemon) {
   ASSERT_TRUE(daemon.answers());
   EXPECT_TRUE(test::becomesTrue([&] {
     const auto trace = daemon.status().at("trace");
-    return drivers::openTraces(home.traceFolder()).empty() || !trace.at("problems").empty();
+    return trace::openTraces(home.traceFolder()).empty() || !trace.at("problems").empty();
   }));
   EXPECT_EQ(daemon.terminate(), test::exitedWith(0));
 }

@@ -12,8 +12,8 @@
 #include <thread>
 #include <vector>
 
-#include "drivers/trace/trace_folder.h"
-#include "drivers/trace/trace_reader.h"
+#include "daemon/trace/reader/trace_folder.h"
+#include "daemon/trace/reader/trace_reader.h"
 #include "rt/base/clock.h"
 #include "tests/support/strict_mcap.h"
 #include "tests/system/support/daemon_under_test.h"
@@ -38,7 +38,7 @@ struct Content {
 Content contentOf(const fs::path& trace) {
   Content content;
   rt::Tick last;
-  drivers::TraceVisitor visitor;
+  trace::TraceVisitor visitor;
   visitor.tick = [&](const rt::Tick& tick) {
     // a disk that stalls for longer than the ring lasts has nothing to do with the crash
     const std::uint64_t counted = tick.trace_dropped - last.trace_dropped;
@@ -48,7 +48,7 @@ Content contentOf(const fs::path& trace) {
     content.last_ns = tick.planned_ns;
     return true;
   };
-  const auto info = drivers::readTrace(trace, visitor);
+  const auto info = trace::readTrace(trace, visitor);
   EXPECT_TRUE(info.has_value()) << info.error().text();
   content.complete = info && info->complete;
   return content;
@@ -86,8 +86,8 @@ class Writer {
     Daemon daemon(home_);
     ASSERT_TRUE(daemon.answers());
     EXPECT_TRUE(test::becomesTrue([&] {
-      const auto entries = drivers::listTraces(home_.traceFolder());
-      return entries && std::ranges::none_of(*entries, &drivers::TraceEntry::open);
+      const auto entries = trace::listTraces(home_.traceFolder());
+      return entries && std::ranges::none_of(*entries, &trace::TraceEntry::open);
     }));
     EXPECT_EQ(daemon.status().at("trace").at("problems"), json::array()) << "a crash damages nothing";
     EXPECT_EQ(daemon.terminate(), exitedWith(0));

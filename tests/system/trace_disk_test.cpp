@@ -10,8 +10,8 @@
 #include <fstream>
 #include <utility>
 
-#include "drivers/trace/trace_folder.h"
-#include "drivers/trace/trace_reader.h"
+#include "daemon/trace/reader/trace_folder.h"
+#include "daemon/trace/reader/trace_reader.h"
 #include "tests/support/strict_mcap.h"
 #include "tests/system/support/daemon_under_test.h"
 
@@ -50,11 +50,11 @@ std::string detailOf(Daemon& daemon) {
 }
 
 void expectAllReadable(const fs::path& folder) {
-  const auto entries = drivers::listTraces(folder);
+  const auto entries = trace::listTraces(folder);
   ASSERT_TRUE(entries) << entries.error().text();
-  for (const drivers::TraceEntry& entry : *entries) {
+  for (const trace::TraceEntry& entry : *entries) {
     if (entry.open) continue;
-    const auto info = drivers::readTrace(folder / (entry.name + ".mcap"));
+    const auto info = trace::readTrace(folder / (entry.name + ".mcap"));
     EXPECT_TRUE(info && info->complete) << entry.name << (info ? "" : ": " + info.error().text());
     EXPECT_EQ(test::readStrictly(folder / (entry.name + ".mcap")).allText(), "") << entry.name;
   }
@@ -65,21 +65,21 @@ struct Ticks {
   std::uint64_t last = 0;   ///< number of the last one; the first tick of a daemon is number 1
 };
 
-std::vector<drivers::TraceEntry> tracesIn(const fs::path& folder) {
-  auto traces = drivers::listTraces(folder);
-  return traces ? std::move(*traces) : std::vector<drivers::TraceEntry>();
+std::vector<trace::TraceEntry> tracesIn(const fs::path& folder) {
+  auto traces = trace::listTraces(folder);
+  return traces ? std::move(*traces) : std::vector<trace::TraceEntry>();
 }
 
 /// Returns the ticks in all traces of a folder, none of which may be empty.
 Ticks ticksIn(const fs::path& folder) {
   Ticks ticks;
-  for (const drivers::TraceEntry& entry : tracesIn(folder)) {
-    drivers::TraceVisitor visitor;
+  for (const trace::TraceEntry& entry : tracesIn(folder)) {
+    trace::TraceVisitor visitor;
     visitor.tick = [&](const rt::Tick& tick) {
       ticks.last = std::max(ticks.last, tick.number);
       return true;
     };
-    const auto info = drivers::readTrace(folder / (entry.name + ".mcap"), visitor);
+    const auto info = trace::readTrace(folder / (entry.name + ".mcap"), visitor);
     EXPECT_TRUE(info && info->ticks > 0) << entry.name << (entry.open ? " is open" : " is empty");
     if (info) ticks.count += info->ticks;
   }
@@ -89,9 +89,9 @@ Ticks ticksIn(const fs::path& folder) {
 /// Whether a trace that is being written has ticks on the disk.
 bool holdsTicks(const fs::path& part) {
   bool any = false;
-  drivers::TraceVisitor visitor;
+  trace::TraceVisitor visitor;
   visitor.tick = [&](const rt::Tick&) { return !(any = true); };
-  (void)drivers::readTrace(part, visitor);
+  (void)trace::readTrace(part, visitor);
   return any;
 }
 
@@ -313,7 +313,7 @@ TEST(TraceDisk, DepthCountsForTheSizeAtWhichATraceGoesOnInAnotherFile) {
   Daemon daemon(home, test::kWallYaml, set);
   ASSERT_TRUE(daemon.answers());
   // ticks alone take 20 s for that; raw depth would be 18 MB/s, and files are looked at once a second
-  const auto tooLarge = [](const drivers::TraceEntry& trace) { return trace.bytes > 45'000'000; };
+  const auto tooLarge = [](const trace::TraceEntry& trace) { return trace.bytes > 45'000'000; };
   ASSERT_TRUE(test::becomesTrue([&] {
     const auto traces = tracesIn(home.traceFolder());
     return std::ranges::any_of(traces, tooLarge) ||
@@ -355,12 +355,12 @@ TEST(FlightRecorder, IsWrittenOnRequestAndOnAnOverrunBurst) {
   }));
   const std::string name = daemon.status().at("trace").at("lastDump");
   bool burst = false;
-  drivers::TraceVisitor visitor;
+  trace::TraceVisitor visitor;
   visitor.tick = [&](const rt::Tick& tick) {
     burst = burst || tick.cause == rt::Cause::overrun_burst;
     return true;
   };
-  const auto info = drivers::readTrace(home.traceFolder() / (name + ".mcap"), visitor);
+  const auto info = trace::readTrace(home.traceFolder() / (name + ".mcap"), visitor);
   ASSERT_TRUE(info) << info.error().text();
   const test::StrictMcap strict = test::readStrictly(home.traceFolder() / (name + ".mcap"));
   EXPECT_EQ(strict.allText(), "");

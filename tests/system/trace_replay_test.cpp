@@ -8,9 +8,9 @@
 #include <optional>
 #include <span>
 
-#include "drivers/trace/depth_codec.h"
-#include "drivers/trace/trace_reader.h"
-#include "drivers/trace/trace_writer.h"
+#include "daemon/trace/format/depth_codec.h"
+#include "daemon/trace/reader/trace_reader.h"
+#include "daemon/trace/writer/trace_writer.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/support/recordings/scratch_recording.h"
 #include "tests/system/support/daemon_under_test.h"
@@ -119,7 +119,7 @@ TEST(TraceReplayWithFixtures, ReproducesEveryForceToTheBit) {
   Daemon daemon(home, kSceneYaml + fixtures, {"force.law=surface"});
   const fs::path trace = loggedSession(home, daemon, 75);
   std::uint64_t acting = 0;
-  const auto info = drivers::readTrace(trace, {.tick = [&acting](const rt::Tick& tick) {
+  const auto info = trace::readTrace(trace, {.tick = [&acting](const rt::Tick& tick) {
                                          return acting += tick.fixtures_in_contact != 0, true;
                                        }});
   ASSERT_TRUE(info) << info.error().text();
@@ -133,13 +133,13 @@ TEST(TraceReplayWithFixtures, ReproducesEveryForceToTheBit) {
 
 /// All that a trace holds, to be rewritten with changes.
 struct Session {
-  drivers::TraceOptions options;
+  trace::TraceOptions options;
   std::vector<rt::Tick> ticks;
-  std::vector<drivers::ModelRecord> models;
-  std::vector<drivers::DirectiveRecord> directives;
-  std::vector<drivers::AdditionsRecord> additions;
-  std::vector<drivers::SnapshotRecord> snapshots;
-  std::vector<drivers::DepthRecord> depth;
+  std::vector<trace::ModelRecord> models;
+  std::vector<trace::DirectiveRecord> directives;
+  std::vector<trace::AdditionsRecord> additions;
+  std::vector<trace::SnapshotRecord> snapshots;
+  std::vector<trace::DepthRecord> depth;
 };
 
 Session recordsIn(const fs::path& trace) {
@@ -147,7 +147,7 @@ Session recordsIn(const fs::path& trace) {
   const auto into = [](auto& several) {
     return [&several](const auto& record) { return several.push_back(record), true; };
   };
-  const auto info = drivers::readTrace(trace, {.tick = into(content.ticks),
+  const auto info = trace::readTrace(trace, {.tick = into(content.ticks),
                                                .model = into(content.models),
                                                .directive = into(content.directives),
                                                .additions = into(content.additions),
@@ -163,7 +163,7 @@ Session recordsIn(const fs::path& trace) {
 
 /// Depth comes last: a reader must not rely on the order.
 void writeSession(const fs::path& trace, const Session& content) {
-  const auto writer = drivers::TraceWriter::create(trace, content.options);
+  const auto writer = trace::TraceWriter::create(trace, content.options);
   ASSERT_TRUE(writer) << writer.error().text();
   const auto writeAll = [&writer](const auto& several) {
     for (const auto& record : several) ASSERT_TRUE((*writer)->write(record));
@@ -190,8 +190,8 @@ TEST(TraceReplayOfAnotherScene, FindsTheDifference) {
   ASSERT_GE(content.depth.size(), 40U);
   // The hand can no longer touch anything: a wall, out of its reach.
   const std::vector<std::uint16_t> wall(test::kImagePixels, 1000);
-  drivers::DepthEncoder encoder;
-  for (drivers::DepthRecord& record : content.depth) {
+  trace::DepthEncoder encoder;
+  for (trace::DepthRecord& record : content.depth) {
     const rt::DepthFrameHeader header = record.header;
     encoder.encode(header, std::as_bytes(std::span(wall)), record);
   }
@@ -290,10 +290,10 @@ TEST(TraceReplayOfOtherParameters, LeavesOutParametersThatItDoesNotHaveAndNamesT
   const DaemonHome home;
   Daemon daemon(home, kSceneYaml);
   Session content = recordsIn(loggedSession(home, daemon, 40));
-  for (drivers::TraceAttachment& attachment : content.options.attachments) {
+  for (trace::TraceAttachment& attachment : content.options.attachments) {
     if (attachment.name == "settings.yaml") attachment.data.insert(0, "removed:\n  quite: true\n");
   }
-  for (drivers::DirectiveRecord& directive : content.directives)
+  for (trace::DirectiveRecord& directive : content.directives)
     directive.parameters.emplace_back("force.once", "7");
   const fs::path trace = home.path() / "earlier.mcap";
   writeSession(trace, content);

@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "drivers/trace/trace_reader.h"
-#include "drivers/trace/trace_recovery.h"
+#include "daemon/trace/reader/trace_reader.h"
+#include "daemon/trace/recovery/trace_recovery.h"
 #include "tests/support/file_content.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/support/program.h"
@@ -38,7 +38,7 @@ MadeUpRecords recordsIn(const fs::path& file) {
   const auto into = [](auto& several) {
     return [&several](const auto& record) { return several.push_back(record), true; };
   };
-  const auto info = drivers::readTrace(file, {.tick = into(records.ticks),
+  const auto info = trace::readTrace(file, {.tick = into(records.ticks),
                                               .model = into(records.models),
                                               .directive = into(records.directives),
                                               .additions = into(records.additions),
@@ -95,10 +95,10 @@ TEST_F(RewrittenTrace, IsReadToTheLastBit) {
     expectSameBits(read.additions, records_.additions);
     expectSameBits(read.events, records_.events);
     expectSameBits(read.snapshots, records_.snapshots);
-    const auto recovered = drivers::recoverTrace(out_, folder_.path() / "recovered.mcap");
+    const auto recovered = trace::recoverTrace(out_, folder_.path() / "recovered.mcap");
     ASSERT_TRUE(recovered) << recovered.error().text();
-    EXPECT_EQ(recovered->outcome, drivers::RecoveredTrace::Outcome::intact);
-    EXPECT_EQ(drivers::readTrace(out_)->attachments.size(), 1U);
+    EXPECT_EQ(recovered->outcome, trace::RecoveredTrace::Outcome::intact);
+    EXPECT_EQ(trace::readTrace(out_)->attachments.size(), 1U);
   }
 }
 
@@ -194,7 +194,7 @@ TEST_F(MergedTraces, OfSeveralRunsAreRefused) {
   }
   const fs::path out = home.path() / "merged.mcap";
   ASSERT_NO_FATAL_FAILURE(rewrite("chunks", out, "all", traces));
-  const auto info = drivers::readTrace(out);
+  const auto info = trace::readTrace(out);
   ASSERT_FALSE(info);
   EXPECT_TRUE(contains(info.error().text(), "several runs")) << info.error().text();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Traces as the reader of the MCAP project sees them, through the schemas that are in the file: nothing of
-// drivers/trace but the writer takes part.
+// daemon/trace but the writer takes part.
 
 #include <gtest/gtest.h>
 
@@ -13,9 +13,9 @@
 #include <sstream>
 #include <string>
 
-#include "drivers/trace/depth_codec.h"
-#include "drivers/trace/trace_recovery.h"
-#include "drivers/trace/trace_writer.h"
+#include "daemon/trace/format/depth_codec.h"
+#include "daemon/trace/recovery/trace_recovery.h"
+#include "daemon/trace/writer/trace_writer.h"
 #include "tests/support/file_content.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/support/program.h"
@@ -231,7 +231,7 @@ void expectMembers(Members& members, const rt::Tick& tick) {
   expectAdditions(members, tick);
 }
 
-void expectMembers(Members& members, const drivers::ModelRecord& model) {
+void expectMembers(Members& members, const trace::ModelRecord& model) {
   members.time(model.time_ns);
   members.number("model", model.model);
   members.number("time_ns", model.time_ns);
@@ -251,7 +251,7 @@ void expectMembers(Members& members, const drivers::ModelRecord& model) {
   members.number("damaged_frames", model.damaged_frames);
 }
 
-void expectMembers(Members& members, const drivers::DirectiveRecord& directive) {
+void expectMembers(Members& members, const trace::DirectiveRecord& directive) {
   members.time(directive.time_ns);
   members.number("time_ns", directive.time_ns);
   members.number("generation", directive.generation);
@@ -262,7 +262,7 @@ void expectMembers(Members& members, const drivers::DirectiveRecord& directive) 
   members.pairs("parameters", directive.parameters);
 }
 
-void expectMembers(Members& members, const drivers::AdditionsRecord& additions) {
+void expectMembers(Members& members, const trace::AdditionsRecord& additions) {
   members.time(additions.time_ns);
   members.number("time_ns", additions.time_ns);
   members.number("fixture_generation", additions.fixture_generation);
@@ -275,7 +275,7 @@ void expectMembers(Members& members, const drivers::AdditionsRecord& additions) 
   members.pairs("regions", additions.regions);
 }
 
-void expectMembers(Members& members, const drivers::EventRecord& event) {
+void expectMembers(Members& members, const trace::EventRecord& event) {
   members.time(event.time_ns);
   members.number("time_ns", event.time_ns);
   members.string("kind", event.kind);
@@ -283,7 +283,7 @@ void expectMembers(Members& members, const drivers::EventRecord& event) {
   members.pairs("fields", event.fields);
 }
 
-void expectMembers(Members& members, const drivers::SnapshotRecord& record) {
+void expectMembers(Members& members, const trace::SnapshotRecord& record) {
   members.time(record.time_ns);
   members.number("time_ns", record.time_ns);
   members.number("request", record.snapshot.request);
@@ -292,7 +292,7 @@ void expectMembers(Members& members, const drivers::SnapshotRecord& record) {
   members.bytes("memory", &record.snapshot.memory, sizeof record.snapshot.memory);
 }
 
-void expectMembers(Members& members, const drivers::DepthRecord& depth) {
+void expectMembers(Members& members, const trace::DepthRecord& depth) {
   const rt::DepthFrameHeader& header = depth.header;
   members.time(header.arrival_ns);
   members.bytes("magic", header.magic.data(), header.magic.size());
@@ -327,7 +327,7 @@ void expectMembers(Members& members, const drivers::DepthRecord& depth) {
   members.bytes("image", depth.image.bytes.data(), depth.image.bytes.size());
   // what the reader of the MCAP project has made of it by the comments of the schema
   std::string image;
-  EXPECT_EQ(drivers::DepthDecoder().decode(depth, image), "");
+  EXPECT_EQ(trace::DepthDecoder().decode(depth, image), "");
   members.rawValues("values", image);
 }
 
@@ -337,10 +337,10 @@ void expectRecords(std::vector<Json> messages, std::vector<Record> records) {
   ASSERT_EQ(messages.size(), records.size());
   const auto timeOfMessage = [](const Json& json) { return std::stoull(json["logTime"].get<std::string>()); };
   std::ranges::sort(messages, {}, timeOfMessage);
-  std::ranges::sort(records, {}, [](const Record& record) { return drivers::timeOf(record); });
+  std::ranges::sort(records, {}, [](const Record& record) { return trace::timeOf(record); });
   for (std::size_t i = 0; i < records.size(); ++i) {
     SCOPED_TRACE(i);
-    EXPECT_EQ(timeOfMessage(messages[i]), static_cast<std::uint64_t>(drivers::timeOf(records[i])) +
+    EXPECT_EQ(timeOfMessage(messages[i]), static_cast<std::uint64_t>(trace::timeOf(records[i])) +
                                               static_cast<std::uint64_t>(kRealtimeOffset_ns));
     Members members(messages[i]["message"]);
     expectMembers(members, records[i]);
@@ -454,7 +454,7 @@ TEST_F(TraceReader, ReadsWhatWasRecovered) {
   const std::string whole = contentOf(writeTrace(true));
   const fs::path part = folder_.write("b.mcap.part", whole.substr(0, whole.size() * 17 / 20));
   EXPECT_EQ(readTrace(part).finished.ending, exitedWith(1)) << "before that it is cut off";
-  const auto recovered = drivers::recoverTrace(part, folder_.path() / "c.mcap");
+  const auto recovered = trace::recoverTrace(part, folder_.path() / "c.mcap");
   ASSERT_TRUE(recovered) << recovered.error().text();
   ASSERT_EQ(recovered->chunks, 2U);
   MadeUpRecords expected = records_;

@@ -12,7 +12,7 @@
 
 #include "daemon/control/server/varlink_message.h"
 #include "daemon/control/streams/tick_streams.h"
-#include "drivers/trace/format/messages.h"
+#include "daemon/trace/format/messages.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/hapticd-view/box_link/tick_columns.h"
 #include "tools/hapticd-view/box_link/varlink_stream.h"
@@ -106,7 +106,7 @@ rt::Tick unlikeTick(std::uint64_t number) {
 
 std::string messageOf(const rt::Tick& tick) {
   std::string bytes;
-  drivers::encode(tick, 0, bytes);
+  trace::encode(tick, 0, bytes);
   return bytes;
 }
 

@@ -10,8 +10,8 @@
 #include <iterator>
 #include <system_error>
 
+#include "config/base/whole_file.h"
 #include "drivers/base/start_thread.h"
-#include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 namespace {
@@ -33,7 +33,7 @@ void appendRow(fmt::memory_buffer& text, const DeviceTick& tick) {
 }  // namespace
 
 base::Result<std::unique_ptr<DeviceLog>> DeviceLog::at(const std::string& path) {
-  if (auto good = mayWrite(path, IfExists::replace); !good) return std::unexpected(good.error());
+  if (auto good = base::mayWrite(path, base::IfExists::replace); !good) return std::unexpected(good.error());
   std::FILE* const file = std::fopen(path.c_str(), "we");
   if (file == nullptr) return std::unexpected(base::Error{path, std::strerror(errno), "check --log"});
   return into(file, path);

@@ -8,7 +8,7 @@
 
 #include "config/base/error.h"
 #include "config/base/program.h"
-#include "drivers/trace/trace_reader.h"
+#include "daemon/trace/reader/trace_reader.h"
 #include "tools/lib/options/option_checks.h"
 #include "tools/lib/palpation/palpation_map.h"
 #include "tools/lib/palpation/palpation_report.h"
@@ -43,7 +43,7 @@ int run(int argc, char** argv) {
     return base::endWithoutWork(app, error, EX_USAGE);
   }
   Palpation palpation;
-  const auto info = drivers::readTrace(trace, {.tick = [&palpation](const rt::Tick& tick) {
+  const auto info = trace::readTrace(trace, {.tick = [&palpation](const rt::Tick& tick) {
                                          palpation.add(tick);
                                          return true;
                                        }});

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <system_error>
 
+#include "config/base/whole_file.h"
 #include "tools/haptic-replay/trace_report.h"
-#include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 namespace {
@@ -60,7 +60,7 @@ TraceOutcome replayOne(const fs::path& trace, const fs::path& out) {
   outcome.comparison = *comparison;
   if (out.empty()) return outcome;
   const fs::path csv = out / trace.stem().concat(".csv");
-  if (const auto written = writeWholeFile(csv, table.text(), IfExists::replace); !written)
+  if (const auto written = base::writeWholeFile(csv, table.text(), base::IfExists::replace); !written)
     outcome.error = written.error().text();
   return outcome;
 }

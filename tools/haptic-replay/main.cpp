@@ -12,6 +12,7 @@
 
 #include "config/base/file_content.h"
 #include "config/base/program.h"
+#include "config/base/whole_file.h"
 #include "config/settings/fixture_settings.h"
 #include "config/settings/label_image.h"
 #include "config/settings/parameter_table.h"
@@ -23,7 +24,6 @@
 #include "tools/lib/options/option_checks.h"
 #include "tools/lib/parts/fields.h"
 #include "tools/lib/parts/parts.h"
-#include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 namespace {
@@ -131,7 +131,7 @@ int replayFile(const Options& options) {
   for (const std::string& problem : replay.depthProblems()) {
     std::fputs(fmt::format("haptic-replay: warning: {}: {}\n", options.depth, problem).c_str(), stderr);
   }
-  const auto written = writeWholeFile(options.out, *text, IfExists::replace);
+  const auto written = base::writeWholeFile(options.out, *text, base::IfExists::replace);
   if (!written) return fail({written.error()}, EX_CANTCREAT);
   std::fputs(fmt::format("{} forces, {} scenes modelled\n", samples->size(), replay.models()).c_str(),
              stdout);
@@ -149,7 +149,7 @@ int replayTrace(const Options& options) {
   const auto comparison = replay->run(on_tick);
   if (!comparison) return fail({comparison.error()}, EX_DATAERR);
   if (!options.out.empty()) {
-    const auto written = writeWholeFile(options.out, table.text(), IfExists::replace);
+    const auto written = base::writeWholeFile(options.out, table.text(), base::IfExists::replace);
     if (!written) return fail({written.error()}, EX_CANTCREAT);
   }
   std::fputs(comparisonText(*comparison).c_str(), stdout);
@@ -159,7 +159,7 @@ int replayTrace(const Options& options) {
 int report(const std::vector<TraceOutcome>& outcomes, const std::string& json_file) {
   std::fputs(outcomesText(outcomes).c_str(), stdout);
   if (!json_file.empty()) {
-    const auto written = writeWholeFile(json_file, outcomesJson(outcomes), IfExists::replace);
+    const auto written = base::writeWholeFile(json_file, outcomesJson(outcomes), base::IfExists::replace);
     if (!written) return fail({written.error()}, EX_CANTCREAT);
   }
   const auto differs = [](const TraceOutcome& outcome) { return outcome.comparison.different > 0; };
@@ -180,7 +180,7 @@ int replayFolder(const Options& options) {
   }
   if (!options.division.part) return report(outcomes, options.json);
   const PartFile file{.run = runOf(*traces), .part = part, .results = toFields(outcomes)};
-  const auto written = writeWholeFile(options.json, partText(file), IfExists::replace);
+  const auto written = base::writeWholeFile(options.json, partText(file), base::IfExists::replace);
   if (!written) return fail({written.error()}, EX_CANTCREAT);
   std::fputs(fmt::format("part {}: {} of {} traces\n", nameOf(part), outcomes.size(), traces->size()).c_str(),
              stdout);

@@ -5,11 +5,11 @@
 #include <limits>
 #include <utility>
 
-#include "drivers/trace/additions.h"
+#include "daemon/trace/format/additions.h"
 
 namespace hapticd::tools {
 
-void TraceFrames::add(const drivers::DepthRecord& record, std::int64_t needed_ns) {
+void TraceFrames::add(const trace::DepthRecord& record, std::int64_t needed_ns) {
   kept_.erase(kept_.begin(), kept_.lower_bound(needed_ns));
   if (record.header.arrival_ns >= needed_ns) kept_.insert_or_assign(record.header.arrival_ns, record);
 }
@@ -27,15 +27,15 @@ base::Result<void> TraceFrames::read(std::int64_t arrival_ns, rt::DepthFrame& fr
   return std::unexpected(base::Error{trace_.string(), wrong, "hapticctl trace info checks the whole file"});
 }
 
-drivers::AdditionsRecord RecordedAdditions::Entry::whole() const {
-  drivers::AdditionsRecord copy = record;
+trace::AdditionsRecord RecordedAdditions::Entry::whole() const {
+  trace::AdditionsRecord copy = record;
   copy.labels = *labels;
   return copy;
 }
 
-void RecordedAdditions::add(const drivers::AdditionsRecord& record) {
+void RecordedAdditions::add(const trace::AdditionsRecord& record) {
   if (!labels_ || labels_->bytes != record.labels.bytes) {
-    labels_ = std::make_shared<const drivers::ByteString>(record.labels);
+    labels_ = std::make_shared<const trace::ByteString>(record.labels);
   }
   Entry entry{record, labels_};
   entry.record.labels = {};
@@ -66,13 +66,13 @@ base::Result<bool> AdditionsReplay::goTo(std::uint64_t fixture_generation, std::
   if (fixture_generation != fixtures_->generation) {
     const auto* const entry = recorded_.ofFixtures(fixture_generation);
     if (entry == nullptr) return false;
-    const auto restored = drivers::restore(entry->record, T_world_camera_, name_, *fixtures_);
+    const auto restored = trace::restore(entry->record, T_world_camera_, name_, *fixtures_);
     if (!restored) return std::unexpected(restored.error());
   }
   if (tissue_generation != tissue_->generation) {
     const auto* const entry = recorded_.ofTissue(tissue_generation);
     if (entry == nullptr) return false;
-    const auto restored = drivers::restore(entry->whole(), T_world_camera_, name_, *tissue_);
+    const auto restored = trace::restore(entry->whole(), T_world_camera_, name_, *tissue_);
     if (!restored) return std::unexpected(restored.error());
   }
   return true;
@@ -88,7 +88,7 @@ bool remembers(const rt::SceneNeeds& needs) {
 
 }  // namespace
 
-SceneReplay::SceneReplay(const config::Settings& settings, std::vector<drivers::ModelRecord> models,
+SceneReplay::SceneReplay(const config::Settings& settings, std::vector<trace::ModelRecord> models,
                          TraceFrames& frames)
     : frames_(frames),
       models_(std::move(models)),
@@ -96,8 +96,8 @@ SceneReplay::SceneReplay(const config::Settings& settings, std::vector<drivers::
       frame_(std::make_unique<rt::DepthFrame>()) {
   frame_->camera = settings.camera.effectiveDepthModel();
   source_.attach(scene_);
-  std::ranges::sort(models_, {}, &drivers::ModelRecord::model);
-  models_.erase(models_.begin(), std::ranges::find_if(models_, &drivers::ModelRecord::depth_recorded));
+  std::ranges::sort(models_, {}, &trace::ModelRecord::model);
+  models_.erase(models_.begin(), std::ranges::find_if(models_, &trace::ModelRecord::depth_recorded));
 }
 
 bool SceneReplay::ready(std::uint64_t model) const {
@@ -110,7 +110,7 @@ bool SceneReplay::ready(std::uint64_t model) const {
 base::Result<std::optional<LeftOut>> SceneReplay::goTo(std::uint64_t model,
                                                        const ParametersOf& parameters_of) {
   for (; next_ < models_.size() && models_[next_].model <= model; ++next_) {
-    const drivers::ModelRecord& record = models_[next_];
+    const trace::ModelRecord& record = models_[next_];
     if (record.model != newest_ + 1) memory_known_ = false;
     newest_ = record.model;
     auto built = build(record, parameters_of);
@@ -133,7 +133,7 @@ std::int64_t SceneReplay::neededFrom_ns() const {
   return next_ < models_.size() ? models_[next_].frame_time_ns : std::numeric_limits<std::int64_t>::max();
 }
 
-base::Result<std::optional<LeftOut>> SceneReplay::build(const drivers::ModelRecord& record,
+base::Result<std::optional<LeftOut>> SceneReplay::build(const trace::ModelRecord& record,
                                                         const ParametersOf& parameters_of) {
   if (record.forgot) {
     source_.builder().forget();

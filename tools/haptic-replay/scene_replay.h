@@ -15,9 +15,9 @@
 
 #include "config/base/error.h"
 #include "config/settings/settings.h"
+#include "daemon/trace/format/depth_codec.h"
+#include "daemon/trace/format/records.h"
 #include "drivers/camera/scene_source.h"
-#include "drivers/trace/depth_codec.h"
-#include "drivers/trace/format/records.h"
 #include "rt/depth/depth_frame.h"
 #include "rt/depth/depth_model.h"
 #include "rt/fixtures/fixture.h"
@@ -41,7 +41,7 @@ class TraceFrames {
       : trace_(std::move(trace)), arrivals_ns_(std::move(arrivals_ns)) {}
 
   /// Keeps the frame, and none that arrived before `needed_ns`.
-  void add(const drivers::DepthRecord& record, std::int64_t needed_ns);
+  void add(const trace::DepthRecord& record, std::int64_t needed_ns);
   /// Whether as many are kept as memory permits: half a minute, tens of megabytes where frames compress
   /// well.
   bool full() const { return kept_.size() > kMaxKept; }
@@ -55,21 +55,21 @@ class TraceFrames {
 
   std::filesystem::path trace_;
   std::set<std::int64_t> arrivals_ns_;
-  std::map<std::int64_t, drivers::DepthRecord> kept_;  ///< by arrival
+  std::map<std::int64_t, trace::DepthRecord> kept_;  ///< by arrival
   std::int64_t newest_read_ns_ = 0;
-  drivers::DepthDecoder decoder_;
+  trace::DepthDecoder decoder_;
 };
 
 /// The fixtures and tissue regions that a trace holds, by generation.
 class RecordedAdditions {
  public:
   struct Entry {
-    drivers::AdditionsRecord record;  ///< without its labels
-    std::shared_ptr<const drivers::ByteString> labels;
-    drivers::AdditionsRecord whole() const;
+    trace::AdditionsRecord record;  ///< without its labels
+    std::shared_ptr<const trace::ByteString> labels;
+    trace::AdditionsRecord whole() const;
   };
 
-  void add(const drivers::AdditionsRecord& record);
+  void add(const trace::AdditionsRecord& record);
   /// Null where the trace does not hold that generation.
   const Entry* ofFixtures(std::uint64_t generation) const;
   const Entry* ofTissue(std::uint64_t generation) const;
@@ -78,7 +78,7 @@ class RecordedAdditions {
   using Entries = std::map<std::uint64_t, std::shared_ptr<const Entry>>;
   Entries fixtures_;
   Entries tissue_;
-  std::shared_ptr<const drivers::ByteString> labels_;  ///< of the newest record: most records share them
+  std::shared_ptr<const trace::ByteString> labels_;  ///< of the newest record: most records share them
 };
 
 /// Selects the fixtures and tissue regions of each tick of a trace.  Thread: one.
@@ -125,8 +125,7 @@ class SceneReplay {
   using ParametersOf = std::function<base::Result<std::optional<rt::LiveParameters>>(std::uint64_t)>;
 
   /// `models`: of the trace, in any order. `frames` outlives the replay.
-  SceneReplay(const config::Settings& settings, std::vector<drivers::ModelRecord> models,
-              TraceFrames& frames);
+  SceneReplay(const config::Settings& settings, std::vector<trace::ModelRecord> models, TraceFrames& frames);
 
   /// Whether all frames needed for that scene have been read or are known to be missing.
   bool ready(std::uint64_t model) const;
@@ -147,11 +146,11 @@ class SceneReplay {
   const std::set<std::uint64_t>& missingFrames() const { return missing_frames_; }
 
  private:
-  base::Result<std::optional<LeftOut>> build(const drivers::ModelRecord& record,
+  base::Result<std::optional<LeftOut>> build(const trace::ModelRecord& record,
                                              const ParametersOf& parameters_of);
 
   TraceFrames& frames_;
-  std::vector<drivers::ModelRecord> models_;  // by number, from the first one of a recorded frame on
+  std::vector<trace::ModelRecord> models_;  // by number, from the first one of a recorded frame on
   drivers::SceneSource source_;
   rt::Scene scene_;
   std::unique_ptr<rt::DepthFrame> frame_;

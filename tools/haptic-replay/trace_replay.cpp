@@ -26,9 +26,8 @@ std::unexpected<base::Error> refuse(const std::filesystem::path& where, std::str
 }
 
 base::Result<config::RecordedSettings> settingsOf(const std::filesystem::path& trace,
-                                                  const drivers::TraceInfo& info) {
-  const auto found =
-      std::ranges::find(info.attachments, kSettingsAttachment, &drivers::TraceAttachment::name);
+                                                  const trace::TraceInfo& info) {
+  const auto found = std::ranges::find(info.attachments, kSettingsAttachment, &trace::TraceAttachment::name);
   if (found == info.attachments.end()) {
     return refuse(trace, "has no settings attached", "replay a trace that hapticd has written");
   }
@@ -55,26 +54,26 @@ base::Result<TraceReplay> TraceReplay::open(const std::filesystem::path& trace) 
 
 base::Result<TraceReplay::Index> TraceReplay::indexOf(const std::filesystem::path& trace) {
   Index index;
-  drivers::TraceVisitor visitor;
-  visitor.model = [&index](const drivers::ModelRecord& model) { return index.models.push_back(model), true; };
-  visitor.directive = [&index](const drivers::DirectiveRecord& directive) {
+  trace::TraceVisitor visitor;
+  visitor.model = [&index](const trace::ModelRecord& model) { return index.models.push_back(model), true; };
+  visitor.directive = [&index](const trace::DirectiveRecord& directive) {
     index.directives[directive.generation] = directive;
     return true;
   };
-  visitor.additions = [&index](const drivers::AdditionsRecord& additions) {
+  visitor.additions = [&index](const trace::AdditionsRecord& additions) {
     index.additions.add(additions);
     return true;
   };
-  visitor.snapshot = [&index](const drivers::SnapshotRecord& record) {
+  visitor.snapshot = [&index](const trace::SnapshotRecord& record) {
     index.usable = record.usable;
     if (record.usable) index.snapshots.emplace(record.snapshot.tick, record.snapshot);
     return record.usable;
   };
-  visitor.depth = [&index](const drivers::DepthRecord& record) {
+  visitor.depth = [&index](const trace::DepthRecord& record) {
     index.frames_ns.insert(record.header.arrival_ns);
     return true;
   };
-  auto info = drivers::readTrace(trace, visitor);
+  auto info = trace::readTrace(trace, visitor);
   if (!info) return std::unexpected(info.error());
   index.info = std::move(*info);
   if (!index.info.missing.empty() || !index.usable) return refuse(trace, kOtherVersion, kSameVersion);
@@ -111,7 +110,7 @@ base::Result<std::optional<rt::Directive>> TraceReplay::directiveOf(std::uint64_
   if (directive_ && directive_->generation == generation) return directive_;
   const auto found = index_.directives.find(generation);
   if (found == index_.directives.end()) return std::nullopt;
-  const drivers::DirectiveRecord& record = found->second;
+  const trace::DirectiveRecord& record = found->second;
   config::Settings settings = settings_;
   for (const auto& [name, value] : record.parameters) {
     if (config::findParameter(name) == nullptr) {
@@ -140,7 +139,7 @@ SceneReplay::ParametersOf TraceReplay::parametersOf() {
 
 /// Keeps a frame for the scenes. During a long time without ticks, scenes are built without computing forces,
 /// so that their frames need not be kept.
-base::Result<void> TraceReplay::keepFrame(const drivers::DepthRecord& record) {
+base::Result<void> TraceReplay::keepFrame(const trace::DepthRecord& record) {
   frames_->add(record, scenes_->neededFrom_ns());
   if (!frames_->full()) return {};
   return scenes_->goOn(parametersOf());
@@ -211,18 +210,18 @@ void TraceReplay::compare(const rt::Tick& recorded, const rt::Tick& computed) {
 
 base::Result<TraceComparison> TraceReplay::run(const OnTick& on_tick) {
   base::Result<void> replayed;
-  drivers::TraceVisitor visitor;
+  trace::TraceVisitor visitor;
   visitor.tick = [&](const rt::Tick& tick) {
     waiting_.push_back(tick);
     replayed = replayWaiting(on_tick, false);
     return replayed.has_value();
   };
-  visitor.depth = [&](const drivers::DepthRecord& record) {
+  visitor.depth = [&](const trace::DepthRecord& record) {
     replayed = keepFrame(record);
     if (replayed) replayed = replayWaiting(on_tick, false);
     return replayed.has_value();
   };
-  const auto read = drivers::readTrace(trace_, visitor);
+  const auto read = trace::readTrace(trace_, visitor);
   if (read && replayed) replayed = replayWaiting(on_tick, true);
   if (!replayed) return std::unexpected(replayed.error());
   if (!read) return std::unexpected(read.error());

@@ -16,7 +16,7 @@
 #include "config/base/error.h"
 #include "config/settings/settings.h"
 #include "config/yaml_loader.h"
-#include "drivers/trace/trace_reader.h"
+#include "daemon/trace/reader/trace_reader.h"
 #include "rt/loop/haptic_core.h"
 #include "tools/haptic-replay/scene_replay.h"
 #include "tools/lib/parts/fields.h"
@@ -61,9 +61,9 @@ class TraceReplay {
  private:
   /// The records of the trace to which ticks refer.
   struct Index {
-    drivers::TraceInfo info;
-    std::vector<drivers::ModelRecord> models;
-    std::map<std::uint64_t, drivers::DirectiveRecord> directives;  // by generation
+    trace::TraceInfo info;
+    std::vector<trace::ModelRecord> models;
+    std::map<std::uint64_t, trace::DirectiveRecord> directives;  // by generation
     RecordedAdditions additions;
     std::map<std::uint64_t, rt::CoreSnapshot> snapshots;  // by the tick that they were taken before
     std::set<std::int64_t> frames_ns;                     // arrivals of those in the trace
@@ -75,7 +75,7 @@ class TraceReplay {
   bool takesUp(const rt::Tick& tick);
   base::Result<void> replayWaiting(const OnTick& on_tick, bool all);
   base::Result<void> replay(const rt::Tick& tick, const OnTick& on_tick);
-  base::Result<void> keepFrame(const drivers::DepthRecord& record);
+  base::Result<void> keepFrame(const trace::DepthRecord& record);
   SceneReplay::ParametersOf parametersOf();
   base::Result<std::optional<rt::Directive>> directiveOf(std::uint64_t generation);
   void leaveOut(LeftOut reason);

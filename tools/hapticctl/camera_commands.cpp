@@ -10,6 +10,7 @@
 #include <string>
 #include <thread>
 
+#include "config/base/whole_file.h"
 #include "drivers/camera/v4l2/v4l2_camera.h"
 #include "rt/base/parameters.h"
 #include "tools/hapticctl/base/command_line.h"
@@ -24,7 +25,6 @@
 #include "tools/hapticctl/text/terminal_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/options/option_checks.h"
-#include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 namespace {
@@ -219,7 +219,7 @@ namespace {
 struct SnapshotOptions {
   std::string ply;
   std::string png;
-  IfExists if_exists = IfExists::refuse;
+  base::IfExists if_exists = base::IfExists::refuse;
 };
 
 /// The radius of the HIP's neighbourhood; the default if the daemon does not report it.
@@ -232,13 +232,13 @@ double neighbourhood_m(const CommandOptions& options) {
 
 base::Result<void> writeFiles(const Snapshot& snapshot, const SnapshotOptions& requested, double radius_m) {
   if (!requested.ply.empty()) {
-    const auto written = writeWholeFile(requested.ply, plyOf(snapshot, radius_m), requested.if_exists);
+    const auto written = base::writeWholeFile(requested.ply, plyOf(snapshot, radius_m), requested.if_exists);
     if (!written) return written;
   }
   if (requested.png.empty()) return {};
   const auto png = pngOf(snapshot);
   if (!png) return std::unexpected(png.error());
-  return writeWholeFile(requested.png, *png, requested.if_exists);
+  return base::writeWholeFile(requested.png, *png, requested.if_exists);
 }
 
 void showSnapshot(const Snapshot& snapshot, const SnapshotOptions& requested, bool json) {
@@ -256,7 +256,7 @@ void showSnapshot(const Snapshot& snapshot, const SnapshotOptions& requested, bo
 
 int runSnapshot(const CommandOptions& options, const SnapshotOptions& requested) {
   for (const std::string& file : {requested.ply, requested.png}) {
-    const auto good = file.empty() ? base::Result<void>() : mayWrite(file, requested.if_exists);
+    const auto good = file.empty() ? base::Result<void>() : base::mayWrite(file, requested.if_exists);
     if (!good) return report(good.error(), options.json);
   }
   const auto snapshot = fetchSnapshot(options);

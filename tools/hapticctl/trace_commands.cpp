@@ -10,8 +10,8 @@
 
 #include "config/base/program.h"
 #include "config/settings/settings.h"
-#include "drivers/trace/mcap/trace_file.h"
-#include "drivers/trace/wall_clock.h"
+#include "daemon/trace/format/trace_format.h"
+#include "daemon/trace/mcap/trace_file.h"
 #include "tools/hapticctl/base/command_line.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/hapticctl/text/terminal_text.h"
@@ -66,7 +66,7 @@ CLI::Validator isAge() {
 /// CLOCK_REALTIME of this computer; nothing if it does not tell the time, as far as can be known beside these
 /// traces.
 std::optional<std::int64_t> nowBeside(const Json& reply) {
-  const drivers::WallClock clock = drivers::WallClock::read();
+  const trace::WallClock clock = trace::WallClock::read();
   return clock.isSet(latestBegin_ns(reply)) ? std::optional(clock.realtime_ns) : std::nullopt;
 }
 
@@ -269,7 +269,7 @@ fs::path traceFile(const CommandOptions& options, const std::string& text) {
   const fs::path folder = traceFolder(options);
   if (fs::exists(folder / text, ignored)) return folder / text;  // with its ending
   const fs::path file = folder / (text + ".mcap");
-  const fs::path open = drivers::partOf(file);
+  const fs::path open = trace::partOf(file);
   return !fs::exists(file, ignored) && fs::exists(open, ignored) ? open : file;
 }
 
@@ -330,7 +330,7 @@ CLI::App& addForFile(CommandLine& line, CLI::App& group, const char* name, const
   return command;
 }
 
-void addTimes(CLI::App& command, TraceSelection& selection) {
+void addTimes(CLI::App& command, trace::TraceSelection& selection) {
   command.add_option("--from", selection.from_s, "Begin that many seconds after the first tick")
       ->type_name("S")
       ->check(within(0.0, kMaxTrace_s));

@@ -11,18 +11,18 @@
 #include <string>
 #include <string_view>
 
-#include "drivers/trace/mcap/trace_file.h"
-#include "drivers/trace/trace_reader.h"
-#include "drivers/trace/trace_recovery.h"
+#include "daemon/trace/export/csv_export.h"
+#include "daemon/trace/export/recording_export.h"
+#include "daemon/trace/export/trace_summary.h"
+#include "daemon/trace/mcap/trace_file.h"
+#include "daemon/trace/reader/trace_reader.h"
+#include "daemon/trace/recovery/trace_recovery.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/hapticctl/text/status_text.h"
 #include "tools/hapticctl/text/terminal_text.h"
 #include "tools/hapticctl/text/time_text.h"
 #include "tools/lib/client/reply_reader.h"
-#include "tools/lib/trace/csv_export.h"
-#include "tools/lib/trace/recording_export.h"
-#include "tools/lib/trace/trace_plot.h"
-#include "tools/lib/trace/trace_summary.h"
+#include "tools/lib/plot/trace_plot.h"
 
 namespace hapticd::tools {
 namespace {
@@ -64,21 +64,21 @@ void ProgressLine::end() {
   fmt::print(stderr, "\r\033[K");
 }
 
-Json durationsJson(const TraceDurations& durations) {
+Json durationsJson(const trace::TraceDurations& durations) {
   const auto& [median_us, p99_us, p999_us, max_us] = durations;
   return {{"p50Us", median_us}, {"p99Us", p99_us}, {"p999Us", p999_us}, {"maxUs", max_us}};
 }
 
 constexpr const char* kFinishFirst = "finish it first: hapticctl trace stop";
 
-/// Returns the error of a trace that cannot be read. One that is being written has no end yet, but needs no
-/// recovery.
+/// Returns the error of a trace that cannot be read. One that is being written has no end yet, but
+/// needs no recovery.
 base::Error errorOf(const std::filesystem::path& file, const base::Error& error) {
-  if (!error.where.starts_with(file.string()) || !drivers::isBeingWritten(file)) return error;
+  if (!error.where.starts_with(file.string()) || !trace::isBeingWritten(file)) return error;
   return {file.string(), "is being written", kFinishFirst};
 }
 
-std::string stateText(const TraceSummary& summary, bool being_written) {
+std::string stateText(const trace::TraceSummary& summary, bool being_written) {
   if (summary.info.complete) return "complete";
   return being_written ? fmt::format("being written ({})", kFinishFirst)
                        : "not closed: hapticctl trace recover";
@@ -90,8 +90,8 @@ Json timesJson(const std::vector<std::pair<std::string, double>>& times_s) {
   return times;
 }
 
-Json emptyPeriodsJson(const TraceSummary& summary) {
-  const EmptyPeriods& periods = summary.empty_periods;
+Json emptyPeriodsJson(const trace::TraceSummary& summary) {
+  const trace::EmptyPeriods& periods = summary.empty_periods;
   return {{"count", periods.empty},
           {"stretches", periods.stretches},
           {"longest", periods.longest},
@@ -99,12 +99,12 @@ Json emptyPeriodsJson(const TraceSummary& summary) {
           {"longestTimeS", summary.longest_empty_time_s}};
 }
 
-Json infoJson(const TraceSummary& summary, bool being_written) {
-  const drivers::TraceInfo& info = summary.info;
+Json infoJson(const trace::TraceSummary& summary, bool being_written) {
+  const trace::TraceInfo& info = summary.info;
   Json metadata = Json::object();
   for (const auto& [name, value] : info.metadata) metadata[name] = value;
   Json attachments = Json::array();
-  for (const drivers::TraceAttachment& attachment : info.attachments) attachments.push_back(attachment.name);
+  for (const trace::TraceAttachment& attachment : info.attachments) attachments.push_back(attachment.name);
   return {{"bytes", info.bytes},
           {"complete", info.complete},
           {"beingWritten", being_written},
@@ -145,13 +145,13 @@ Json infoJson(const TraceSummary& summary, bool being_written) {
           {"missingFields", Json(info.missing)}};
 }
 
-void showDurations(const char* name, const TraceDurations& durations) {
+void showDurations(const char* name, const trace::TraceDurations& durations) {
   fmt::print("{:<12} p50 {} us, p99 {} us, p99.9 {} us, max {} us\n", name, fixed(durations.median_us, 1),
              fixed(durations.p99_us, 1), fixed(durations.p999_us, 1), fixed(durations.max_us, 1));
 }
 
-void showPeriods(const TraceSummary& summary) {
-  const EmptyPeriods& periods = summary.empty_periods;
+void showPeriods(const trace::TraceSummary& summary) {
+  const trace::EmptyPeriods& periods = summary.empty_periods;
   if (periods.period_ns == 0) return;
   fmt::print("periods      {} of {}, {} without a tick", periods.periods,
              duration(static_cast<double>(periods.period_ns)), periods.empty);
@@ -168,7 +168,7 @@ std::string shown(const std::string& text) {
   return cutTo(printable(text), kMaxTextColumns);
 }
 
-void showLaws(const TraceSummary& summary) {
+void showLaws(const trace::TraceSummary& summary) {
   for (const auto& [law, seconds] : summary.laws_s) {
     fmt::print("law          {} for {} s\n", law, fixed(seconds, 1));
   }
@@ -178,8 +178,8 @@ void showLaws(const TraceSummary& summary) {
   }
 }
 
-void showInfo(const TraceSummary& summary, bool being_written) {
-  const drivers::TraceInfo& info = summary.info;
+void showInfo(const trace::TraceSummary& summary, bool being_written) {
+  const trace::TraceInfo& info = summary.info;
   if (!summary.note.empty()) fmt::print("note         {}\n", summary.note);
   fmt::print("time         {}{}, {} s\n", utcTime(static_cast<double>(info.first_ns)),
              info.clock_is_set.value_or(true) ? "" : " (the clock had not been set)",
@@ -187,7 +187,7 @@ void showInfo(const TraceSummary& summary, bool being_written) {
   fmt::print("ticks        {} at {} Hz, {} missing in {} gaps, {} overruns\n", info.ticks,
              fixed(summary.rate_hz, 1), info.ticks_dropped, summary.gaps, summary.overruns);
   showPeriods(summary);
-  for (const TraceGap& gap : summary.first_gaps) {
+  for (const trace::TraceGap& gap : summary.first_gaps) {
     fmt::print("gap          {} ticks after tick {}, at {} s\n", gap.ticks, gap.after_tick,
                fixed(gap.time_s, 3));
   }
@@ -209,32 +209,33 @@ void showInfo(const TraceSummary& summary, bool being_written) {
       "records      {} models, {} parameter sets, {} fixture sets, {} events, {} snapshots, {} depth "
       "frames\n",
       info.models, info.directives, info.additions, info.events, info.snapshots, info.depth_frames);
-  fmt::print("file         {}, {} chunks, {}\n", bytesText(static_cast<double>(info.bytes)), info.chunks,
-             stateText(summary, being_written));
+  fmt::print("file         {}, {} chunks, {}\n", bytesText(static_cast<double>(info.bytes)),
+             info.chunks, stateText(summary, being_written));
   for (const auto& [name, value] : info.metadata) {
     fmt::print("{:<12} {}\n", shown(name), shown(value));
   }
   if (info.metadata_lost) {
     fmt::print(
-        "lacks        its metadata, which another program has removed: times are by the first record\n");
+        "lacks        its metadata, which another program has removed: times are by the first "
+        "record\n");
   }
   for (const auto& [topic, fields] : info.missing) {
     fmt::print("lacks        {} of {}: it is of another version of hapticd\n",
                shown(fmt::format("{}", fmt::join(fields, ", "))), topic);
   }
-  for (const drivers::TraceAttachment& attachment : info.attachments) {
+  for (const trace::TraceAttachment& attachment : info.attachments) {
     fmt::print("contains     {} ({})\n", shown(attachment.name),
                bytesText(static_cast<double>(attachment.data.size())));
   }
 }
 
-const char* nameOf(drivers::RecoveredTrace::Outcome outcome) {
-  return outcome == drivers::RecoveredTrace::Outcome::intact ? "intact" : "rewritten";
+const char* nameOf(trace::RecoveredTrace::Outcome outcome) {
+  return outcome == trace::RecoveredTrace::Outcome::intact ? "intact" : "rewritten";
 }
 
-Json recoveryJson(const drivers::RecoveredTrace& recovered) {
+Json recoveryJson(const trace::RecoveredTrace& recovered) {
   Json damages = Json::array();
-  for (const drivers::mcap::Damage& damage : recovered.damages) {
+  for (const trace::mcap::Damage& damage : recovered.damages) {
     damages.push_back({{"offset", damage.offset},
                        {"bytes", damage.bytes},
                        {"what", damage.what},
@@ -253,7 +254,7 @@ Json recoveryJson(const drivers::RecoveredTrace& recovered) {
 }
 
 /// Which messages may be lost, as far as the intact ones around the damage show.
-std::string whenText(const drivers::mcap::Damage& damage) {
+std::string whenText(const trace::mcap::Damage& damage) {
   if (!damage.loses) return "; no message is lost by that";
   const auto time = [](std::uint64_t time_ns) {
     return utcTimeWithMilliseconds(static_cast<double>(time_ns));
@@ -268,13 +269,13 @@ std::string whenText(const drivers::mcap::Damage& damage) {
   return "";
 }
 
-void showRecovery(const drivers::RecoveredTrace& recovered) {
+void showRecovery(const trace::RecoveredTrace& recovered) {
   const std::string name = printable(recovered.file.string());
-  if (recovered.outcome == drivers::RecoveredTrace::Outcome::intact) {
+  if (recovered.outcome == trace::RecoveredTrace::Outcome::intact) {
     fmt::print("{}: nothing is wrong with it; nothing was written\n", name);
     return;
   }
-  for (const drivers::mcap::Damage& damage : recovered.damages) {
+  for (const trace::mcap::Damage& damage : recovered.damages) {
     const std::string where =
         damage.bytes == 0 ? fmt::format("at byte {}", damage.offset)
                           : fmt::format("bytes {} to {}", damage.offset, damage.offset + damage.bytes - 1);
@@ -297,16 +298,17 @@ base::Result<void> mayBecome(const std::filesystem::path& out, const std::filesy
   return std::unexpected(base::Error{out.string(), "is the trace itself", "give another name with --out"});
 }
 
-constexpr std::pair<const char*, TraceChannel> kChannels[] = {{"ticks", TraceChannel::ticks},
-                                                              {"models", TraceChannel::models},
-                                                              {"directives", TraceChannel::directives},
-                                                              {"events", TraceChannel::events}};
+constexpr std::pair<const char*, trace::TraceChannel> kChannels[] = {
+    {"ticks", trace::TraceChannel::ticks},
+    {"models", trace::TraceChannel::models},
+    {"directives", trace::TraceChannel::directives},
+    {"events", trace::TraceChannel::events}};
 
-TraceChannel channelOf(const std::string& name) {
+trace::TraceChannel channelOf(const std::string& name) {
   for (const auto& [word, channel] : kChannels) {
     if (name == word) return channel;
   }
-  return TraceChannel::ticks;
+  return trace::TraceChannel::ticks;
 }
 
 /// Exports the raw depth of a trace as a recording.
@@ -315,8 +317,8 @@ int exportDepth(const CommandOptions& options, const std::filesystem::path& file
   const std::filesystem::path folder =
       requested.out.empty() ? besideHere(file, ".depth") : std::filesystem::path(requested.out);
   ProgressLine progress("exporting");
-  const auto frames =
-      exportRecording(file, folder, requested.selection, [&](double share) { progress.show(share); });
+  const auto frames = trace::exportRecording(file, folder, requested.selection,
+                                             [&](double share) { progress.show(share); });
   progress.end();
   if (!frames) return report(frames.error(), options.json);
   if (options.json) {
@@ -329,7 +331,7 @@ int exportDepth(const CommandOptions& options, const std::filesystem::path& file
 
 base::Result<void> mayBecomeCsv(const std::filesystem::path& out) {
   constexpr std::array<std::string_view, 1> kEndings{".csv"};
-  auto good = checkEnding(out, kEndings);
+  auto good = base::checkEnding(out, kEndings);
   if (!good) good.error().remedy += "; HDF5 is made by hdf5_from_trace.py, among the examples";
   return good;
 }
@@ -338,10 +340,10 @@ base::Result<void> mayBecomeCsv(const std::filesystem::path& out) {
 
 int runTraceInfo(const CommandOptions& options, const std::filesystem::path& file) {
   ProgressLine progress("reading");
-  const auto summary = summariseTrace(file, [&](double share) { progress.show(share); });
+  const auto summary = trace::summariseTrace(file, [&](double share) { progress.show(share); });
   progress.end();
   if (!summary) return report(errorOf(file, summary.error()), options.json);
-  const bool being_written = drivers::isBeingWritten(file);
+  const bool being_written = trace::isBeingWritten(file);
   if (options.json) {
     printJson(infoJson(*summary, being_written));
   } else {
@@ -353,9 +355,9 @@ int runTraceInfo(const CommandOptions& options, const std::filesystem::path& fil
 int runTraceRecover(const CommandOptions& options, const std::filesystem::path& file,
                     const std::string& out) {
   ProgressLine progress("recovering");
-  const auto recovered =
-      drivers::recoverTrace(file, out.empty() ? drivers::recoveredName(file) : std::filesystem::path(out),
-                            [&](double share) { return progress.show(share), true; });
+  const auto recovered = trace::recoverTrace(
+      file, out.empty() ? trace::recoveredName(file) : std::filesystem::path(out),
+      [&](double share) { return progress.show(share), true; });
   progress.end();
   if (!recovered) return report(recovered.error(), options.json);
   if (options.json) {
@@ -379,7 +381,7 @@ int runTraceExport(const CommandOptions& options, const std::filesystem::path& f
       [&](double share) { progress.show(share); }, requested.if_exists);
   progress.end();
   if (!rows) return report(errorOf(file, rows.error()), options.json);
-  const std::string settings = settingsBeside(out).string();
+  const std::string settings = trace::settingsBeside(out).string();
   if (options.json) {
     printJson({{"file", out.string()}, {"rows", *rows}, {"settings", settings}});
   } else {
@@ -395,7 +397,8 @@ int runTracePlot(const CommandOptions& options, const std::filesystem::path& fil
   if (const auto good = mayBecome(out, file); !good) return report(good.error(), options.json);
   ProgressLine progress("drawing");
   const auto drawn = plotTrace(
-      file, out, requested.selection, [&](double share) { progress.show(share); }, requested.if_exists);
+      file, out, requested.selection, [&](double share) { progress.show(share); },
+      requested.if_exists);
   progress.end();
   if (!drawn) return report(errorOf(file, drawn.error()), options.json);
   if (options.json) {

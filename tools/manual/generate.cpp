@@ -7,7 +7,7 @@
 
 #include "config/base/file_content.h"
 #include "config/base/program.h"
-#include "tools/lib/whole_file/whole_file.h"
+#include "config/base/whole_file.h"
 #include "tools/manual/generated.h"
 
 namespace hapticd::tools {
@@ -22,7 +22,7 @@ base::Result<void> generate(const std::string& file, const Generator& generator)
   if (!made) return std::unexpected(made.error());
   if (*made == *text) return {};
   fmt::print("{}\n", file);
-  return writeWholeFile(file, *made, IfExists::replace);
+  return base::writeWholeFile(file, *made, base::IfExists::replace);
 }
 
 int run(int argc, char** argv) {
@@ -34,7 +34,7 @@ int run(int argc, char** argv) {
   base::Result<void> done = generate(folder + "/config/hapticd.yaml", withParameters);
   for (const char* interface : {"Control", "Status"}) {
     if (done)
-      done = generate(fmt::format("{}/daemon/control/io.hapticd.{}.varlink", folder, interface), withWords);
+      done = generate(fmt::format("{}/daemon/control/io.hapticd.{}.varlink", folder, interface), withTypes);
   }
   if (done) return EX_OK;
   fmt::print(stderr, "generate-parts: {}\n", done.error().text());

@@ -7,17 +7,9 @@
 #include <algorithm>
 #include <cctype>
 #include <set>
-#include <span>
 #include <vector>
 
 #include "config/settings/parameter_table.h"
-#include "drivers/camera/camera.h"
-#include "drivers/handle/handle.h"
-#include "drivers/led/led_panel.h"
-#include "drivers/trace/trace_format.h"
-#include "rt/base/words.h"
-#include "rt/channels/handle_channel.h"
-#include "rt/loop/loop_state.h"
 
 namespace hapticd::tools {
 namespace {
@@ -52,25 +44,6 @@ std::string parametersOf(std::string_view group) {
   return lines;
 }
 
-/// A type of an interface, and the words of the enumeration that it stands for.
-struct WordType {
-  std::string_view name;
-  std::span<const std::string_view> words;
-};
-constexpr WordType kWordTypes[] = {
-    {"CameraState", rt::kWords<drivers::CameraState>},
-    {"Cause", rt::kWords<rt::Cause>},
-    {"Contact", rt::kWords<rt::ContactState>},
-    {"HandleState", rt::kWords<drivers::HandlePresence>},
-    {"Law", rt::kWords<rt::ForceLaw>},
-    {"LedState", rt::kWords<drivers::LedState>},
-    {"Mode", rt::kWords<rt::Mode>},
-    {"StiffnessBound", rt::kWords<rt::StiffnessBound>},
-    {"StiffnessRule", rt::kWords<rt::StiffnessRule>},
-    {"TraceState", rt::kWords<drivers::TraceState>},
-    {"VelocitySource", rt::kWords<rt::VelocitySource>},
-};
-
 }  // namespace
 
 base::Result<std::string> withParameters(std::string_view configuration) {
@@ -91,19 +64,6 @@ base::Result<std::string> withParameters(std::string_view configuration) {
   return std::unexpected(
       base::Error{"config/hapticd.yaml", fmt::format("has no group {}", fmt::join(missing, ", ")),
                   "add a comment that says what it is for, and below it the line 'NAME:'"});
-}
-
-std::string withWords(std::string_view interface) {
-  std::string text;
-  for (const std::string_view line : linesOf(interface)) {
-    std::string made(line);
-    for (const WordType& type : kWordTypes) {
-      if (line.starts_with(fmt::format("type {} (", type.name)))
-        made = fmt::format("type {} ({})", type.name, fmt::join(type.words, ", "));
-    }
-    text += made + "\n";
-  }
-  return text;
 }
 
 }  // namespace hapticd::tools

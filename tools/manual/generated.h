@@ -15,7 +15,8 @@ namespace hapticd::tools {
 /// line "  # name: default  # range; live". Errors: a group of the table that the file does not have.
 base::Result<std::string> withParameters(std::string_view configuration);
 
-/// A Varlink interface: the words of the types that stand for enumerations ("type Law (..)").
-std::string withWords(std::string_view interface);
+/// A Varlink interface: the types that stand for enumerations ("type Law (..)") and for the structures of the
+/// status, from their words and rows. The comment above a type is kept.
+std::string withTypes(std::string_view interface);
 
 }  // namespace hapticd::tools

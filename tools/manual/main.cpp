@@ -9,7 +9,7 @@
 
 #include "config/base/file_content.h"
 #include "config/base/program.h"
-#include "tools/lib/whole_file/whole_file.h"
+#include "config/base/whole_file.h"
 #include "tools/manual/page.h"
 
 namespace hapticd::tools {
@@ -39,7 +39,7 @@ int writePage(const Arguments& arguments) {
   }
   const auto page = manualPage(source);
   if (!page) return fail(page.error(), EX_DATAERR);
-  const auto written = writeWholeFile(arguments.out_file, *page, IfExists::replace);
+  const auto written = base::writeWholeFile(arguments.out_file, *page, base::IfExists::replace);
   return written ? EX_OK : fail(written.error(), EX_CANTCREAT);
 }
 

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "daemon/base/box.h"
-#include "daemon/control/base/tick_window.h"
+#include <optional>
+
 #include "daemon/control/server/varlink_message.h"
+#include "daemon/status/box_status.h"
 
 namespace hapticd::daemon {
 
-/// The state as the types `Status` and `Window` of io.hapticd.Status. Field names are those of the C++
-/// structures in camelCase.
+/// The state as the types `Status` and `Window` of io.hapticd.Status, as the rows beside their structures
+/// say.
 OrderedJson statusJson(const BoxStatus& status);
 /// Null where none waits.
 OrderedJson pendingReloadJson(const std::optional<PendingReload>& pending);
-OrderedJson windowJson(const TickWindow& window);
+OrderedJson windowJson(const WindowStatus& window);
 /// A tick as the type `Tick` of io.hapticd.Status.
 OrderedJson tickJson(const rt::Tick& tick);
 

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "daemon/base/box.h"
+#include "daemon/status/box_status.h"
 #include "rt/base/latency_histogram.h"
 
 namespace hapticd::daemon {
@@ -15,9 +15,7 @@ class TickWindow {
   void add(const rt::Tick& tick);
   void clear() { *this = TickWindow(); }
 
-  const WindowSummary& summary() const { return summary_; }
-  LatencySummary wakeupLatency() const { return summaryOf(times_->wakeup_latency); }
-  LatencySummary computeTime() const { return summaryOf(times_->compute_time); }
+  WindowStatus summary() const;
 
  private:
   struct Times {
@@ -25,7 +23,7 @@ class TickWindow {
     rt::LatencyHistogram compute_time;
   };
 
-  WindowSummary summary_;
+  WindowStatus summary_;                                      ///< without the percentiles
   std::unique_ptr<Times> times_ = std::make_unique<Times>();  // 8 KiB, too much to be moved
 };
 

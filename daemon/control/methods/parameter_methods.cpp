@@ -228,7 +228,7 @@ void ParameterMethods::engage(const Call& call, const Caller& caller, Replies& r
   const auto inside = flagField(call, "insideSurface");
   if (!inside) return replies.finish(caller.connection, inside.error());
   const bool anywhere = inside->value_or(false);
-  const rt::Mode before = context_.box.status().loop.tick.mode;
+  const rt::Mode before = context_.box.status().loop.state.tick.mode;
   const bool already = before == rt::Mode::engaged || before == rt::Mode::holding;
   logChange(context_, caller, anywhere ? "engages, inside a surface too" : "engages",
             config::EventKind::engage, {});
@@ -246,7 +246,7 @@ void ParameterMethods::disengage(const Call& call, const Caller& caller, Replies
 }
 
 void ParameterMethods::clearFault(const Call& call, const Caller& caller, Replies& replies) {
-  const rt::Tick tick = context_.box.status().loop.tick;
+  const rt::Tick tick = context_.box.status().loop.state.tick;
   if (tick.mode != rt::Mode::faulted) {
     return replies.finish(caller.connection, {"io.hapticd.Control.NotFaulted"});
   }
@@ -263,7 +263,7 @@ void ParameterMethods::answerWhenApplied(const Call& call, const Caller& caller,
 }
 
 Reply ParameterMethods::modeReply(bool engaged) {
-  const rt::Tick tick = context_.box.status().loop.tick;
+  const rt::Tick tick = context_.box.status().loop.state.tick;
   if (engaged && tick.mode == rt::Mode::idle) {
     return {"io.hapticd.Control.Refused", {{"cause", nameOf(tick.cause)}}};
   }

@@ -29,7 +29,7 @@ bool isLabel(std::string_view text) {
              std::string_view::npos;
 }
 
-OrderedJson entryJson(const drivers::TraceEntry& entry) {
+OrderedJson entryJson(const trace::TraceEntry& entry) {
   const auto& [name, bytes, time_ns, open, damaged, depth, kept, note, begin_ns, clock_is_set, number] =
       entry;
   return {
@@ -41,7 +41,7 @@ OrderedJson entryJson(const drivers::TraceEntry& entry) {
       {"number", number}};
 }
 
-Reply listReply(const base::Result<std::vector<drivers::TraceEntry>>& entries, const std::string& folder) {
+Reply listReply(const base::Result<std::vector<trace::TraceEntry>>& entries, const std::string& folder) {
   if (!entries) return failed("io.hapticd.Status.ListFailed", entries.error().text());
   std::deque<OrderedJson> newest;
   std::size_t length = 0;
@@ -102,7 +102,7 @@ void TraceMethods::listTraces(const Call& call, const Caller& caller, Replies& r
     return replies.finish(caller.connection,
                           failed("io.hapticd.Status.ListFailed", PendingAnswers::kFullReason));
   }
-  using Entries = base::Result<std::vector<drivers::TraceEntry>>;
+  using Entries = base::Result<std::vector<trace::TraceEntry>>;
   const std::string folder = std::filesystem::path(context_.box.settings().state.folder) / "traces";
   context_.pending.add(call, caller, replies, Unawaited::finish,
                        whenReady<Entries>(context_.box.listTraces(), [folder](const Entries& entries) {

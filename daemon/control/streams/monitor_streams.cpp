@@ -149,7 +149,7 @@ void MonitorStreams::feed(Replies& replies) {
 void MonitorStreams::offer(Stream& stream, const OrderedJson& status, Replies& replies) {
   const Reply reply{"",
                     {{"status", stream.fields.of(status)},
-                     {"window", windowJson(stream.window)},
+                     {"window", windowJson(stream.window.summary())},
                      {"droppedCount", stream.dropped}},
                     true};
   if (replies.offer(stream.connection, reply)) {

@@ -14,7 +14,7 @@
 
 #include "config/base/nearest_names.h"
 #include "daemon/control/server/call_fields.h"
-#include "drivers/trace/format/fields.h"
+#include "daemon/trace/format/fields.h"
 #include "rt/base/words.h"
 
 namespace hapticd::daemon {
@@ -29,7 +29,7 @@ const std::vector<std::string_view>& tickFields() {
   static const std::vector<std::string_view> names = [] {
     std::vector<std::string_view> all;
     const rt::Tick tick;
-    drivers::visitFields(tick, [&all](std::string_view name, const auto&) { all.push_back(name); });
+    trace::visitFields(tick, [&all](std::string_view name, const auto&) { all.push_back(name); });
     return all;
   }();
   return names;
@@ -148,7 +148,7 @@ bool TickStreams::send(Stream& stream, Replies& replies) const {
       after.lost += tick.number - after.next_number;
     after.next_number = tick.number + 1;
     std::size_t place = 0;
-    drivers::visitFields(tick, [&](std::string_view, const auto& value) {
+    trace::visitFields(tick, [&](std::string_view, const auto& value) {
       const auto chosen = std::ranges::find(stream.fields, place++);
       if (chosen == stream.fields.end()) return;
       columns[static_cast<std::size_t>(chosen - stream.fields.begin())].push_back(valueJson(value));

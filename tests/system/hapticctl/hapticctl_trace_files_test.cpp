@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "drivers/trace/mcap/trace_file.h"
+#include "daemon/trace/mcap/trace_file.h"
 #include "tests/support/file_content.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/system/hapticctl/hapticctl_home.h"
@@ -126,13 +126,13 @@ TEST_F(HapticctlTraceFiles, NothingReplacesTheTraceItself) {
 
 TEST_F(HapticctlTraceFiles, RecoverSaysWhatItKeptAndInfoThenReads) {
   cutOff();
-  fs::rename(trace, drivers::partOf(trace));
-  const std::string before = contentOf(drivers::partOf(trace));
-  const Finished broken = home.run({"trace", "info", drivers::partOf(trace)});
+  fs::rename(trace, trace::partOf(trace));
+  const std::string before = contentOf(trace::partOf(trace));
+  const Finished broken = home.run({"trace", "info", trace::partOf(trace)});
   EXPECT_TRUE(has(broken.output + broken.errors, "trace recover")) << broken.output << broken.errors;
-  const Finished recovered = home.run({"--json", "trace", "recover", drivers::partOf(trace)});
+  const Finished recovered = home.run({"--json", "trace", "recover", trace::partOf(trace)});
   ASSERT_EQ(recovered.ending, exitedWith(0)) << recovered.errors;
-  EXPECT_EQ(contentOf(drivers::partOf(trace)), before) << "it is only read";
+  EXPECT_EQ(contentOf(trace::partOf(trace)), before) << "it is only read";
   const json said = json::parse(recovered.output);
   EXPECT_EQ(said.at("file"), file("a-recovered.mcap"));
   EXPECT_EQ(said.at("chunks"), 1);

@@ -23,7 +23,7 @@ struct Case {
   Case() {
     status.camera.state = drivers::CameraState::streaming;
     status.handle.state = drivers::HandlePresence::present;
-    status.loop.tick.mode = rt::Mode::idle;
+    status.loop.state.tick.mode = rt::Mode::idle;
   }
   std::vector<std::string> warnings() const {
     return warningsOf(status, {.settings = settings,
@@ -41,8 +41,8 @@ TEST(BoxWarnings, AreNoneWhereAllIsWell) {
 
 TEST(BoxWarnings, NameAFaultByItsCause) {
   Case faulted;
-  faulted.status.loop.tick.mode = rt::Mode::faulted;
-  faulted.status.loop.tick.cause = rt::Cause::force_not_finite;
+  faulted.status.loop.state.tick.mode = rt::Mode::faulted;
+  faulted.status.loop.state.tick.cause = rt::Cause::force_not_finite;
   EXPECT_EQ(
       faulted.warnings(),
       std::vector<std::string>{"faulted: the force law computed a number that is not finite (correct the "
@@ -72,14 +72,14 @@ TEST(BoxWarnings, SayHowLateTheForceLoopIsAndWhatHelpsHere) {
 // 'hapticctl doctor' shows these warnings, and status shows them too: neither is a remedy.
 TEST(BoxWarnings, NameADeviceThatDoesNotDoWhatItSays) {
   Case box;
-  box.status.loop.tick.handle.velocity_source = rt::VelocitySource::positions;
-  box.status.loop.tick.hidden_latency_s = 0.002;
+  box.status.loop.state.tick.handle.velocity_source = rt::VelocitySource::positions;
+  box.status.loop.state.tick.hidden_latency_s = 0.002;
   EXPECT_TRUE(box.warnings().empty());
-  box.status.loop.tick.handle.velocity_source = rt::VelocitySource::distrusted;
+  box.status.loop.state.tick.handle.velocity_source = rt::VelocitySource::distrusted;
   ASSERT_EQ(box.warnings().size(), 1U);
   EXPECT_TRUE(box.warnings()[0].contains("positions contradict")) << box.warnings()[0];
-  box.status.loop.tick.handle.velocity_source = rt::VelocitySource::device;
-  box.status.loop.tick.hidden_latency_s = 0.0121;
+  box.status.loop.state.tick.handle.velocity_source = rt::VelocitySource::device;
+  box.status.loop.state.tick.hidden_latency_s = 0.0121;
   ASSERT_EQ(box.warnings().size(), 1U);
   EXPECT_TRUE(box.warnings()[0].starts_with("forces act 12 ms later")) << box.warnings()[0];
 }
@@ -89,8 +89,8 @@ TEST(BoxWarnings, NeverSendAReaderInACircle) {
   for (const bool realtime : {true, false}) {
     for (const bool isolated : {true, false}) {
       Case wrong;
-      wrong.status.loop.tick.mode = rt::Mode::faulted;
-      wrong.status.loop.tick.stiffness_limit_n_per_m = 1;
+      wrong.status.loop.state.tick.mode = rt::Mode::faulted;
+      wrong.status.loop.state.tick.stiffness_limit_n_per_m = 1;
       wrong.status.camera.state = drivers::CameraState::lost;
       wrong.status.camera.detail = "gone (check the cable)";
       wrong.status.handle.state = drivers::HandlePresence::lost;

@@ -85,7 +85,7 @@ class BreachLogTest : public EventLogTest {
  protected:
   BreachLogTest() {
     status.handle.state = drivers::HandlePresence::present;
-    status.loop.tick.planned_ns = 1'000'000'000'000;
+    status.loop.state.tick.planned_ns = 1'000'000'000'000;
   }
   void look(std::vector<FixtureConduct> each) {
     status.fixtures.each = std::move(each);

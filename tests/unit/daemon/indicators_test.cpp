@@ -120,7 +120,7 @@ TEST(LitLeds, FollowEachItsOwnPattern) {
 
 TEST(ConditionWatch, TakesOverModeCameraAndWarnings) {
   BoxStatus status;
-  status.loop.tick.mode = Mode::holding;
+  status.loop.state.tick.mode = Mode::holding;
   status.camera.state = CameraState::lost;
   ConditionWatch watch;
   EXPECT_EQ(watch.follow(status, 0).mode, Mode::holding);
@@ -134,7 +134,7 @@ TEST(ConditionWatch, SeesContactOfAnyTickSinceTheLastLook) {
   BoxStatus status;
   ConditionWatch watch;
   EXPECT_FALSE(watch.follow(status, 0).in_contact);
-  status.loop.counters.contact_ticks = 1;
+  status.loop.state.counters.contact_ticks = 1;
   EXPECT_TRUE(watch.follow(status, 50 * kNsPerMs).in_contact);
   EXPECT_FALSE(watch.follow(status, 100 * kNsPerMs).in_contact);
 }

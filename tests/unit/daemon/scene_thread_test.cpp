@@ -24,14 +24,14 @@ class ScenesOfFrames : public testing::Test {
   }
 
   /// The record of the frame's scene.
-  drivers::ModelRecord model(std::uint64_t frame, std::int64_t arrival_ns) {
+  trace::ModelRecord model(std::uint64_t frame, std::int64_t arrival_ns) {
     rt::DepthFrame& raw = thread_.back();
     std::fill(raw.image().begin(), raw.image().end(), std::uint16_t{760});
     raw.sequence = frame;
     raw.arrival_ns = arrival_ns;
     raw.device_ticks = 0;
     thread_.publish();
-    drivers::ModelRecord record;
+    trace::ModelRecord record;
     EXPECT_TRUE(test::becomesTrue([&] { return thread_.models().pop(record) && record.frame == frame; }));
     return record;
   }
@@ -48,7 +48,7 @@ TEST_F(ScenesOfFrames, BeginAnewWithTheFirstRecordedFrameAndWithTheFirstOneAfter
   thread_.setTap([&refused](const rt::DepthFrame& frame) { return !refused.contains(frame.sequence); });
   std::vector<std::uint64_t> restarts;
   for (std::uint64_t frame = 2; frame <= 25; ++frame) {
-    const drivers::ModelRecord record = model(frame, static_cast<std::int64_t>(frame) * kPeriod_ns);
+    const trace::ModelRecord record = model(frame, static_cast<std::int64_t>(frame) * kPeriod_ns);
     EXPECT_EQ(record.depth_recorded, !refused.contains(frame)) << frame;
     if (record.forgot) restarts.push_back(frame);
   }
@@ -58,7 +58,7 @@ TEST_F(ScenesOfFrames, BeginAnewWithTheFirstRecordedFrameAndWithTheFirstOneAfter
 
 TEST_F(ScenesOfFrames, GoOnAsTheyAreWithoutARecording) {
   for (std::uint64_t frame = 1; frame <= 3; ++frame) {
-    const drivers::ModelRecord record = model(frame, static_cast<std::int64_t>(frame));
+    const trace::ModelRecord record = model(frame, static_cast<std::int64_t>(frame));
     EXPECT_FALSE(record.forgot);
     EXPECT_FALSE(record.depth_recorded);
   }

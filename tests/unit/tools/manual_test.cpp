@@ -135,7 +135,7 @@ TEST(GeneratedParts, AreInTheSourcesAsTheTablesSay) {
   EXPECT_EQ(withParameters(configuration), configuration) << kHowToGenerate;
   for (const std::string name : {"Control", "Status"}) {
     const std::string interface = sourceFile("daemon/control/io.hapticd." + name + ".varlink");
-    EXPECT_EQ(withWords(interface), interface) << kHowToGenerate;
+    EXPECT_EQ(withTypes(interface), interface) << kHowToGenerate;
   }
 }
 
@@ -148,7 +148,7 @@ TEST(GeneratedParts, ReplaceWhatIsOldAndKeepWhatPeopleWrote) {
               "  # radius_m: 7  # anything\n  # Of a parameter that is gone\n  # gone: 1  # 0..2\n");
   EXPECT_EQ(withParameters(old), configuration);
   EXPECT_EQ(
-      withWords("# Which one.\ntype Law (one, two)\ntype Other (one, two)\n"),
+      withTypes("# Which one.\ntype Law (one, two)\ntype Other (one, two)\n"),
       "# Which one.\ntype Law (nearest_springs, smooth_springs, proxy, surface)\ntype Other (one, two)\n");
 }
 

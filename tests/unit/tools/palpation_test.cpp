@@ -10,9 +10,9 @@
 #include <random>
 #include <vector>
 
+#include "daemon/trace/reader/trace_reader.h"
+#include "daemon/trace/writer/trace_writer.h"
 #include "drivers/camera/kinect_image.h"
-#include "drivers/trace/trace_reader.h"
-#include "drivers/trace/trace_writer.h"
 #include "rt/depth/depth_model.h"
 #include "rt/loop/haptic_core.h"
 #include "rt/modelling/scene_builder.h"
@@ -250,7 +250,7 @@ TEST(HapticPalpate, PrintsWhatItFindsInATrace) {
   {
     PalpatingHand hand;
     hand.addNodule(place);
-    auto writer = drivers::TraceWriter::create(file, {});
+    auto writer = trace::TraceWriter::create(file, {});
     ASSERT_TRUE(writer.has_value()) << writer.error().text();
     hand.palpate([&writer](const rt::Tick& tick) { ASSERT_TRUE((*writer)->write(tick).has_value()); });
     ASSERT_TRUE((*writer)->close().has_value());

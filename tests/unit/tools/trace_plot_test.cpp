@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/lib/trace/trace_plot.h"
+#include "tools/lib/plot/trace_plot.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include "tests/support/file_content.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/lib/trace/plot_script.h"
+#include "tools/lib/plot/plot_script.h"
 
 namespace hapticd::tools {
 namespace {
@@ -43,10 +43,10 @@ test::MadeUpRecords experiment() {
 class TracePlot : public testing::Test {
  protected:
   /// The SVG of a selection; empty where there is no gnuplot.
-  std::string svgOf(const TraceSelection& selection = {}) {
+  std::string svgOf(const trace::TraceSelection& selection = {}) {
     test::writeTrace(folder_.path() / "a.mcap", experiment(), 1000);
-    const auto plotted =
-        plotTrace(folder_.path() / "a.mcap", folder_.path() / "a.svg", selection, {}, IfExists::replace);
+    const auto plotted = plotTrace(folder_.path() / "a.mcap", folder_.path() / "a.svg", selection, {},
+                                   base::IfExists::replace);
     if (!plotted) {
       EXPECT_NE(plotted.error().text().find("gnuplot-nox"), std::string::npos) << plotted.error().text();
       return "";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/lib/whole_file/whole_file.h"
+#include "config/base/whole_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -18,21 +18,21 @@ std::ptrdiff_t filesIn(const fs::path& folder) {
   return std::distance(fs::directory_iterator(folder), {});
 }
 
-TEST(WholeFile, NeverReplacesWithoutBeingAskedTo) {
+TEST(base::WholeFile, NeverReplacesWithoutBeingAskedTo) {
   const test::TemporaryFolder folder;
   const fs::path file = folder.write("picture", "old");
-  const auto refused = writeWholeFile(file, "new", IfExists::refuse);
+  const auto refused = base::writeWholeFile(file, "new", base::IfExists::refuse);
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().remedy.find("--force"), std::string::npos);
   EXPECT_EQ(fs::file_size(file), 3U);
-  ASSERT_TRUE(writeWholeFile(file, "newer", IfExists::replace));
+  ASSERT_TRUE(base::writeWholeFile(file, "newer", base::IfExists::replace));
   EXPECT_EQ(fs::file_size(file), 5U);
   EXPECT_EQ(filesIn(folder.path()), 1);
 }
 
-TEST(WholeFile, DoesNotReplaceWhatAppearedMeanwhile) {
+TEST(base::WholeFile, DoesNotReplaceWhatAppearedMeanwhile) {
   const test::TemporaryFolder folder;
-  auto whole = WholeFile::create(folder.path() / "rows");
+  auto whole = base::WholeFile::create(folder.path() / "rows");
   ASSERT_TRUE(whole);
   ASSERT_TRUE(whole->append("ours"));
   const fs::path theirs = folder.write("rows", "theirs");
@@ -42,13 +42,13 @@ TEST(WholeFile, DoesNotReplaceWhatAppearedMeanwhile) {
   EXPECT_EQ(fs::file_size(theirs), 6U);
 }
 
-TEST(WholeFile, LeavesNothingBehindWhenItFails) {
+TEST(base::WholeFile, LeavesNothingBehindWhenItFails) {
   const test::TemporaryFolder folder;
-  EXPECT_FALSE(writeWholeFile(folder.path() / "no" / "file", "bytes", IfExists::refuse));
+  EXPECT_FALSE(base::writeWholeFile(folder.path() / "no" / "file", "bytes", base::IfExists::refuse));
   fs::create_directory(folder.path() / "folder");
-  EXPECT_FALSE(writeWholeFile(folder.path() / "folder", "bytes", IfExists::replace));
+  EXPECT_FALSE(base::writeWholeFile(folder.path() / "folder", "bytes", base::IfExists::replace));
   {
-    auto never_finished = WholeFile::create(folder.path() / "file");
+    auto never_finished = base::WholeFile::create(folder.path() / "file");
     ASSERT_TRUE(never_finished);
     ASSERT_TRUE(never_finished->append("half"));
     EXPECT_EQ(filesIn(folder.path()), 2);
@@ -56,11 +56,11 @@ TEST(WholeFile, LeavesNothingBehindWhenItFails) {
   EXPECT_EQ(filesIn(folder.path()), 1);
 }
 
-TEST(WholeFile, IsReadByThoseWhoMayReadOtherFiles) {
+TEST(base::WholeFile, IsReadByThoseWhoMayReadOtherFiles) {
   const test::TemporaryFolder folder;
   const fs::path file = folder.path() / "picture";
   const mode_t before = ::umask(0022);
-  const auto written = writeWholeFile(file, "bytes", IfExists::refuse);
+  const auto written = base::writeWholeFile(file, "bytes", base::IfExists::refuse);
   ::umask(before);
   ASSERT_TRUE(written);
   struct stat status {};

@@ -12,8 +12,8 @@
 #include "rt/base/realtime_thread.h"
 #include "tools/hapticbench/engine/study.h"
 #include "tools/hapticbench/pareto.h"
-#include "tools/lib/gnuplot/gnuplot.h"
 #include "tools/lib/options/option_checks.h"
+#include "tools/lib/plot/gnuplot.h"
 
 namespace hapticd::tools {
 namespace {

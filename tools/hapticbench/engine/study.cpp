@@ -9,8 +9,8 @@
 #include <cstdlib>
 #include <limits>
 
+#include "config/base/whole_file.h"
 #include "tools/lib/options/option_checks.h"
-#include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 
@@ -21,7 +21,7 @@ int fail(const base::Error& error, int status) {
 
 int writeReport(const std::string& file, const std::string& text) {
   if (file.empty()) return EX_OK;
-  const auto written = writeWholeFile(file, text, IfExists::replace);
+  const auto written = base::writeWholeFile(file, text, base::IfExists::replace);
   return written ? EX_OK : fail(written.error(), EX_CANTCREAT);
 }
 

@@ -80,7 +80,7 @@ std::string yamlOf(const AdditionList& list, const Json& reply) {
 }
 
 int exportTo(const CommandOptions& options, const AdditionList& list, const std::string& file,
-             IfExists if_exists) {
+             base::IfExists if_exists) {
   const auto reply = callOnce(options, {list.list_method});
   if (!reply) return report(reply.error(), options.json);
   const std::string text = yamlOf(list, *reply);
@@ -88,7 +88,7 @@ int exportTo(const CommandOptions& options, const AdditionList& list, const std:
     fmt::print("{}", text);
     return kOk;
   }
-  if (const auto written = writeWholeFile(file, text, if_exists); !written)
+  if (const auto written = base::writeWholeFile(file, text, if_exists); !written)
     return report(written.error(), options.json);
   if (options.json) {
     printJson({{"file", file}});
@@ -194,7 +194,7 @@ void addForNames(CommandLine& line, CLI::App& group, const AdditionList& list, c
 void addFiles(CommandLine& line, CLI::App& group, const AdditionList& list) {
   const CommandOptions& options = line.options();
   const auto out = std::make_shared<std::string>();
-  const auto if_exists = std::make_shared<IfExists>(IfExists::refuse);
+  const auto if_exists = std::make_shared<base::IfExists>(base::IfExists::refuse);
   CLI::App& exporting = line.add(
       group, "export", fmt::format("Write all {} as YAML, for import or the configuration", list.plural),
       [=, &options, &list] { return exportTo(options, list, *out, *if_exists); });

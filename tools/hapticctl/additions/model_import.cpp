@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "config/base/whole_file.h"
 #include "tools/hapticctl/additions/addition_options.h"
 #include "tools/hapticctl/additions/handle_touch.h"
 #include "tools/hapticctl/text/error_text.h"
@@ -10,7 +11,6 @@
 #include "tools/lib/options/option_checks.h"
 #include "tools/lib/registration/model_landmarks.h"
 #include "tools/lib/registration/model_registration.h"
-#include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 namespace {
@@ -47,7 +47,8 @@ std::expected<Landmarks, int> measuredFor(const CommandOptions& options, const M
   if (!requested.measured.empty()) return landmarksIn(options, requested.measured);
   auto measured = touched(options, model);
   if (!measured || requested.save.empty()) return measured;
-  if (const auto written = writeWholeFile(requested.save, textOf(*measured), IfExists::refuse); !written)
+  if (const auto written = base::writeWholeFile(requested.save, textOf(*measured), base::IfExists::refuse);
+      !written)
     return std::unexpected(report(written.error(), options.json));
   return measured;
 }

@@ -148,9 +148,9 @@ int CommandLine::run(int argc, char** argv) {
   return action_();
 }
 
-void addForce(CLI::App& command, IfExists& if_exists) {
+void addForce(CLI::App& command, base::IfExists& if_exists) {
   command.add_flag_callback(
-      "--force", [&if_exists] { if_exists = IfExists::replace; }, "Replace files that exist");
+      "--force", [&if_exists] { if_exists = base::IfExists::replace; }, "Replace files that exist");
 }
 
 CLI::Option* addNames(CLI::App& command, bool& names_only) {

@@ -6,8 +6,8 @@
 #include <functional>
 #include <string>
 
+#include "config/base/whole_file.h"
 #include "tools/hapticctl/base/calls.h"
-#include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {
 
@@ -59,7 +59,7 @@ class CommandLine {
 std::string unknownCommand(const CLI::App& group, const std::string& path, const std::string& word);
 
 /// Adds --force to a command that writes files.
-void addForce(CLI::App& command, IfExists& if_exists);
+void addForce(CLI::App& command, base::IfExists& if_exists);
 
 /// Adds --names to a command that lists things with names.
 CLI::Option* addNames(CLI::App& command, bool& names_only);

@@ -6,7 +6,7 @@
 #include <array>
 #include <sstream>
 
-#include "drivers/trace/trace_volume.h"
+#include "daemon/trace/writer/trace_writer.h"
 #include "tools/hapticctl/doctor/checks.h"
 #include "tools/hapticctl/doctor/findings.h"
 
@@ -92,7 +92,7 @@ std::string gb(std::uint64_t bytes) {
 }
 
 std::string volumeText(const config::Settings& settings) {
-  const drivers::TraceVolume most = drivers::mostPerHour(settings, settings.trace.depth);
+  const trace::TraceVolume most = trace::mostPerHour(settings, settings.trace.depth);
   std::string parts = fmt::format("ticks {}", gb(most.ticks));
   if (most.scene != 0) parts += fmt::format(", 3D picture {}", gb(most.scene));
   if (most.depth != 0) parts += fmt::format(", depth {}", gb(most.depth));

@@ -10,31 +10,30 @@
 #include <random>
 #include <utility>
 
-#include "drivers/trace/format/messages.h"
-#include "drivers/trace/foxglove/foxglove_messages.h"
-#include "drivers/trace/foxglove/foxglove_schemas.h"
+#include "daemon/trace/format/messages.h"
+#include "daemon/trace/foxglove/foxglove_messages.h"
 #include "rt/base/clock.h"
 #include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools::view {
 namespace {
 
-namespace foxglove = drivers::foxglove;
+namespace foxglove = trace::foxglove;
 
 /// By the value of FoxgloveChannel.
-constexpr std::array<drivers::ChannelName, kFoxgloveChannels> kNames{
-    drivers::kChannelName<rt::Tick>, foxglove::kSceneChannel,      foxglove::kTransformsChannel,
-    foxglove::kCloudChannel,         foxglove::kReachCloudChannel, foxglove::kImageChannel,
-    foxglove::kCalibrationChannel,   foxglove::kLogChannel};
+constexpr std::array<trace::ChannelName, kFoxgloveChannels> kNames{
+    trace::kChannelName<rt::Tick>, trace::foxglove::kSceneChannel,      trace::foxglove::kTransformsChannel,
+    trace::foxglove::kCloudChannel,       trace::foxglove::kReachCloudChannel, trace::foxglove::kImageChannel,
+    trace::foxglove::kCalibrationChannel, trace::foxglove::kLogChannel};
 
 std::string schemaOf(FoxgloveChannel channel) {
-  if (channel == FoxgloveChannel::tick) return drivers::schemaOf<rt::Tick>();
-  return std::string(foxglove::schemaOf(nameOf(channel).schema));
+  if (channel == FoxgloveChannel::tick) return trace::schemaOf<rt::Tick>();
+  return std::string(trace::foxglove::schemaOf(nameOf(channel).schema));
 }
 
 }  // namespace
 
-drivers::ChannelName nameOf(FoxgloveChannel channel) {
+trace::ChannelName nameOf(FoxgloveChannel channel) {
   return kNames[static_cast<std::size_t>(channel)];
 }
 
@@ -60,7 +59,7 @@ Json advertisement() {
 
 namespace {
 
-namespace foxglove = drivers::foxglove;
+namespace foxglove = trace::foxglove;
 using enum FoxgloveChannel;
 
 /// Levels of the message `status`.
@@ -88,10 +87,10 @@ std::string headOf(std::uint32_t subscription, std::uint64_t realtime_ns) {
   return head;
 }
 
-foxglove::LogLevel levelOf(std::string_view priority) {
-  if (priority == "error") return foxglove::LogLevel::error;
-  if (priority == "warning") return foxglove::LogLevel::warning;
-  return foxglove::LogLevel::info;
+trace::foxglove::LogLevel levelOf(std::string_view priority) {
+  if (priority == "error") return trace::foxglove::LogLevel::error;
+  if (priority == "warning") return trace::foxglove::LogLevel::warning;
+  return trace::foxglove::LogLevel::info;
 }
 
 /// The one with the larger commanded force; of equal ones the newer.
@@ -101,7 +100,7 @@ const rt::Tick& largerOf(const rt::Tick& older, const rt::Tick& newer) {
   return newer_n < older_n ? older : newer;
 }
 
-foxglove::Calibration calibrationOf(const rt::DepthFrameHeader& header) {
+trace::foxglove::Calibration calibrationOf(const rt::DepthFrameHeader& header) {
   return {.width_px = header.width_px,
           .height_px = header.height_px,
           .fx_px = header.fx_px,
@@ -202,9 +201,9 @@ void FoxgloveSession::publishTick(std::uint32_t id, Subscription& subscription, 
   const std::uint64_t realtime_ns = realtimeOf(shown.planned_ns);
   auto message = std::make_shared<std::string>();
   if (subscription.channel == tick) {
-    drivers::encode(shown, realtime_ns, *message);
+    trace::encode(shown, realtime_ns, *message);
   } else {
-    foxglove::encodeScene(realtime_ns, shown, radii_, ball_, *message);
+    trace::foxglove::encodeScene(realtime_ns, shown, radii_, ball_, *message);
   }
   send(id, realtime_ns, message, keyOf(id));
 }
@@ -252,7 +251,7 @@ void FoxgloveSession::sendEvent(std::uint32_t id, const Json& event) {
   const std::uint64_t realtime_ns =
       time != nullptr && time->is_number_integer() ? time->get<std::uint64_t>() : 0;
   auto message = std::make_shared<std::string>();
-  foxglove::encodeLog(realtime_ns, levelOf(textAt(event, "priority")), textAt(event, "kind"),
+  trace::foxglove::encodeLog(realtime_ns, levelOf(textAt(event, "priority")), textAt(event, "kind"),
                       textAt(event, "text"), *message);
   send(id, realtime_ns, message, MessageKey::queued);
 }
@@ -271,15 +270,15 @@ void FoxgloveSession::onDepth(const std::shared_ptr<const DepthPicture>& picture
   if (since_cloud_ns >= kCloudPeriod_ns || since_cloud_ns < 0) {  // the box may have started again
     last_cloud_ns_ = header.arrival_ns;
     publish(cloud, realtime_ns, [&](std::uint64_t time_ns, std::string& to) {
-      foxglove::encodePointCloud(time_ns, foxglove::kCameraFrame,
+      trace::foxglove::encodePointCloud(time_ns, trace::foxglove::kCameraFrame,
                                  points_.decimated(header, image, kCloudStep), to);
     });
   }
   publish(cloud_reach, realtime_ns, [&](std::uint64_t time_ns, std::string& to) {
-    foxglove::encodePointCloud(time_ns, foxglove::kCameraFrame, points_.inBall(header, image, reach()), to);
+    trace::foxglove::encodePointCloud(time_ns, trace::foxglove::kCameraFrame, points_.inBall(header, image, reach()), to);
   });
   publish(depth_image, realtime_ns, [&](std::uint64_t time_ns, std::string& to) {
-    foxglove::encodeImage(time_ns, foxglove::kOpticalFrame,
+    trace::foxglove::encodeImage(time_ns, trace::foxglove::kOpticalFrame,
                           {header.width_px,
                            header.height_px,
                            header.stride_bytes,
@@ -287,12 +286,12 @@ void FoxgloveSession::onDepth(const std::shared_ptr<const DepthPicture>& picture
                           to);
   });
   publish(camera_calibration, realtime_ns, [&](std::uint64_t time_ns, std::string& to) {
-    foxglove::encodeCalibration(time_ns, foxglove::kOpticalFrame, calibrationOf(header), to);
+    trace::foxglove::encodeCalibration(time_ns, trace::foxglove::kOpticalFrame, calibrationOf(header), to);
   });
 }
 
 /// The modelled ball follows the hand, and the newest tick knows better than the status where that is.
-drivers::ModelledBall FoxgloveSession::reach() const {
+trace::ModelledBall FoxgloveSession::reach() const {
   if (!hip_m_in_world_) return ball_;
   return {*hip_m_in_world_, ball_.radius_m > 0 ? ball_.radius_m : kReach_m};
 }
@@ -300,7 +299,7 @@ drivers::ModelledBall FoxgloveSession::reach() const {
 void FoxgloveSession::publishTransforms() {
   if (!camera_) return;
   publish(transforms, realtimeOf(rt::monotonicNow_ns()), [this](std::uint64_t time_ns, std::string& to) {
-    foxglove::encodeCameraTransforms(time_ns, *camera_, to);
+    trace::foxglove::encodeCameraTransforms(time_ns, *camera_, to);
   });
 }
 

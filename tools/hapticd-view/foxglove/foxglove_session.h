@@ -13,10 +13,8 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/trace/format/messages.h"
-#include "drivers/trace/foxglove/depth_points.h"
-#include "drivers/trace/foxglove/foxglove_scene.h"
-#include "drivers/trace/tick_decimator.h"
+#include "daemon/trace/format/messages.h"
+#include "daemon/trace/foxglove/foxglove_scene.h"
 #include "tools/hapticd-view/foxglove/client_request.h"
 #include "tools/hapticd-view/live/message_sink.h"
 #include "tools/hapticd-view/live/recent_events.h"
@@ -39,7 +37,7 @@ enum class FoxgloveChannel : std::uint8_t {
 inline constexpr std::size_t kFoxgloveChannels = 8;
 
 /// Topic and schema of a channel.
-drivers::ChannelName nameOf(FoxgloveChannel channel);
+trace::ChannelName nameOf(FoxgloveChannel channel);
 
 /// Its id in the protocol, from 1 on.
 constexpr std::uint32_t idOf(FoxgloveChannel channel) {
@@ -115,7 +113,7 @@ class FoxgloveSession final : public Session {
   void publishTransforms();
   void reportDropped();
   bool subscribed(FoxgloveChannel channel) const;
-  drivers::ModelledBall reach() const;
+  trace::ModelledBall reach() const;
   std::uint64_t realtimeOf(std::int64_t monotonic_ns) const;
 
   void handle(const Subscribe& request);
@@ -130,12 +128,12 @@ class FoxgloveSession final : public Session {
   MessageSink& sink_;
   Offset offset_ns_;
   std::map<std::uint32_t, Subscription> subscriptions_;  ///< by the client's number
-  drivers::TickDecimator window_;
-  drivers::foxglove::SceneRadii radii_;
-  drivers::ModelledBall ball_;
+  trace::TickDecimator window_;
+  trace::foxglove::SceneRadii radii_;
+  trace::ModelledBall ball_;
   std::optional<rt::Vec3> hip_m_in_world_;  ///< of the newest tick
   std::optional<rt::DepthFrameHeader> camera_;
-  drivers::DepthPoints points_;
+  trace::DepthPoints points_;
   /// The source is to be told with the next status: it must not end the stream of frames while it delivers
   /// one.
   bool wants_changed_ = false;

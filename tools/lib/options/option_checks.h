@@ -13,7 +13,7 @@
 #include <system_error>
 
 #include "config/base/value_text.h"
-#include "tools/lib/whole_file/whole_file.h"
+#include "config/base/whole_file.h"
 
 namespace hapticd::tools {
 
@@ -49,7 +49,7 @@ template <std::convertible_to<std::string_view>... Endings>
 CLI::Validator endsIn(Endings... endings) {
   const std::array<std::string_view, sizeof...(Endings)> allowed{endings...};
   const auto refusal = [allowed](std::string& file) {
-    const auto good = checkEnding(file, allowed);
+    const auto good = base::checkEnding(file, allowed);
     return good ? std::string() : good.error().text();
   };
   return {refusal, ""};

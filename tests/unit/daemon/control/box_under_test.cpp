@@ -38,7 +38,7 @@ void BoxUnderTest::start() {
   EXPECT_TRUE(hapticd::test::becomesTrue([&] {
     periodic();
     const std::lock_guard lock(mutex_);
-    const rt::Tick tick = box_->status().loop.tick;
+    const rt::Tick tick = box_->status().loop.state.tick;
     return tick.mode == rt::Mode::idle && (tick.scene_frame > 0 || !sees);
   }));
 }
@@ -134,8 +134,8 @@ std::future<base::Result<std::string>> BoxUnderTest::dumpTrace() {
   return begin<base::Result<std::string>>([this] { return box_->dumpTrace(); });
 }
 
-std::future<base::Result<std::vector<drivers::TraceEntry>>> BoxUnderTest::listTraces() {
-  return begin<base::Result<std::vector<drivers::TraceEntry>>>([this] { return box_->listTraces(); });
+std::future<base::Result<std::vector<trace::TraceEntry>>> BoxUnderTest::listTraces() {
+  return begin<base::Result<std::vector<trace::TraceEntry>>>([this] { return box_->listTraces(); });
 }
 
 std::future<base::Result<void>> BoxUnderTest::deleteTrace(const std::string& name) {

@@ -45,7 +45,7 @@ class BoxUnderTest final : public Box {
   std::future<base::Result<std::string>> startTrace(const TraceRequest& request) override;
   std::future<base::Result<std::string>> stopTrace() override;
   std::future<base::Result<std::string>> dumpTrace() override;
-  std::future<base::Result<std::vector<drivers::TraceEntry>>> listTraces() override;
+  std::future<base::Result<std::vector<trace::TraceEntry>>> listTraces() override;
   std::future<base::Result<void>> deleteTrace(const std::string& name) override;
   std::future<base::Result<void>> keepTrace(const std::string& name, bool keep) override;
   std::future<base::Result<void>> noteTrace(const std::string& name, const std::string& text) override;

@@ -262,12 +262,12 @@ json shown(const BoxStatus& status) {
 
 TEST(StatusJson, ShowsTheNewestTransitionsOldestFirst) {
   BoxStatus status;
-  status.loop.transition_count = 18;
+  status.loop.state.transition_count = 18;
   for (std::uint64_t n = 3; n <= 18; ++n) {
-    status.loop.transitions[n % rt::kTransitionsKept] = {n, 1000 + std::int64_t(n), rt::Mode::engaged,
+    status.loop.state.transitions[n % rt::kTransitionsKept] = {n, 1000 + std::int64_t(n), rt::Mode::engaged,
                                                          rt::Mode::holding, rt::Cause::depth_stale};
   }
-  status.loop.transitions_by_cause[3] = 17;
+  status.loop.state.transitions_by_cause[3] = 17;
   const json transitions = shown(status)["loop"]["transitions"];
   EXPECT_EQ(18, transitions["count"]);
   EXPECT_EQ(17, transitions["byCause"]["depth_stale"]);
@@ -279,10 +279,10 @@ TEST(StatusJson, ShowsTheNewestTransitionsOldestFirst) {
 
 TEST(StatusJson, ShowsEveryCounter) {
   BoxStatus status;
-  status.loop.counters = {101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111, 132, 133, 134, 135};
-  status.loop.directive_generation = 112;
-  status.trace_ticks_dropped = 113;
-  status.force_thread_page_faults = 131;
+  status.loop.state.counters = {101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111, 132, 133, 134, 135};
+  status.loop.state.directive_generation = 112;
+  status.loop.trace_ticks_dropped = 113;
+  status.loop.page_faults = 131;
   status.camera = {drivers::CameraState::lost,
                    "unplugged",
                    "v4l2 A00",
@@ -292,11 +292,11 @@ TEST(StatusJson, ShowsEveryCounter) {
                    "two found",
                    {"/dev/video2", "A00", "5.15.1.0", "Z16", 848, 480, 30, 41.5}};
   status.scene = {116, 117, 118, 119, 120, 121, 122, 29.5, Ball{{0.1, 0.2, -0.3}, 0.08}};
-  status.wakeup_latency = {123, 124, 125, 126};
-  status.compute_time = {127, 128, 129, 130};
+  status.loop.wakeup_latency = {123, 124, 125, 126};
+  status.loop.compute_time = {127, 128, 129, 130};
   status.handle.scheduling = {79, 136};
   status.handle.last_hop = rt::LatencySummary{137, 138, 139, 140};
-  status.loop.tick.handle.command_latency_ns = 141;
+  status.loop.state.tick.handle.command_latency_ns = 141;
   const json all = shown(status);
   EXPECT_EQ(79, all["handle"]["wantedThreadPriority"]);
   EXPECT_EQ(136, all["handle"]["threadPriority"]);
@@ -347,8 +347,8 @@ TEST(StatusJson, NamesEveryModeAndCause) {
                           "energy_debt"};
   static_assert(std::size(causes) == rt::kCauseCount);
   for (std::uint8_t i = 0; i < rt::kCauseCount; ++i) {
-    status.loop.tick.mode = rt::Mode(i % 5);
-    status.loop.tick.cause = rt::Cause(i);
+    status.loop.state.tick.mode = rt::Mode(i % 5);
+    status.loop.state.tick.cause = rt::Cause(i);
     const json all = shown(status);
     EXPECT_EQ(modes[i % 5], all["mode"]);
     EXPECT_EQ(causes[i], all["cause"]);
@@ -357,9 +357,9 @@ TEST(StatusJson, NamesEveryModeAndCause) {
 
 TEST(StatusJson, ShowsNumbersThatAreNotFiniteAsNull) {
   BoxStatus status;
-  status.rate_hz = std::numeric_limits<double>::infinity();
+  status.loop.rate_hz = std::numeric_limits<double>::infinity();
   status.scene.frame_rate_hz = std::numeric_limits<double>::quiet_NaN();
-  status.loop.tick.hip_m_in_world = {std::numeric_limits<double>::quiet_NaN(), 1, 2};
+  status.loop.state.tick.hip_m_in_world = {std::numeric_limits<double>::quiet_NaN(), 1, 2};
   const json all = shown(status);
   EXPECT_TRUE(all["loop"]["rateHz"].is_null());
   EXPECT_TRUE(all["scene"]["frameRateHz"].is_null());

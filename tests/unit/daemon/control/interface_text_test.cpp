@@ -189,9 +189,9 @@ TEST_F(InterfaceTextTest, DescribesWhatClearingAFaultAnswers) {
   EXPECT_EQ("io.hapticd.Control.NotFaulted", checkedReply("io.hapticd.Control", "ClearFault")["error"]);
   EXPECT_EQ(0U, box.changes());
   box.amendStatus([](BoxStatus& status) {
-    if (status.loop.directive_generation > 1) return;  // that of the start
-    status.loop.tick.mode = rt::Mode::faulted;
-    status.loop.tick.cause = rt::Cause::force_not_finite;
+    if (status.loop.state.directive_generation > 1) return;  // that of the start
+    status.loop.state.tick.mode = rt::Mode::faulted;
+    status.loop.state.tick.cause = rt::Cause::force_not_finite;
   });
   EXPECT_EQ("idle", checkedReply("io.hapticd.Control", "ClearFault")["mode"]);
   EXPECT_EQ("force_not_finite", logged(config::EventKind::clear_fault).at(0).at("CAUSE"));

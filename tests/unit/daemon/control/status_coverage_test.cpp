@@ -16,8 +16,8 @@ namespace {
 /// A status in which every number that may be absent is there.
 BoxStatus statusWithEveryNumber() {
   BoxStatus status;
-  status.force_thread_page_faults = 1;
-  status.privileges.cpu = 1;
+  status.loop.page_faults = 1;
+  status.loop.privileges.cpu = 1;
   status.camera.details = {"/dev/video2", "0123", "5.15.1.0", "Z16", 848, 480, 30, 41.5};
   status.handle.link.emplace();
   status.handle.last_hop.emplace();
@@ -25,7 +25,7 @@ BoxStatus statusWithEveryNumber() {
   status.scene.ball = Ball{{1, 1, 1}, 1};
   status.law.distance_m = 1;
   status.law.expected_error_n = 1;
-  rt::StiffnessRules& rules = status.loop.stiffness_rules;
+  rt::StiffnessRules& rules = status.loop.state.stiffness_rules;
   rules.ceiling_n_per_m = rules.stability_n_per_m = rules.device_n_per_m = 1;
   rules.noise_n_per_m = rules.slew_n_per_m = rules.surface.step_m = 1;
   status.trace.state = TraceState::writing;
@@ -123,16 +123,16 @@ std::string textOf(const BoxStatus& status) {
 
 BoxStatus troubledStatus() {
   BoxStatus status;
-  status.loop.tick.mode = rt::Mode::holding;
-  status.loop.tick.cause = rt::Cause::depth_stale;
-  status.loop.tick.command_force_n_in_world = {3, 0, 4};
-  status.loop.tick.hip_m_in_world = {0.1, -0.02, -0.8};
-  status.loop.tick.points_used = 57;
-  status.loop.counters = {101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111, 132, 133, 134, 135};
-  status.trace_ticks_dropped = 113;
-  status.force_thread_page_faults = 131;
-  status.rate_hz = 999.95;
-  status.wakeup_latency = {3'100, 8'000, 12'000, 4'560'000};
+  status.loop.state.tick.mode = rt::Mode::holding;
+  status.loop.state.tick.cause = rt::Cause::depth_stale;
+  status.loop.state.tick.command_force_n_in_world = {3, 0, 4};
+  status.loop.state.tick.hip_m_in_world = {0.1, -0.02, -0.8};
+  status.loop.state.tick.points_used = 57;
+  status.loop.state.counters = {101, 102, 103, 104, 105, 106, 107, 108, 109, 110, 111, 132, 133, 134, 135};
+  status.loop.trace_ticks_dropped = 113;
+  status.loop.page_faults = 131;
+  status.loop.rate_hz = 999.95;
+  status.loop.wakeup_latency = {3'100, 8'000, 12'000, 4'560'000};
   status.handle.scheduling = {79, 79};
   status.handle.last_hop = rt::LatencySummary{250'000, 500'000, 900'000, 1'230'000};
   status.camera = {
@@ -183,15 +183,15 @@ TEST(StatusText, ShowsEveryCounterWithItsMeaningAndUnits) {
 TEST(StatusText, SaysWhatIsLeftOfTheStiffnessAndWhy) {
   BoxStatus status = troubledStatus();
   status.law.hand_stiffness_n_per_m = 125;
-  status.loop.tick.stiffness_gain = 0.25;
-  status.loop.tick.stiffness_rule = rt::StiffnessRule::mass;
-  status.loop.tick.contact_damping_n_s_per_m = 2.625;
-  status.loop.tick.handle.delay_s = 0.011;
+  status.loop.state.tick.stiffness_gain = 0.25;
+  status.loop.state.tick.stiffness_rule = rt::StiffnessRule::mass;
+  status.loop.state.tick.contact_damping_n_s_per_m = 2.625;
+  status.loop.state.tick.handle.delay_s = 0.011;
   EXPECT_TRUE(
       contains(textOf(status),
                "125 of 500 N/m at the hand (mass of the device at 11.0 ms delay), 2.62 N s/m in contact\n"));
-  status.loop.tick.stiffness_rule = rt::StiffnessRule::delay;
-  status.loop.tick.handle.damps = true;
+  status.loop.state.tick.stiffness_rule = rt::StiffnessRule::delay;
+  status.loop.state.tick.handle.damps = true;
   EXPECT_TRUE(contains(textOf(status),
                        "125 of 500 N/m at the hand (damping of the hand at 11.0 ms delay), 2.62 N s/m in "
                        "contact by the device\n"));
@@ -209,14 +209,14 @@ TEST(StatusText, ShowsTheLedsThatThereAreAndTheirPatterns) {
 
 TEST(StatusText, SaysWhatActsWhileTheCameraIsLost) {
   BoxStatus status;
-  status.loop.tick.mode = rt::Mode::engaged;
-  status.loop.tick.cause = rt::Cause::depth_stale;
+  status.loop.state.tick.mode = rt::Mode::engaged;
+  status.loop.state.tick.cause = rt::Cause::depth_stale;
   const char* const acts = "only the fixtures act that go on without depth";
   EXPECT_NE(textOf(status).find("engaged: the camera is lost: " + std::string(acts)), std::string::npos);
-  status.loop.tick.cause = rt::Cause::surface_too_near;
+  status.loop.state.tick.cause = rt::Cause::surface_too_near;
   EXPECT_NE(textOf(status).find("engaged: the surface is too near for the camera: " + std::string(acts)),
             std::string::npos);
-  status.loop.tick.mode = rt::Mode::holding;
+  status.loop.state.tick.mode = rt::Mode::holding;
   EXPECT_EQ(textOf(status).find(acts), std::string::npos);
 }
 

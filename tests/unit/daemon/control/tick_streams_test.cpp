@@ -10,7 +10,7 @@
 
 #include "control_fixture.h"
 #include "daemon/control/streams/tick_streams.h"
-#include "drivers/trace/format/fields.h"
+#include "daemon/trace/format/fields.h"
 
 namespace hapticd::daemon::test {
 namespace {
@@ -103,7 +103,7 @@ TEST_F(TickStreamsTest, GiveTheFieldsAskedForWithWordsVectorsAndNullForWhatIsNot
 TEST_F(TickStreamsTest, TakeEveryFieldOfATickAtOnce) {
   std::vector<std::string> names;
   const rt::Tick tick;
-  drivers::visitFields(tick, [&names](std::string_view name, const auto&) { names.emplace_back(name); });
+  trace::visitFields(tick, [&names](std::string_view name, const auto&) { names.emplace_back(name); });
   start();
   RawClient client = streamOf({{"fields", names}, {"intervalMs", 5}});
   addTicks(ticksFrom(1, 1));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fixtures and tissue regions in traces: as records and back, and in ticks that are computed again.
 
-#include "drivers/trace/additions.h"
+#include "daemon/trace/format/additions.h"
 
 #include <gtest/gtest.h>
 
@@ -14,8 +14,8 @@
 
 #include "config/settings/label_image.h"
 #include "config/settings/yaml_text.h"
+#include "daemon/trace/format/depth_codec.h"
 #include "drivers/camera/common_depth_header.h"
-#include "drivers/trace/depth_codec.h"
 #include "rt/depth/depth_model.h"
 #include "rt/modelling/scene_builder.h"
 #include "tests/support/made_up_trace.h"
@@ -77,8 +77,8 @@ struct Sets {
     config::toTissueMap(to.regions, current.regions, {}, settings.camera.pose, *tissue);
     current = to;
   }
-  drivers::AdditionsRecord record(std::int64_t time_ns) const {
-    return drivers::recordOf(current, *fixtures, *tissue, time_ns);
+  trace::AdditionsRecord record(std::int64_t time_ns) const {
+    return trace::recordOf(current, *fixtures, *tissue, time_ns);
   }
 };
 
@@ -92,7 +92,7 @@ TEST(AdditionsRecord, GivesBackTheSetsOfTheForceLoopWithAllTheirNumbers) {
   Sets sets;
   sets.change(firstAdditions());
   sets.change(secondAdditions());
-  const drivers::AdditionsRecord record = sets.record(5);
+  const trace::AdditionsRecord record = sets.record(5);
   EXPECT_EQ(record.time_ns, 5);
   EXPECT_EQ(record.fixture_generation, 2U);
   ASSERT_EQ(record.fixtures.size(), 3U);
@@ -101,8 +101,8 @@ TEST(AdditionsRecord, GivesBackTheSetsOfTheForceLoopWithAllTheirNumbers) {
   const config::Settings settings;
   const auto fixtures = std::make_unique<rt::FixtureSet>();
   const auto tissue = std::make_unique<rt::TissueMap>();
-  ASSERT_TRUE(drivers::restore(record, settings.camera.pose, "a.mcap", *fixtures));
-  ASSERT_TRUE(drivers::restore(record, settings.camera.pose, "a.mcap", *tissue));
+  ASSERT_TRUE(trace::restore(record, settings.camera.pose, "a.mcap", *fixtures));
+  ASSERT_TRUE(trace::restore(record, settings.camera.pose, "a.mcap", *tissue));
   EXPECT_EQ(fixtures->generation, 2U);
   ASSERT_EQ(fixtures->count, 3U);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -131,14 +131,14 @@ TEST(AdditionsRecord, IsRefusedWhereItsPartsDoNotAgree) {
   const config::Settings settings;
   const auto fixtures = std::make_unique<rt::FixtureSet>();
   const auto tissue = std::make_unique<rt::TissueMap>();
-  const auto refusal = [&](const drivers::AdditionsRecord& record) {
-    auto restored = drivers::restore(record, settings.camera.pose, "a.mcap", *fixtures);
-    if (restored) restored = drivers::restore(record, settings.camera.pose, "a.mcap", *tissue);
+  const auto refusal = [&](const trace::AdditionsRecord& record) {
+    auto restored = trace::restore(record, settings.camera.pose, "a.mcap", *fixtures);
+    if (restored) restored = trace::restore(record, settings.camera.pose, "a.mcap", *tissue);
     return restored ? "" : restored.error().text();
   };
-  const drivers::AdditionsRecord whole = sets.record(0);
+  const trace::AdditionsRecord whole = sets.record(0);
   EXPECT_EQ(refusal(whole), "");
-  drivers::AdditionsRecord record = whole;
+  trace::AdditionsRecord record = whole;
   record.fixtures.pop_back();
   EXPECT_NE(refusal(record).find("do not agree"), std::string::npos) << refusal(record);
   record = whole;
@@ -159,16 +159,14 @@ struct RecordedLabels {
                              std::string(static_cast<std::size_t>(width_px * height_px), 0)};
     for (std::size_t i = 0; i < image.labels.size(); ++i) image.labels[i] = static_cast<char>(i % 7);
     config::toTissueMap({}, {}, image, settings.camera.pose, *sent);
-    record = drivers::recordOf({}, *std::make_unique<rt::FixtureSet>(), *sent, 0);
+    record = trace::recordOf({}, *std::make_unique<rt::FixtureSet>(), *sent, 0);
   }
-  base::Result<void> restore() const {
-    return drivers::restore(record, settings.camera.pose, "a.mcap", *back);
-  }
+  base::Result<void> restore() const { return trace::restore(record, settings.camera.pose, "a.mcap", *back); }
 
   config::Settings settings;
   std::unique_ptr<rt::TissueMap> sent = std::make_unique<rt::TissueMap>();
   std::unique_ptr<rt::TissueMap> back = std::make_unique<rt::TissueMap>();
-  drivers::AdditionsRecord record;
+  trace::AdditionsRecord record;
 };
 
 TEST(AdditionsRecord, KeepsALabelImageOfAnySize) {
@@ -205,8 +203,8 @@ test::MadeUpRecords session(const config::Settings& settings) {
   std::ranges::copy(test::wallImage(kWallRaw), frame->image().begin());
   frame->sequence = 1;
   frame->arrival_ns = kBegin_ns - kTick_ns;
-  drivers::DepthEncoder().encode(
-      drivers::headerOf(drivers::commonDepthHeader(settings.camera, "synthetic"), *frame),
+  trace::DepthEncoder().encode(
+      trace::headerOf(drivers::commonDepthHeader(settings.camera, "synthetic"), *frame),
       std::as_bytes(frame->image()), records.depth.emplace_back());
 
   rt::Directive directive{.generation = 1,
@@ -215,15 +213,15 @@ test::MadeUpRecords session(const config::Settings& settings) {
                           .engage_request = 1,
                           .parameters = settings.effectiveLive()};
   const rt::SceneNeeds needs = rt::SceneNeeds::of(directive.parameters);
-  const drivers::ModelRecord built{.model = 1,
-                                   .time_ns = frame->arrival_ns,
-                                   .frame = 1,
-                                   .frame_time_ns = frame->arrival_ns,
-                                   .centre_m_in_world = {0, 0, -0.7},
-                                   .radius_m = 0.3,
-                                   .generation = 1,
-                                   .forgot = true,
-                                   .depth_recorded = true};
+  const trace::ModelRecord built{.model = 1,
+                                 .time_ns = frame->arrival_ns,
+                                 .frame = 1,
+                                 .frame_time_ns = frame->arrival_ns,
+                                 .centre_m_in_world = {0, 0, -0.7},
+                                 .radius_m = 0.3,
+                                 .generation = 1,
+                                 .forgot = true,
+                                 .depth_recorded = true};
   builder.build(*frame, built.centre_m_in_world, built.radius_m, scene, needs);
   scene.model = built.model;
   records.models.push_back(built);

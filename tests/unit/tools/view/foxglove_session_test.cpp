@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/trace/format/messages.h"
+#include "daemon/trace/format/messages.h"
 #include "tests/support/made_up_trace.h"
 #include "tools/hapticd-view/foxglove/client_request.h"
 #include "tools/hapticd-view/foxglove/foxglove_session.h"
@@ -186,7 +186,7 @@ TEST_F(FoxgloveProtocol, BeginsWithWhatTheServerCanAndWhatItOffers) {
   }
   EXPECT_EQ(topics.size(), kFoxgloveChannels);
   EXPECT_EQ(ids.size(), kFoxgloveChannels);
-  EXPECT_EQ(channels[0]["schema"], drivers::schemaOf<rt::Tick>()) << "as in traces";
+  EXPECT_EQ(channels[0]["schema"], trace::schemaOf<rt::Tick>()) << "as in traces";
 }
 
 TEST_F(FoxgloveProtocol, MakesNothingThatNobodyHasSubscribedTo) {
@@ -216,7 +216,7 @@ TEST_F(FoxgloveProtocol, ATickIsTheMessageOfATraceWithTheLargestForceOfItsWindow
   EXPECT_GE(payloads.size(), 58U);
   std::string expected;
   const rt::Tick peak = tickAt(40, 3);
-  drivers::encode(peak, static_cast<std::uint64_t>(peak.planned_ns + kOffset_ns), expected);
+  trace::encode(peak, static_cast<std::uint64_t>(peak.planned_ns + kOffset_ns), expected);
   EXPECT_EQ(std::ranges::count(payloads, expected), 1);
   const auto& first = sink_.binaries.front();
   EXPECT_EQ(first.opcode, 1);
@@ -237,7 +237,7 @@ TEST_F(FoxgloveProtocol, ASlowClientLosesTicksButNeitherTheirLargestForceNorThei
   deliverTicks(1000, 1040);
   const rt::Tick peak = tickAt(500, 3);
   std::string expected;
-  drivers::encode(peak, static_cast<std::uint64_t>(peak.planned_ns + kOffset_ns), expected);
+  trace::encode(peak, static_cast<std::uint64_t>(peak.planned_ns + kOffset_ns), expected);
   const auto payloads = payloadsOf(5);
   ASSERT_GE(payloads.size(), 2U);
   EXPECT_EQ(payloads[1], expected);
@@ -391,7 +391,7 @@ TEST_F(FoxgloveProtocol, RandomTicksAreEncodedAsInTraces) {
   for (std::uint64_t number = 0; number < 2000; number += 17) {  // each in a window of its own
     const rt::Tick tick = test::madeUpTick(random, number);
     session_.onTick(tick);
-    drivers::encode(tick, static_cast<std::uint64_t>(tick.planned_ns + kOffset_ns), expected.emplace_back());
+    trace::encode(tick, static_cast<std::uint64_t>(tick.planned_ns + kOffset_ns), expected.emplace_back());
   }
   expected.pop_back();  // its window has not ended
   EXPECT_EQ(payloadsOf(1), expected);

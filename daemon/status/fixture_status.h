@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <vector>
+
+#include "rt/base/fields.h"
+#include "rt/fixtures/fixture_state.h"
+
+namespace hapticd::daemon {
+
+/// Nothing for an empty text.
+inline std::optional<std::string> ifNotEmpty(const std::string& text) {
+  return text.empty() ? std::nullopt : std::optional(text);
+}
+
+/// What one virtual fixture does.
+struct FixtureConduct {
+  std::string name{};
+  double configured_n_per_m = 0;
+  double stiffness_n_per_m = 0;
+  double force_n = 0;
+  double distance_m = std::numeric_limits<double>::quiet_NaN();
+  rt::Breach breach{};
+};
+template <std::same_as<FixtureConduct> Status>
+constexpr auto fieldsOf(std::type_identity<Status>) {
+  return std::tuple{
+      HAPTICD_FIELD(name, "Its name"),
+      HAPTICD_FIELD(distance_m,
+                    "From the interaction point to its boundary, negative inside a forbidden region, or to "
+                    "path or point; null: not known, as of a fixture that is disabled, or that has ended "
+                    "because the camera is lost, or of a stand-off where no surface is seen"),
+      HAPTICD_FIELD(
+          force_n,
+          "Magnitude of the force that it exerts, before handle.force_scale; 0 while the box is not engaged"),
+      HAPTICD_FIELD(stiffness_n_per_m,
+                    "Stiffness in effect: at most the configured one, less where guidance or stability limit "
+                    "it (docs/fixtures.md); 0: it does not act"),
+      HAPTICD_FIELD(configured_n_per_m, "As it is configured").named("configuredStiffnessNPerM"),
+      HAPTICD_FIELD(breach.number,
+                    "Times that the interaction point has been inside the forbidden region and left it, "
+                    "since the fixture was added or enabled; each is an event of the kind breach")
+          .named("breaches")};
+}
+
+/// The virtual fixtures, as people see them.
+struct FixtureStatus {
+  std::uint64_t generation = 0;
+  std::uint64_t count = 0;
+  std::uint64_t enabled = 0;
+  std::vector<std::string> in_contact;
+  std::string nearest;
+  double distance_m = std::numeric_limits<double>::infinity();
+  bool warning = false;
+  double force_n = 0;
+  double guidance_force_n = 0;
+  std::vector<FixtureConduct> each;
+};
+template <std::same_as<FixtureStatus> Status>
+constexpr auto fieldsOf(std::type_identity<Status>) {
+  return std::tuple{
+      HAPTICD_FIELD(generation, "Generation of the set"),
+      HAPTICD_FIELD(count, "Virtual fixtures").gauge("fixtures"),
+      HAPTICD_FIELD(enabled, "Virtual fixtures that are enabled").gauge("fixtures_enabled"),
+      HAPTICD_FIELD(in_contact,
+                    "Names of those that exert a force: they hold the interaction point back or guide it; "
+                    "none while the box is not engaged"),
+      HAPTICD_FIELD(nearest, "Name of the nearest enabled forbidden region; null: there is none")
+          .shownAs([](const auto& fixtures) { return ifNotEmpty(fixtures.nearest); }),
+      HAPTICD_FIELD(distance_m,
+                    "From the interaction point to the boundary of the nearest forbidden region, negative "
+                    "inside it; null: there is none")
+          .gauge("fixture_distance_metres"),
+      HAPTICD_FIELD(warning, "Whether that distance is below proximity.warning_m"),
+      HAPTICD_FIELD(force_n,
+                    "Magnitude of the force that all forbidden regions exert, before handle.force_scale; 0 "
+                    "while the box is not engaged")
+          .gauge("fixture_force_newtons"),
+      HAPTICD_FIELD(guidance_force_n,
+                    "Magnitude of the force that all guidance fixtures exert, before handle.force_scale; 0 "
+                    "while the box is not engaged")
+          .gauge("guidance_force_newtons"),
+      HAPTICD_FIELD(
+          each,
+          "Each of them, in their order; empty for the moment until the force loop has taken over a change")};
+}
+
+/// Counters of the measured stiffness that estimators feed.
+struct FeedStatus {
+  std::uint64_t accepted = 0;
+  std::uint64_t limited = 0;
+  std::uint64_t outside = 0;
+};
+template <std::same_as<FeedStatus> Status>
+constexpr auto fieldsOf(std::type_identity<Status>) {
+  return std::tuple{
+      HAPTICD_FIELD(accepted, "Samples of measured stiffness applied to a region")
+          .counter("tissue_feed_accepted_samples"),
+      HAPTICD_FIELD(limited,
+                    "Samples of measured stiffness refused because they came faster than 200 per second")
+          .counter("tissue_feed_limited_samples"),
+      HAPTICD_FIELD(outside,
+                    "Samples of measured stiffness refused because no region contains their position")
+          .counter("tissue_feed_outside_samples")};
+}
+
+/// The tissue regions, as people see them.
+struct TissueStatus {
+  std::uint64_t generation = 0;
+  std::uint64_t count = 0;
+  std::string in_contact;
+  FeedStatus feed;
+};
+template <std::same_as<TissueStatus> Status>
+constexpr auto fieldsOf(std::type_identity<Status>) {
+  return std::tuple{
+      HAPTICD_FIELD(generation, "Generation of the map"),
+      HAPTICD_FIELD(count, "Regions of the stiffness map").gauge("tissue_regions"),
+      HAPTICD_FIELD(in_contact,
+                    "Name of the region with the largest share of the contact; null: none is in contact")
+          .shownAs([](const auto& tissue) { return ifNotEmpty(tissue.in_contact); }),
+      HAPTICD_FIELD(feed, "Measured stiffness")};
+}
+
+}  // namespace hapticd::daemon

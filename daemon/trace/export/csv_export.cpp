@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/trace/export/csv_export.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "config/base/value_text.h"
+#include "daemon/trace/export/selected_trace.h"
+#include "daemon/trace/export/trace_summary.h"
+#include "daemon/trace/format/fields.h"
+#include "rt/base/clock.h"
+#include "rt/base/words.h"
+
+namespace hapticd::trace {
+namespace {
+
+using Pairs = std::vector<std::pair<std::string, std::string>>;
+
+constexpr std::size_t kWrittenAtOnce = 1 << 20;
+/// Each gives a column, and a cell in every row; hapticd has some hundred parameters.
+constexpr std::size_t kMaxParameters = 1000;
+struct HeaderOfFields {
+  std::string& line;
+
+  void operator()(std::string_view name, const auto&) {
+    fmt::format_to(std::back_inserter(line), ",{}", name);
+  }
+  /// Each parameter of a directive has a column of its own.
+  void operator()(std::string_view name, const Pairs&) {
+    if (name != kParameters) fmt::format_to(std::back_inserter(line), ",{}", name);
+  }
+  void operator()(std::string_view name, const rt::Vec3&) {
+    for (const char axis : {'x', 'y', 'z'}) fmt::format_to(std::back_inserter(line), ",{}_{}", name, axis);
+  }
+};
+
+template <typename Record>
+struct CsvRow {
+  std::string& line;
+  const SelectedTrace& trace;
+  const Record& record;
+
+  template <typename Field>
+  void operator()(std::string_view name, const Field& field) {
+    if (trace.fieldApplies(record, name)) return put(name, field);
+    line += std::is_same_v<Field, rt::Vec3> ? ",,," : ",";
+  }
+
+ private:
+  void put(std::string_view, const std::integral auto& value) {
+    fmt::format_to(std::back_inserter(line), ",{}", +value);
+  }
+  // the shortest number that reads back as the same one
+  void put(std::string_view, double value) { fmt::format_to(std::back_inserter(line), ",{}", value); }
+  template <rt::Worded Enumeration>
+  void put(std::string_view, const Enumeration& value) {
+    line += "," + std::string(rt::wordOf(value));
+  }
+  void put(std::string_view name, const rt::Vec3& vector) {
+    for (const double component : {vector.x, vector.y, vector.z}) put(name, component);
+  }
+  void put(std::string_view, const std::string& text) { line += "," + inCsvQuotes(text); }
+  void put(std::string_view name, const Pairs& pairs) {
+    if (name != kParameters) put(name, joined(pairs));
+  }
+};
+
+/// Formats nanoseconds as decimal seconds without rounding.
+std::string secondsText(std::int64_t time_ns) {
+  const std::uint64_t size_ns =
+      time_ns < 0 ? -static_cast<std::uint64_t>(time_ns) : static_cast<std::uint64_t>(time_ns);
+  constexpr auto kSecond = static_cast<std::uint64_t>(rt::kNsPerSecond);
+  return fmt::format("{}{}.{:09}", time_ns < 0 ? "-" : "", size_ns / kSecond, size_ns % kSecond);
+}
+
+std::int64_t sum(std::int64_t a, std::int64_t b) {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
+}
+
+class CsvFile {
+ public:
+  CsvFile(base::WholeFile file, const SelectedTrace& trace) : file_(std::move(file)), trace_(trace) {}
+
+  /// more: names of columns after those of the fields.
+  template <typename Record>
+  void addHeader(const std::vector<std::string>& more = {}) {
+    text_ += "time_s,realtime_s";
+    const Record record{};
+    trace_.visitKnown(record, HeaderOfFields{text_});
+    for (const std::string& name : more) text_ += "," + inCsvQuotes(name);
+    text_ += '\n';
+  }
+
+  /// more: the cells of these columns, already formatted.
+  template <typename Record>
+  bool addRow(const Record& record, const std::vector<std::string>& more = {}) {
+    const std::int64_t time_ns = timeOf(record);
+    text_ += secondsText(sum(time_ns, sum(0, -trace_.start_ns()))) + "," +
+             secondsText(sum(time_ns, trace_.realtimeOffset_ns()));
+    trace_.visitKnown(record, CsvRow<Record>{text_, trace_, record});
+    for (const std::string& cell : more) text_ += "," + cell;
+    text_ += '\n';
+    ++rows_;
+    if (text_.size() >= kWrittenAtOnce) write();
+    return written_.has_value();
+  }
+
+  base::Result<std::uint64_t> finish() {
+    write();
+    if (written_) written_ = file_.finish();
+    if (!written_) return std::unexpected(written_.error());
+    return rows_;
+  }
+
+ private:
+  void write() {
+    if (written_) written_ = file_.append(text_);
+    text_.clear();
+  }
+
+  base::WholeFile file_;
+  const SelectedTrace& trace_;
+  std::string text_;
+  std::uint64_t rows_ = 0;
+  base::Result<void> written_;
+};
+
+/// Stops at the first record that cannot be read.
+class CsvExport {
+ public:
+  CsvExport(const SelectedTrace& trace, base::WholeFile file, const Progress& progress)
+      : trace_(trace), csv_(std::move(file), trace), progress_(progress) {}
+
+  /// `visit`: takes the records of the channel.
+  template <typename Record>
+  base::Result<TraceInfo> write(std::function<bool(const Record&)> TraceVisitor::*visit) {
+    csv_.addHeader<Record>();
+    TraceVisitor visitor;
+    visitor.*visit = [this](const Record& record) { return csv_.addRow(record); };
+    return read<Record>(visitor);
+  }
+
+  /// Directives are kept, because the names of their parameters are known only at the end; there are few
+  /// directives.
+  base::Result<TraceInfo> writeDirectives() {
+    std::vector<DirectiveRecord> directives;
+    std::vector<std::string> names;
+    std::map<std::string, std::size_t, std::less<>> columns;
+    const auto keep = [&](const DirectiveRecord& directive) {
+      for (const auto& [name, value] : directive.parameters) {
+        if (columns.try_emplace(name, names.size()).second) names.push_back(name);
+        if (names.size() > kMaxParameters) return false;
+      }
+      directives.push_back(directive);
+      return true;
+    };
+    auto info = read<DirectiveRecord>({.directive = keep});
+    if (!info) return info;
+    if (names.size() > kMaxParameters) {
+      return std::unexpected(base::Error{trace_.file().string(),
+                                         fmt::format("has more than {} different parameters", kMaxParameters),
+                                         "no hapticd has so many; export another channel"});
+    }
+    csv_.addHeader<DirectiveRecord>(names);
+    for (const DirectiveRecord& directive : directives) csv_.addRow(directive, cellsOf(directive, columns));
+    return info;
+  }
+
+  base::Result<std::uint64_t> finish() { return csv_.finish(); }
+
+ private:
+  /// Errors: also a trace without that channel, which another program removed.
+  template <typename Record>
+  base::Result<TraceInfo> read(const TraceVisitor& visitor) {
+    auto info = trace_.read(visitor, progress_);
+    if (!info) return info;
+    const auto there = info->require(trace_.file(), kChannelName<Record>.topic);
+    if (!there) return std::unexpected(there.error());
+    return info;
+  }
+
+  /// Numbers as they are, texts in quotes, an empty cell for what the record lacks.
+  static std::vector<std::string> cellsOf(const DirectiveRecord& directive,
+                                          const std::map<std::string, std::size_t, std::less<>>& columns) {
+    std::vector<std::string> cells(columns.size());
+    for (const auto& [name, value] : directive.parameters) {
+      const std::size_t column = columns.at(name);
+      const std::optional<double> number = numberIn(value);
+      cells[column] = number ? fmt::format("{}", *number) : inCsvQuotes(value);
+    }
+    return cells;
+  }
+
+  const SelectedTrace& trace_;
+  CsvFile csv_;
+  const Progress& progress_;
+};
+
+base::Result<TraceInfo> writeChannel(CsvExport& csv, TraceChannel channel) {
+  using Visitor = TraceVisitor;
+  switch (channel) {
+    case TraceChannel::ticks:
+      return csv.write<rt::Tick>(&Visitor::tick);
+    case TraceChannel::models:
+      return csv.write<ModelRecord>(&Visitor::model);
+    case TraceChannel::directives:
+      return csv.writeDirectives();
+    case TraceChannel::events:
+      break;
+  }
+  return csv.write<EventRecord>(&Visitor::event);
+}
+
+/// The configuration of the trace, with its metadata as comments.
+std::string settingsFile(const TraceInfo& trace) {
+  std::string text;
+  for (const auto& [name, value] : trace.metadata) {
+    text += fmt::format("# {}: {}\n", base::printable(name), base::printable(value));
+  }
+  const std::string_view settings = settingsText(trace);
+  return text + (settings.empty() ? "# the trace holds no settings\n" : std::string(settings));
+}
+
+}  // namespace
+
+std::filesystem::path settingsBeside(const std::filesystem::path& csv) {
+  return std::filesystem::path(csv).replace_extension(".settings.yaml");
+}
+
+base::Result<std::uint64_t> exportCsv(const std::filesystem::path& trace_file,
+                                      const std::filesystem::path& csv_file, TraceChannel channel,
+                                      const TraceSelection& selection, const Progress& progress,
+                                      base::IfExists if_exists) {
+  const auto trace = SelectedTrace::open(trace_file, selection);
+  if (!trace) return std::unexpected(trace.error());
+  auto file = base::WholeFile::create(csv_file, if_exists);
+  if (!file) return std::unexpected(file.error());
+  auto settings = base::WholeFile::create(settingsBeside(csv_file), if_exists);
+  if (!settings) return std::unexpected(settings.error());
+  CsvExport csv(*trace, std::move(*file), progress);
+  const auto info = writeChannel(csv, channel);
+  if (!info) return std::unexpected(info.error());
+  if (auto kept = settings->append(settingsFile(*info)); !kept) return std::unexpected(kept.error());
+  const auto rows = csv.finish();
+  if (!rows) return rows;
+  if (auto kept = settings->finish(); !kept) return std::unexpected(kept.error());
+  return rows;
+}
+
+}  // namespace hapticd::trace

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "rt/base/vec3.h"
+#include "rt/base/words.h"
+#include "rt/depth/depth_frame_header.h"
+#include "rt/loop/force_loop.h"
+#include "rt/loop/loop_state.h"
+
+/// The records of a trace, one structure per channel; ticks are rt::Tick. Times are CLOCK_MONOTONIC in
+/// nanoseconds; a trace contains the offset of its clock to CLOCK_REALTIME.
+namespace hapticd::trace {
+
+/// Bytes of variable length.
+struct ByteString {
+  std::string bytes = {};
+};
+
+/// A scene built by the scene thread, and the frame that it was built from.
+struct ModelRecord {
+  std::uint64_t model = 0;          ///< number of the scene, see Tick::scene_model
+  std::int64_t time_ns = 0;         ///< when it was built
+  std::int64_t build_ns = 0;        ///< duration of building it
+  std::uint64_t frame = 0;          ///< sequence number of the depth frame
+  std::int64_t frame_time_ns = 0;   ///< arrival of the frame
+  std::uint32_t device_ticks = 0;   ///< the camera's own counter
+  rt::Vec3 centre_m_in_world = {};  ///< centre of the modelled region
+  double radius_m = 0;              ///< requested radius
+  std::uint64_t generation = 0;     ///< of the Directive whose needs it meets
+  bool forgot = false;              ///< filter and fusion were restarted with it
+  bool depth_recorded = false;      ///< the raw frame was added to the trace
+  std::uint32_t points = 0;
+  std::uint32_t points_over_capacity = 0;
+  std::uint64_t frames = 0;          ///< received so far
+  std::uint64_t skipped_frames = 0;  ///< so far: replaced by a newer one before they were modelled
+  std::uint64_t damaged_frames = 0;  ///< so far: discarded by the camera driver
+};
+
+/// The directive that the force loop follows from this generation on.
+struct DirectiveRecord {
+  std::int64_t time_ns = 0;
+  std::uint64_t generation = 0;
+  bool engage = false;
+  bool engage_inside = false;
+  std::uint64_t engage_request = 0;
+  double standoff_clearance_m = 0;  ///< see rt::LiveParameters; it follows from the fixtures
+  /// All live parameters by name, in a form that reads back as the same value. They name the law in use even
+  /// if force.law is auto.
+  std::vector<std::pair<std::string, std::string>> parameters = {};
+};
+
+/// The virtual fixtures and tissue regions in effect from this pair of generations on. What the force loop
+/// remembers of them refers to the numbers that it knows them by, so these are recorded too.
+struct AdditionsRecord {
+  std::int64_t time_ns = 0;
+  std::uint64_t fixture_generation = 0;  ///< see Tick::fixture_generation
+  std::uint64_t tissue_generation = 0;   ///< see Tick::tissue_generation
+  std::string text = {};                 ///< the lists `fixtures` and `regions` as YAML
+  ByteString labels = {};  ///< label of each pixel of the depth image, row by row; empty: no label image
+  std::uint32_t label_width_px = 0;  ///< size of the label image; 0: there is none
+  std::uint32_t label_height_px = 0;
+  /// Name of each fixture, and its rt::Fixture::identity and rt::Fixture::definition with a blank between.
+  std::vector<std::pair<std::string, std::string>> fixtures = {};
+  /// Name of each region, and its rt::TissueRegion::identity.
+  std::vector<std::pair<std::string, std::string>> regions = {};
+};
+
+/// An event, as in the journal.
+struct EventRecord {
+  std::int64_t time_ns = 0;
+  std::string kind = {};  ///< mode, camera, handle, parameter, engage, warning, trace, ...
+  std::string text = {};  ///< one line for people
+  std::vector<std::pair<std::string, std::string>> fields = {};
+};
+
+/// Snapshot of the core's memory before a tick; valid only for the same version of hapticd.
+struct SnapshotRecord {
+  std::int64_t time_ns = 0;
+  rt::CoreSnapshot snapshot = {};
+  /// False if the trace was written by a version with another layout of the core; its memory is then empty.
+  bool usable = true;
+};
+
+/// Encoding of the raw values in DepthRecord::image (depth_codec.h).
+enum class DepthEncoding : std::uint8_t {
+  plain,       ///< uncompressed
+  above_zstd,  ///< differences to the value above, compressed with zstd
+};
+constexpr auto wordsOf(DepthEncoding) {
+  return rt::words<DepthEncoding>("plain", "above_zstd");
+}
+
+/// A raw depth frame.
+struct DepthRecord {
+  rt::DepthFrameHeader header = {};
+  std::uint32_t raw_crc32 = 0;  ///< IEEE 802.3, of the stride_bytes * height_px bytes of raw values
+  DepthEncoding encoding = DepthEncoding::plain;
+  ByteString image = {};
+};
+
+/// The points of a depth frame that the hand can reach, for viewers; nothing reads them back.
+struct CloudRecord {
+  std::int64_t time_ns = 0;                    ///< arrival of the frame
+  std::vector<float> points_m_in_camera = {};  ///< x, y, z, x, y, z, ...
+};
+
+}  // namespace hapticd::trace

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/trace/mcap/mcap_format.h"
+
+#include <fmt/format.h>
+#include <lz4frame.h>
+#include <zstd.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "config/base/value_text.h"
+
+namespace hapticd::trace {
+namespace {
+
+/// Collects the output of `step(room, length)`, which returns the number of bytes written, 0 at the end, or
+/// nothing if the input is invalid.
+template <typename Step>
+bool collect(std::size_t length, std::string& to, Step step) {
+  constexpr std::size_t kPieceBytes = 1 << 18;
+  to.clear();
+  while (true) {
+    const std::size_t at = to.size();
+    to.resize(at + std::min(kPieceBytes, length - at + 1));  // one byte more, to detect excess output
+    const std::optional<std::size_t> written = step(to.data() + at, to.size() - at);
+    if (!written) return false;
+    to.resize(at + *written);
+    if (to.size() > length) return false;
+    if (*written == 0) return to.size() == length;
+  }
+}
+
+}  // namespace
+
+struct Compressor::Context {
+  ZSTD_CCtx* zstd = ::ZSTD_createCCtx();
+  ~Context() { ::ZSTD_freeCCtx(zstd); }
+};
+
+Compressor::Compressor() : context_(std::make_unique<Context>()) {}
+Compressor::~Compressor() = default;
+
+bool Compressor::compress(std::string_view bytes, std::string& to) {
+  if (context_->zstd == nullptr || bytes.empty()) return false;
+  to.resize(::ZSTD_compressBound(bytes.size()));
+  const std::size_t length = ::ZSTD_compressCCtx(context_->zstd, to.data(), to.size(), bytes.data(),
+                                                 bytes.size(), ZSTD_CLEVEL_DEFAULT);
+  if (::ZSTD_isError(length) != 0 || length >= bytes.size()) return false;
+  to.resize(length);
+  return true;
+}
+
+bool decompressZstd(std::string_view bytes, std::size_t length, std::string& to) {
+  const std::unique_ptr<ZSTD_DCtx, decltype(&::ZSTD_freeDCtx)> context(::ZSTD_createDCtx(), &::ZSTD_freeDCtx);
+  if (!context) return false;
+  ZSTD_inBuffer in{bytes.data(), bytes.size(), 0};
+  std::size_t missing = 0;  // input still missing; 0 at the end of a frame
+  return collect(length, to, [&](char* room, std::size_t size) -> std::optional<std::size_t> {
+    ZSTD_outBuffer out{room, size, 0};
+    while (out.pos == 0 && (missing != 0 || in.pos < in.size)) {
+      const std::size_t before = in.pos;
+      missing = ::ZSTD_decompressStream(context.get(), &out, &in);
+      if (::ZSTD_isError(missing) != 0) return std::nullopt;
+      const bool stuck = out.pos == 0 && in.pos == before;
+      if (stuck && missing != 0) return std::nullopt;  // the last frame is truncated
+    }
+    return out.pos;
+  });
+}
+
+bool decompressLz4(std::string_view bytes, std::size_t length, std::string& to) {
+  LZ4F_dctx* created = nullptr;
+  if (::LZ4F_isError(::LZ4F_createDecompressionContext(&created, LZ4F_VERSION)) != 0) return false;
+  const std::unique_ptr<LZ4F_dctx, decltype(&::LZ4F_freeDecompressionContext)> context(
+      created, &::LZ4F_freeDecompressionContext);
+  std::size_t missing = 0;  // input still missing; 0 at the end of a frame
+  return collect(length, to, [&](char* room, std::size_t size) -> std::optional<std::size_t> {
+    std::size_t written = 0;
+    while (written == 0 && (missing != 0 || !bytes.empty())) {
+      std::size_t taken = bytes.size();
+      written = size;
+      missing = ::LZ4F_decompress(context.get(), room, &written, bytes.data(), &taken, nullptr);
+      if (::LZ4F_isError(missing) != 0) return std::nullopt;
+      if (written == 0 && taken == 0 && missing != 0) return std::nullopt;  // the last frame is truncated
+      bytes.remove_prefix(taken);
+    }
+    return written;
+  });
+}
+
+bool decompressUpTo(std::string_view bytes, std::size_t max_bytes, std::string& to) {
+  const unsigned long long length = ::ZSTD_getFrameContentSize(bytes.data(), bytes.size());
+  const bool known = length != ZSTD_CONTENTSIZE_UNKNOWN && length != ZSTD_CONTENTSIZE_ERROR;
+  return known && length <= max_bytes && decompressZstd(bytes, length, to);
+}
+
+}  // namespace hapticd::trace
+
+namespace hapticd::trace::mcap {
+
+void addSchema(std::string& to, std::uint16_t id, std::string_view name, std::string_view text) {
+  addRecord(to, Opcode::schema, [&] {
+    ByteWriter writer(to);
+    writer.number(id);
+    writer.text(name);
+    writer.text("ros2msg");
+    writer.text(text);
+  });
+}
+
+void addChannel(std::string& to, std::uint16_t id, std::uint16_t schema, std::string_view topic) {
+  addRecord(to, Opcode::channel, [&] {
+    ByteWriter writer(to);
+    writer.number(id);
+    writer.number(schema);
+    writer.text(topic);
+    writer.text("cdr");
+    writer.number(std::uint32_t{0});  // no metadata
+  });
+}
+
+bool MessageRecord::of(std::string_view content, MessageRecord& message) {
+  ByteReader reader(content);
+  message.channel = reader.number<std::uint16_t>();
+  message.sequence = reader.number<std::uint32_t>();
+  message.time_ns = reader.number<std::uint64_t>();
+  message.publish_time_ns = reader.number<std::uint64_t>();
+  message.data = reader.raw(reader.left());
+  return reader.good();
+}
+
+bool mayBeInChunk(Opcode opcode) {
+  return opcode == Opcode::schema || opcode == Opcode::channel || opcode > Opcode::data_end;
+}
+
+bool ChunkContent::of(std::string_view records, ChunkContent& content) {
+  content = {};
+  bool first = true;
+  return visitRecords(records, [&](Opcode opcode, std::string_view record, std::uint64_t offset) {
+    content.defines |= opcode == Opcode::schema || opcode == Opcode::channel;
+    if (mayBeInChunk(opcode)) return true;
+    MessageRecord message;
+    if (opcode != Opcode::message || !MessageRecord::of(record, message)) return false;
+    content.start_ns = first ? message.time_ns : std::min(content.start_ns, message.time_ns);
+    content.end_ns = std::max(content.end_ns, message.time_ns);
+    content.messages[message.channel].emplace_back(message.time_ns, offset);
+    first = false;
+    return true;
+  });
+}
+
+std::string ChunkContent::indexRecords() const {
+  std::string records;
+  ByteWriter writer(records);
+  for (const auto& [channel, places] : messages) {
+    addRecord(records, Opcode::message_index, [&] {
+      writer.number(channel);
+      writer.sized<std::uint32_t>([&] {
+        for (const auto& [time_ns, offset] : places) {
+          writer.number(time_ns);
+          writer.number(offset);
+        }
+      });
+    });
+  }
+  return records;
+}
+
+bool ChunkRecord::of(std::string_view content, ChunkRecord& chunk) {
+  ByteReader reader(content);
+  chunk.start_ns = reader.number<std::uint64_t>();
+  chunk.end_ns = reader.number<std::uint64_t>();
+  chunk.uncompressed_bytes = reader.number<std::uint64_t>();
+  chunk.crc = reader.number<std::uint32_t>();
+  chunk.compression = reader.text();
+  chunk.records = reader.sized<std::uint64_t>();
+  chunk.bytes = content.size() - reader.left();
+  return reader.good();
+}
+
+namespace {
+
+std::uint64_t messagesIn(std::string_view records) {
+  std::uint64_t messages = 0;
+  visitRecords(records, [&messages](Opcode opcode, std::string_view, std::uint64_t) {
+    messages += opcode == Opcode::message ? 1 : 0;
+    return true;
+  });
+  return messages;
+}
+
+}  // namespace
+
+std::string ChunkRecord::unpack(std::string& unpacked, Allowance& allowance) const {
+  if (uncompressed_bytes > allowance.chunkBytes()) {
+    return fmt::format("a chunk of {} bytes; at most {} are accepted in a file of this size",
+                       uncompressed_bytes, allowance.chunkBytes());
+  }
+  if (compression == "zstd") {
+    if (!decompressZstd(records, uncompressed_bytes, unpacked)) return "the chunk cannot be decompressed";
+  } else if (compression == "lz4") {
+    if (!decompressLz4(records, uncompressed_bytes, unpacked)) return "the chunk cannot be decompressed";
+  } else if (compression.empty()) {
+    if (records.size() != uncompressed_bytes) return "the lengths of the chunk are inconsistent";
+    unpacked = records;
+  } else {
+    return fmt::format("the chunk is compressed with {}; only lz4 and zstd are supported",
+                       base::inQuotes(std::string(compression.substr(0, 20))));
+  }
+  if (crc != 0 && crcOf(unpacked) != crc) return "the checksum of the chunk does not match";
+  if (allowance.take(unpacked.size(), messagesIn(unpacked))) return "";
+  return fmt::format(
+      "the chunks up to here hold more than {} bytes for each byte of the file, which no trace does",
+      kMaxUnpackedRatio);
+}
+
+bool compressRecords(Compressor& compressor, std::string_view records, std::string& to) {
+  return compressor.compress(records, to) && records.size() / kMaxWrittenRatio <= to.size();
+}
+
+void addChunk(std::string& to, const ChunkRecord& chunk) {
+  addRecord(to, Opcode::chunk, [&] {
+    ByteWriter writer(to);
+    writer.number(chunk.start_ns);
+    writer.number(chunk.end_ns);
+    writer.number(chunk.uncompressed_bytes);
+    writer.number(chunk.crc);
+    writer.text(chunk.compression);
+    writer.sized<std::uint64_t>([&] { writer.raw(chunk.records); });
+  });
+}
+
+bool MetadataRecord::of(std::string_view content, MetadataRecord& metadata) {
+  ByteReader reader(content);
+  metadata.name = reader.text();
+  ByteReader map(reader.text());
+  metadata.bytes = content.size() - reader.left();
+  metadata.pairs.clear();
+  while (!map.atEnd()) {
+    std::string key(map.text());
+    metadata.pairs.emplace_back(std::move(key), map.text());
+  }
+  return reader.good() && map.good();
+}
+
+std::string AttachmentRecord::of(std::string_view content, AttachmentRecord& attachment) {
+  ByteReader reader(content);
+  attachment.log_time_ns = reader.number<std::uint64_t>();
+  attachment.create_time_ns = reader.number<std::uint64_t>();
+  attachment.name = reader.text();
+  attachment.media_type = reader.text();
+  attachment.data = reader.sized<std::uint64_t>();
+  const std::size_t covered = content.size() - reader.left();
+  attachment.crc = reader.number<std::uint32_t>();
+  attachment.bytes = content.size() - reader.left();
+  if (!reader.good()) return "an incomplete attachment";
+  const bool matches = attachment.crc == 0 || attachment.crc == crcOf(content.substr(0, covered));
+  return matches ? "" : "the checksum of an attachment does not match";
+}
+
+}  // namespace hapticd::trace::mcap

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/trace/mcap/mcap_writer.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace hapticd::trace::mcap {
+
+Writer::Writer(TraceFile part, std::filesystem::path file, bool compress)
+    : part_(std::move(part)), file_(std::move(file)), head_(kMagic) {
+  if (compress) compressor_.emplace();
+  addRecord(head_, Opcode::header, [this] {
+    ByteWriter writer(head_);
+    writer.text("");  // no profile: that of ROS 2 requires quality-of-service metadata
+    writer.text("hapticd");
+  });
+}
+
+std::uint16_t Writer::addChannel(std::string_view topic, std::string_view schema_name,
+                                 std::string_view schema) {
+  const std::uint16_t id = ++channels_;
+  const std::size_t schema_at = head_.size();
+  mcap::addSchema(head_, id, schema_name, schema);
+  summary_.addSchema(std::string_view(head_).substr(schema_at + kRecordHeadBytes));
+  const std::size_t channel_at = head_.size();
+  mcap::addChannel(head_, id, id, topic);
+  summary_.addChannel(std::string_view(head_).substr(channel_at + kRecordHeadBytes));
+  return id;
+}
+
+void Writer::addMetadata(std::string_view name, Pairs pairs) {
+  const std::size_t at = head_.size();
+  addRecord(head_, Opcode::metadata, [&] {
+    ByteWriter writer(head_);
+    writer.text(name);
+    writer.sized<std::uint32_t>([&] {
+      for (const auto& [key, value] : pairs) {
+        writer.text(key);
+        writer.text(value);
+      }
+    });
+  });
+  summary_.addMetadata(at, head_.size() - at, std::string_view(head_).substr(at + kRecordHeadBytes));
+}
+
+void Writer::addAttachment(const AttachmentRecord& attachment) {
+  const std::size_t at = head_.size();
+  addRecord(head_, Opcode::attachment, [&] {
+    ByteWriter writer(head_);
+    writer.number(attachment.log_time_ns);
+    writer.number(attachment.create_time_ns);
+    writer.text(attachment.name);
+    writer.text(attachment.media_type);
+    writer.sized<std::uint64_t>([&] { writer.raw(attachment.data); });
+    writer.number(crcOf(std::string_view(head_).substr(at + kRecordHeadBytes)));
+  });
+  summary_.addAttachment(at, head_.size() - at, attachment);
+}
+
+base::Result<void> Writer::begin() {
+  auto written = append(head_);
+  if (written) written = part_.synchronise();
+  if (written) written = synchroniseFolder(file_.parent_path());
+  return written;
+}
+
+void Writer::addMessage(std::uint16_t channel, std::uint32_t sequence, std::uint64_t time_ns,
+                        std::string_view message) {
+  const std::size_t at = pending_.size();
+  const std::uint64_t log_time_ns = std::max(time_ns, chunks_end_ns_);
+  addRecord(pending_, Opcode::message, [&] {
+    ByteWriter writer(pending_);
+    writer.number(channel);
+    writer.number(sequence);
+    writer.number(log_time_ns);
+    writer.number(time_ns);
+    writer.raw(message);
+  });
+  earliest_ns_ = places_.empty() ? log_time_ns : std::min(earliest_ns_, log_time_ns);
+  places_.push_back({log_time_ns, channel, at, pending_.size() - at});
+}
+
+std::uint64_t Writer::pendingMessages(std::uint16_t channel) const {
+  return static_cast<std::uint64_t>(std::ranges::count(places_, channel, &Pending::channel));
+}
+
+/// Returns the records of pending messages up to `time_ns` in the order of their times; the others stay
+/// pending.
+std::string Writer::takeUpTo(std::uint64_t time_ns) {
+  const auto later = std::ranges::stable_partition(
+      places_, [time_ns](const Pending& place) { return place.time_ns <= time_ns; });
+  std::vector<Pending> taken(places_.begin(), later.begin());
+  std::ranges::stable_sort(taken, {}, &Pending::time_ns);
+  std::string records, left;
+  for (const Pending& place : taken) records.append(pending_, place.offset, place.bytes);
+  places_.erase(places_.begin(), later.begin());
+  for (Pending& place : places_) {
+    const std::size_t offset = left.size();
+    left.append(pending_, place.offset, place.bytes);
+    place.offset = offset;
+  }
+  pending_ = std::move(left);
+  if (!places_.empty()) earliest_ns_ = std::ranges::min(places_, {}, &Pending::time_ns).time_ns;
+  return records;
+}
+
+/// Writes all of it or nothing.
+base::Result<void> Writer::append(std::string_view bytes) {
+  auto written = part_.writeAt(end_, bytes);
+  if (written) written = part_.synchronise();
+  if (!written) {
+    (void)part_.truncate(end_);
+    return written;
+  }
+  crc_ = crcOf(bytes, crc_);
+  end_ += bytes.size();
+  return {};
+}
+
+base::Result<void> Writer::write(const std::string& records) {
+  ChunkContent content;
+  ChunkContent::of(records, content);
+  const bool compressed = compressor_ && compressRecords(*compressor_, records, compressed_);
+  const ChunkRecord chunk{content.start_ns, content.end_ns,           records.size(),
+                          crcOf(records),   compressed ? "zstd" : "", compressed ? compressed_ : records};
+  std::string bytes;
+  addChunk(bytes, chunk);
+  const std::uint64_t offset = end_, length = bytes.size();
+  auto written = append(bytes + content.indexRecords());
+  if (!written) return written;
+  summary_.addChunk(offset, length, chunk, content);
+  chunks_end_ns_ = content.end_ns;
+  return {};
+}
+
+base::Result<void> Writer::flush() {
+  return flushUpTo(std::numeric_limits<std::uint64_t>::max());
+}
+
+base::Result<void> Writer::flushUpTo(std::uint64_t time_ns) {
+  if (failure_) return std::unexpected(*failure_);
+  const std::string records = takeUpTo(time_ns);
+  if (records.empty()) return {};
+  auto written = write(records);
+  if (written) return {};
+  failure_ = written.error();
+  pending_.clear();
+  places_.clear();
+  return written;
+}
+
+base::Result<void> Writer::writeEnding() {
+  auto written = part_.truncate(end_);  // removes what an earlier error may have left
+  if (written) written = part_.writeAt(end_, summary_.ending(end_, crc_));
+  if (written) written = part_.synchronise();
+  if (!written) (void)part_.truncate(end_);
+  return written;
+}
+
+base::Result<void> Writer::finish() {
+  if (finished_) return {};
+  const auto flushed = failure_ ? base::Result<void>{} : flush();
+  auto ended = writeEnding();
+  if (ended) ended = renameDurably(part_.path(), file_);
+  std::error_code ignored;
+  finished_ = !std::filesystem::exists(part_.path(), ignored);
+  return ended ? flushed : ended;
+}
+
+}  // namespace hapticd::trace::mcap

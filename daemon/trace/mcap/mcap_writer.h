@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "config/base/error.h"
+#include "daemon/trace/mcap/mcap_definitions.h"
+#include "daemon/trace/mcap/mcap_format.h"
+#include "daemon/trace/mcap/trace_file.h"
+
+namespace hapticd::trace::mcap {
+
+/// Writes an MCAP file: header, schemas, channels, metadata and attachments at the beginning, then messages
+/// in chunks, each of which is on disk before the next one begins. The messages of the file are in the order
+/// of their log times; they are held until their chunk is written (memory: pendingBytes() plus a copy).
+/// Thread: one.  RT: not safe.
+class Writer {
+ public:
+  using Pairs = std::span<const std::pair<std::string, std::string>>;
+
+  /// `part`: the new file; finish() renames it to `file`.
+  Writer(TraceFile part, std::filesystem::path file, bool compress);
+
+  // Called before begin(). Ids are 1, 2, ...
+  std::uint16_t addChannel(std::string_view topic, std::string_view schema_name, std::string_view schema);
+  void addMetadata(std::string_view name, Pairs pairs);
+  void addAttachment(const AttachmentRecord& attachment);
+  /// Writes the beginning of the file.
+  base::Result<void> begin();
+
+  /// Adds a message to a future chunk. `time_ns` is its publish time, and its log time too unless a later
+  /// one is in a chunk already: its log time is then that of the last message written.
+  void addMessage(std::uint16_t channel, std::uint32_t sequence, std::uint64_t time_ns,
+                  std::string_view message);
+  /// Returns the error after which nothing more is written.
+  const std::optional<base::Error>& failure() const { return failure_; }
+
+  // Size and number of messages that are not in a chunk yet.
+  std::size_t pendingBytes() const { return pending_.size(); }
+  std::uint64_t pendingMessages(std::uint16_t channel) const;
+  /// Returns the log time of the earliest pending message; there must be one.
+  std::uint64_t earliestPending_ns() const { return earliest_ns_; }
+
+  /// Writes a chunk with all pending messages. After an error the file ends with its last complete chunk, and
+  /// only finish() writes again.
+  base::Result<void> flush();
+  /// Writes a chunk with the messages up to `time_ns` only, if there are any, so that late messages still
+  /// fit into the next chunk.
+  base::Result<void> flushUpTo(std::uint64_t time_ns);
+  /// Writes the open chunk and the end of the file, and renames it. Does nothing after it has succeeded; may
+  /// be retried after a failure.
+  /// Errors: also that of the open chunk, although the file is finished.
+  base::Result<void> finish();
+
+  const std::filesystem::path& file() const { return file_; }
+  std::uint64_t bytes() const { return end_; }
+
+ private:
+  base::Result<void> append(std::string_view bytes);
+  struct Pending {
+    std::uint64_t time_ns = 0;  ///< log time
+    std::uint16_t channel = 0;
+    std::size_t offset = 0;  ///< of the record in `pending_`
+    std::size_t bytes = 0;
+  };
+  std::string takeUpTo(std::uint64_t time_ns);
+  base::Result<void> write(const std::string& records);
+  base::Result<void> writeEnding();
+
+  TraceFile part_;
+  std::filesystem::path file_;
+  std::optional<Compressor> compressor_;
+  Summary summary_;
+  std::string head_;
+  std::string pending_;  ///< records not in a chunk yet, in the order of arrival
+  std::vector<Pending> places_;
+  std::uint64_t earliest_ns_ = 0;    ///< log time of these records
+  std::uint64_t chunks_end_ns_ = 0;  ///< log time of the last message in a chunk
+  std::string compressed_;
+  std::uint16_t channels_ = 0;
+  std::uint64_t end_ = 0;  ///< length of the complete part
+  std::uint32_t crc_ = 0;  ///< checksum of the complete part
+  bool finished_ = false;
+  std::optional<base::Error> failure_;
+};
+
+}  // namespace hapticd::trace::mcap

@@ -1,0 +1,416 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/trace/recovery/trace_recovery.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <new>
+#include <string>
+#include <utility>
+
+#include "daemon/trace/format/messages.h"
+#include "daemon/trace/format/trace_format.h"
+#include "daemon/trace/mcap/mcap_definitions.h"
+#include "daemon/trace/mcap/mcap_reader.h"
+#include "daemon/trace/mcap/trace_file.h"
+#include "daemon/trace/reader/trace_reader.h"
+
+namespace hapticd::trace {
+namespace {
+
+using mcap::ByteWriter;
+using mcap::IntactChunk;
+using mcap::IntactRecord;
+using mcap::Opcode;
+
+/// A decompressed chunk of a file.
+struct Unpacked {
+  std::string record;  ///< content of the record
+  std::string records;
+  mcap::ChunkRecord chunk;
+  mcap::ChunkContent content;
+
+  /// Reads a chunk that was intact when the file was scanned.
+  base::Result<void> read(const TraceFile& file, const IntactChunk& whole, mcap::Allowance& allowance) {
+    if (auto there =
+            file.readAt(whole.offset + mcap::kRecordHeadBytes, whole.bytes - mcap::kRecordHeadBytes, record);
+        !there) {
+      return there;
+    }
+    const bool good = mcap::ChunkRecord::of(record, chunk) && chunk.unpack(records, allowance).empty() &&
+                      mcap::ChunkContent::of(records, content);
+    if (good) return {};
+    return std::unexpected(base::Error{file.path().string(), "was modified while it was read", "try again"});
+  }
+};
+
+/// A file that grows at its end.
+class Growing {
+ public:
+  Growing(TraceFile& file, std::uint64_t end, std::uint32_t crc) : file_(file), end_(end), crc_(crc) {}
+
+  base::Result<void> append(std::string_view bytes) {
+    auto written = file_.writeAt(end_, bytes);
+    crc_ = mcap::crcOf(bytes, crc_);
+    end_ += bytes.size();
+    return written;
+  }
+  std::uint64_t end() const { return end_; }
+  std::uint32_t crc() const { return crc_; }
+
+ private:
+  TraceFile& file_;
+  std::uint64_t end_;
+  std::uint32_t crc_;
+};
+
+/// The beginning of a new file, and its summary.
+class Head {
+ public:
+  Head(const mcap::Salvage& whole, mcap::Summary& summary) : summary_(summary), bytes_(mcap::kMagic) {
+    mcap::addRecord(bytes_, Opcode::header, [this] {
+      ByteWriter writer(bytes_);
+      writer.text("");
+      writer.text("hapticd");
+    });
+    for (const auto& [id, schema] : whole.schemas) {
+      add(Opcode::schema, schema.content);
+      summary_.addSchema(schema.content);
+    }
+    for (const auto& [id, channel] : whole.channels) addChannel(channel.content, whole);
+    for (const std::uint16_t id : whole.used_channels) {
+      if (!whole.channels.contains(id)) addUnknownChannel(id);
+    }
+    for (const IntactRecord& metadata : whole.metadata) {
+      const auto [offset, bytes] = add(Opcode::metadata, metadata.content);
+      summary_.addMetadata(offset, bytes, metadata.content);
+    }
+    for (const IntactRecord& record : whole.attachments) {
+      const auto [offset, bytes] = add(Opcode::attachment, record.content);
+      mcap::AttachmentRecord attachment;
+      mcap::AttachmentRecord::of(record.content, attachment);
+      summary_.addAttachment(offset, bytes, attachment);
+    }
+  }
+
+  const std::string& bytes() const { return bytes_; }
+
+ private:
+  std::pair<std::uint64_t, std::uint64_t> add(Opcode opcode, std::string_view content) {
+    const std::uint64_t offset = bytes_.size();
+    mcap::addRecord(bytes_, opcode, [&] { bytes_ += content; });
+    return {offset, bytes_.size() - offset};
+  }
+  void addChannelRecord(std::string_view content) {
+    add(Opcode::channel, content);
+    summary_.addChannel(content);
+  }
+  /// A channel whose schema is lost keeps its messages.
+  void addChannel(std::string content, const mcap::Salvage& whole) {
+    constexpr std::size_t kSchemaAt = sizeof(std::uint16_t);
+    mcap::ChannelRecord channel;
+    mcap::ChannelRecord::of(content, channel);
+    if (!whole.schemas.contains(channel.schema)) content.replace(kSchemaAt, sizeof channel.schema, 2, '\0');
+    addChannelRecord(content);
+  }
+  void addUnknownChannel(std::uint16_t id) {
+    std::string record;
+    mcap::addChannel(record, id, 0, fmt::format("/lost_channel_{}", id));
+    addChannelRecord(std::string_view(record).substr(mcap::kRecordHeadBytes));
+  }
+
+  mcap::Summary& summary_;
+  std::string bytes_;
+};
+
+class Rewriting {
+ public:
+  Rewriting(TraceFile& out, const mcap::Salvage& whole) : whole_(whole), file_(out, 0, 0) {}
+
+  base::Result<void> run(const TraceFile& from, const mcap::GoesOn& goes_on) {
+    auto written = file_.append(Head(whole_, summary_).bytes());
+    mcap::Allowance allowance(whole_.file_bytes);
+    std::vector<IntactChunk> chunks = whole_.chunks;
+    std::ranges::stable_sort(chunks, {}, &IntactChunk::start_ns);
+    for (std::size_t i = 0; i < chunks.size() && written; ++i) {
+      Unpacked chunk;
+      written = chunk.read(from, chunks[i], allowance);
+      if (written) written = add(chunk.chunk, chunk.content);
+      const double done = static_cast<double>(i + 1) / static_cast<double>(chunks.size());
+      if (goes_on && !goes_on(done)) return std::unexpected(mcap::interrupted(from.path()));
+    }
+    if (written) written = file_.append(summary_.ending(file_.end(), file_.crc()));
+    return written;
+  }
+
+ private:
+  base::Result<void> add(mcap::ChunkRecord chunk, const mcap::ChunkContent& content) {
+    chunk.start_ns = content.start_ns;
+    chunk.end_ns = content.end_ns;
+    std::string bytes;
+    mcap::addChunk(bytes, chunk);
+    summary_.addChunk(file_.end(), bytes.size(), chunk, content);
+    return file_.append(bytes + content.indexRecords());
+  }
+
+  const mcap::Salvage& whole_;
+  Growing file_;
+  mcap::Summary summary_;
+};
+
+/// What follows the intact part of a file that was never closed.
+struct Ending {
+  mcap::Summary summary;
+  std::string indexes;  ///< of the last chunk, if they are incomplete
+};
+
+base::Result<Ending> endingOf(const TraceFile& file, const mcap::Salvage& whole,
+                              const mcap::GoesOn& goes_on) {
+  Ending ending;
+  mcap::Summary& summary = ending.summary;
+  for (const auto& [id, schema] : whole.schemas) summary.addSchema(schema.content);
+  for (const auto& [id, channel] : whole.channels) summary.addChannel(channel.content);
+  for (const IntactRecord& metadata : whole.metadata) {
+    summary.addMetadata(metadata.offset, mcap::kRecordHeadBytes + metadata.content.size(), metadata.content);
+  }
+  for (const IntactRecord& record : whole.attachments) {
+    mcap::AttachmentRecord attachment;
+    mcap::AttachmentRecord::of(record.content, attachment);
+    summary.addAttachment(record.offset, mcap::kRecordHeadBytes + record.content.size(), attachment);
+  }
+  mcap::Allowance allowance(whole.file_bytes);
+  for (const IntactChunk& place : whole.chunks) {
+    Unpacked chunk;
+    if (auto read = chunk.read(file, place, allowance); !read) return std::unexpected(read.error());
+    summary.addChunk(place.offset, place.bytes, chunk.chunk, chunk.content);
+    if (!place.indexed) ending.indexes = chunk.content.indexRecords();
+    const double done = static_cast<double>(place.offset) / static_cast<double>(whole.file_bytes);
+    if (goes_on && !goes_on(done)) return std::unexpected(mcap::interrupted(file.path()));
+  }
+  return ending;
+}
+
+}  // namespace
+
+base::Result<void> rewriteTrace(const TraceFile& from, const mcap::Salvage& whole,
+                                const std::filesystem::path& out, const mcap::GoesOn& goes_on) {
+  std::error_code ignored;
+  if (std::filesystem::exists(out, ignored)) {
+    return std::unexpected(base::Error{out.string(), "already exists", "give another name, or move it away"});
+  }
+  const std::filesystem::path part = out.string() + ".rewriting";
+  if (!isBeingWritten(part)) std::filesystem::remove(part, ignored);  // left by an interrupted attempt
+  auto file = TraceFile::create(part);
+  if (!file) return std::unexpected(file.error());
+  auto done = Rewriting(*file, whole).run(from, goes_on);
+  if (done) done = file->synchronise();
+  if (done) done = renameDurably(part, out);
+  if (!done) std::filesystem::remove(part, ignored);
+  return done;
+}
+
+base::Result<void> endTrace(TraceFile& file, const mcap::Salvage& whole, std::uint64_t intact_to,
+                            const mcap::GoesOn& goes_on) {
+  const auto ending = endingOf(file, whole, goes_on);
+  if (!ending) return std::unexpected(ending.error());
+  const auto crc = mcap::crcOf(file, 0, intact_to);
+  if (!crc) return std::unexpected(crc.error());
+  auto done = file.truncate(intact_to);
+  Growing end(file, intact_to, *crc);
+  if (done) done = end.append(ending->indexes);
+  if (done) done = end.append(ending->summary.ending(end.end(), end.crc()));
+  if (done) done = file.synchronise();
+  if (!done) (void)file.truncate(intact_to);
+  return done;
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+using Outcome = RecoveredTrace::Outcome;
+
+std::unexpected<base::Error> refuse(const fs::path& where, std::string what, std::string remedy) {
+  return std::unexpected(base::Error{where.string(), std::move(what), std::move(remedy)});
+}
+
+bool isPart(const fs::path& file) {
+  return file.extension() == ".part";
+}
+
+/// Returns its name as a complete file.
+fs::path finishedName(const fs::path& file) {
+  return isPart(file) ? file.parent_path() / file.stem() : file;
+}
+
+/// Checks whether a file can be read to its end.
+class Everything final : public mcap::Visitor {
+ public:
+  explicit Everything(const RecoveryProgress& progress) : progress_(progress) {}
+
+  std::uint64_t chunks = 0;
+  bool of_hapticd = false;
+  bool stopped = false;
+  void channel(const mcap::Channel& channel) override { of_hapticd |= isTopicOfHapticd(channel.topic); }
+  std::string message(const mcap::Message&) override { return ""; }
+  void metadata(std::string_view name, mcap::Pairs) override { of_hapticd |= name == kTraceMetadata; }
+  void attachment(const mcap::AttachmentRecord&) override {}
+  void chunk(std::uint64_t offset, std::uint64_t size) override {
+    ++chunks;
+    stopped = progress_ && !progress_(static_cast<double>(offset) / static_cast<double>(size));
+  }
+  bool enough() const override { return stopped; }
+
+ private:
+  const RecoveryProgress& progress_;
+};
+
+/// Errors: why the file is not intact, as reported by the reader.
+std::expected<RecoveredTrace, mcap::Fault> intact(const fs::path& path, const RecoveryProgress& progress) {
+  Everything everything(progress);
+  if (auto read = mcap::read(path, everything); !read) return std::unexpected(read.error());
+  if (everything.stopped) {
+    return std::unexpected(mcap::Fault{mcap::Fault::Kind::unreadable, mcap::interrupted(path)});
+  }
+  if (!everything.of_hapticd) {
+    return std::unexpected(
+        mcap::Fault{mcap::Fault::Kind::foreign, {path.string(), "is not a trace of hapticd", ""}});
+  }
+  return RecoveredTrace{.outcome = Outcome::intact, .file = path, .chunks = everything.chunks};
+}
+
+bool isOfHapticd(const mcap::Salvage& whole) {
+  const auto isTraceMetadata = [](const mcap::IntactRecord& metadata) {
+    return mcap::ByteReader(metadata.content).text() == kTraceMetadata;
+  };
+  const auto hasOurTopic = [](const auto& entry) {
+    mcap::ChannelRecord channel;
+    mcap::ChannelRecord::of(entry.second.content, channel);
+    return isTopicOfHapticd(channel.topic);
+  };
+  return std::ranges::any_of(whole.metadata, isTraceMetadata) ||
+         std::ranges::any_of(whole.channels, hasOurTopic);
+}
+
+std::uint64_t bytesLost(const mcap::Salvage& whole) {
+  std::uint64_t bytes = 0;
+  for (const mcap::Damage& damage : whole.damages) bytes += damage.loses ? damage.bytes : 0;
+  return bytes;
+}
+
+/// Returns the result of a recovery; `file` was made from `whole`.
+RecoveredTrace reported(Outcome outcome, const fs::path& file, const mcap::Salvage& whole) {
+  RecoveredTrace recovered{.outcome = outcome, .file = file, .chunks = whole.chunks.size()};
+  recovered.bytes_lost = bytesLost(whole);
+  recovered.damages = whole.damages;
+  if (whole.messages_meant && *whole.messages_meant >= whole.messages_whole) {
+    recovered.messages_lost = *whole.messages_meant - whole.messages_whole;
+  }
+  // that of another version may not be read by this program
+  if (const auto info = readTrace(file)) recovered.ticks_missing = info->ticks_dropped;
+  return recovered;
+}
+
+/// `why`: the fault reported by the reader.
+base::Result<mcap::Salvage> salvageOf(const TraceFile& file, const mcap::Fault& why,
+                                      const RecoveryProgress& progress) {
+  const auto size = file.size();
+  if (!size) return std::unexpected(size.error());
+  auto whole = mcap::salvage(file, *size, progress);
+  if (whole && !isOfHapticd(*whole) && !whole->chunks.empty()) {
+    return refuse(file.path(), "is not a trace of hapticd", "it was not changed");
+  }
+  if (whole && whole->damages.empty()) {
+    whole->damages.push_back({.what = why.error.where + ": " + why.error.what});
+    whole->intact_to.reset();
+  }
+  return whole;
+}
+
+/// Returns the name under which a damaged file is kept.
+fs::path damagedName(const fs::path& finished) {
+  fs::path name = finished.string() + ".damaged";
+  std::error_code ignored;
+  for (int number = 2; fs::exists(name, ignored); ++number) {
+    name = finished.string() + ".damaged-" + std::to_string(number);
+  }
+  return name;
+}
+
+base::Result<RecoveredTrace> hopeless(const fs::path& part, const mcap::Salvage& whole) {
+  RecoveredTrace recovered{
+      .outcome = Outcome::hopeless, .file = {}, .original = damagedName(finishedName(part))};
+  recovered.bytes_lost = bytesLost(whole);
+  recovered.damages = whole.damages;
+  if (auto moved = renameDurably(part, recovered.original); !moved) return std::unexpected(moved.error());
+  return recovered;
+}
+
+base::Result<RecoveredTrace> endInPlace(TraceFile& file, const mcap::Salvage& whole, std::uint64_t intact_to,
+                                        const RecoveryProgress& progress) {
+  const fs::path name = finishedName(file.path());
+  auto done = endTrace(file, whole, intact_to, progress);
+  if (done) done = renameDurably(file.path(), name);
+  if (!done) return std::unexpected(done.error());
+  return reported(whole.chunks.empty() ? Outcome::empty : Outcome::ended, name, whole);
+}
+
+/// If it is interrupted, both files exist, which the next attempt reports.
+base::Result<RecoveredTrace> replaceDamaged(const TraceFile& file, const mcap::Salvage& whole,
+                                            const RecoveryProgress& progress) {
+  const fs::path name = finishedName(file.path()), kept = damagedName(name);
+  if (auto written = rewriteTrace(file, whole, name, progress); !written)
+    return std::unexpected(written.error());
+  if (auto moved = renameDurably(file.path(), kept); !moved) return std::unexpected(moved.error());
+  RecoveredTrace recovered = reported(Outcome::rewritten, name, whole);
+  recovered.original = kept;
+  return recovered;
+}
+
+}  // namespace
+
+fs::path recoveredName(const fs::path& file) {
+  const std::string name = file.filename().string();
+  return file.parent_path() / (name.substr(0, name.rfind(".mcap")) + "-recovered.mcap");
+}
+
+base::Result<RecoveredTrace> recoverTrace(const fs::path& path, const fs::path& out,
+                                          const RecoveryProgress& progress) try {
+  const auto file = TraceFile::openToRead(path);
+  if (!file) return std::unexpected(file.error());
+  if (isBeingWritten(path)) {
+    return refuse(path, "is being written", "stop the trace first, e.g. with hapticctl trace stop");
+  }
+  const auto complete = intact(path, progress);
+  if (complete) return *complete;
+  const auto whole = salvageOf(*file, complete.error(), progress);
+  if (!whole) return std::unexpected(whole.error());
+  if (whole->chunks.empty()) return refuse(path, "has no intact chunk", "it was not changed");
+  if (auto written = rewriteTrace(*file, *whole, out, progress); !written)
+    return std::unexpected(written.error());
+  RecoveredTrace recovered = reported(Outcome::rewritten, out, *whole);
+  recovered.original = path;
+  return recovered;
+} catch (const std::bad_alloc&) {
+  return std::unexpected(mcap::outOfMemory(path));
+}
+
+base::Result<RecoveredTrace> finishTrace(const fs::path& part, const RecoveryProgress& progress) try {
+  auto file = TraceFile::openToMend(part);
+  if (!file) return std::unexpected(file.error());
+  const fs::path name = finishedName(part);
+  auto complete = intact(part, progress);
+  if (complete) {
+    if (auto renamed = renameDurably(part, name); !renamed) return std::unexpected(renamed.error());
+    complete->file = name;
+    return *complete;
+  }
+  const auto whole = salvageOf(*file, complete.error(), progress);
+  if (!whole) return std::unexpected(whole.error());
+  if (!isOfHapticd(*whole)) return hopeless(part, *whole);
+  if (whole->intact_to) return endInPlace(*file, *whole, *whole->intact_to, progress);
+  return replaceDamaged(*file, *whole, progress);
+} catch (const std::bad_alloc&) {
+  return std::unexpected(mcap::outOfMemory(part));
+}
+
+}  // namespace hapticd::trace

@@ -1,0 +1,382 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/trace/writer/trace_writer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "daemon/trace/format/fields.h"
+#include "daemon/trace/format/messages.h"
+#include "daemon/trace/format/trace_format.h"
+#include "daemon/trace/foxglove/foxglove_messages.h"
+#include "daemon/trace/foxglove/foxglove_scene.h"
+#include "daemon/trace/mcap/mcap_format.h"
+#include "daemon/trace/mcap/mcap_writer.h"
+#include "rt/base/clock.h"
+
+namespace hapticd::trace {
+namespace {
+
+struct OpenChannel {
+  std::uint16_t id = 0;
+  std::uint32_t messages = 0;
+};
+
+base::Result<void> checkAttachments(const TraceOptions& options) {
+  constexpr std::size_t kMaxBytes = mcap::kMaxAttachmentBytes;
+  for (const TraceAttachment& attachment : options.attachments) {
+    if (attachment.data.size() <= kMaxBytes) continue;
+    return std::unexpected(base::Error{
+        attachment.name,
+        fmt::format("has {} bytes; a trace accepts at most {}", attachment.data.size(), kMaxBytes), ""});
+  }
+  return {};
+}
+
+}  // namespace
+
+class TraceWriter::Implementation {
+ public:
+  Implementation(TraceFile part, const std::filesystem::path& file, const TraceOptions& options)
+      : file_(std::move(part), file, options.compress),
+        chunk_ns_(static_cast<std::uint64_t>(std::max<std::int64_t>(options.chunk_ns, 0))),
+        first_chunk_ns_(static_cast<std::uint64_t>(std::max<std::int64_t>(options.first_chunk_ns, 0))),
+        offset_ns_(static_cast<std::uint64_t>(options.realtime_offset_ns)),
+        camera_(options.depth_header) {}
+
+  base::Result<void> begin(const TraceOptions& options) {
+    std::vector<std::pair<std::string, std::string>> trace{
+        {std::string(kVersionKey), std::string(kTraceVersion)},
+        {std::string(kOffsetKey), std::to_string(options.realtime_offset_ns)}};
+    if (options.number > 0) trace.emplace_back(kNumberKey, std::to_string(options.number));
+    if (options.clock_is_set)
+      trace.emplace_back(kClockKey, *options.clock_is_set ? kClockIsSet : kClockIsNotSet);
+    file_.addMetadata(kTraceMetadata, trace);
+    file_.addMetadata(kOwnerMetadata, options.metadata);
+    open<rt::Tick>(ticks_channel_);
+    open<ModelRecord>(models_channel_);
+    open<DirectiveRecord>(directives_channel_);
+    open<AdditionsRecord>(additions_channel_);
+    open<EventRecord>(events_channel_);
+    open<SnapshotRecord>(snapshots_channel_);
+    if (options.depth) open<DepthRecord>(depth_channel_);
+    if (options.scene) {
+      open(scene_channel_, foxglove::kSceneChannel);
+      open(transforms_channel_, foxglove::kTransformsChannel);
+    }
+    if (options.cloud) open(cloud_channel_, foxglove::kReachCloudChannel);
+    for (const TraceAttachment& attachment : options.attachments) {
+      file_.addAttachment({0, 0, attachment.name, attachment.media_type, attachment.data});
+    }
+    return file_.begin();
+  }
+
+  base::Result<void> write(const rt::Tick& tick) {
+    auto written = add(ticks_channel_, tick);
+    if (written) ++ticks_pending_;
+    return written && scene_channel_.id != 0 ? writeScene(tick) : written;
+  }
+  base::Result<void> write(const ModelRecord& model) {
+    ball_ = {model.centre_m_in_world, model.radius_m};
+    return add(models_channel_, model);
+  }
+  base::Result<void> write(const DirectiveRecord& directive) {
+    for (const auto& [name, value] : directive.parameters) radii_.set(name, value);
+    return add(directives_channel_, directive);
+  }
+  base::Result<void> write(const AdditionsRecord& additions) { return add(additions_channel_, additions); }
+  base::Result<void> write(const EventRecord& event) { return add(events_channel_, event); }
+  base::Result<void> write(const SnapshotRecord& snapshot) { return add(snapshots_channel_, snapshot); }
+  base::Result<void> write(const DepthRecord& depth) {
+    if (depth_channel_.id == 0) {
+      return std::unexpected(base::Error{file_.file().string(), "was begun without a channel for depth", ""});
+    }
+    return add(depth_channel_, depth);
+  }
+  base::Result<void> write(const CloudRecord& cloud) {
+    if (cloud_channel_.id == 0) {
+      return std::unexpected(
+          base::Error{file_.file().string(), "was begun without a channel for clouds", ""});
+    }
+    const std::uint64_t time_ns = realtimeOf(cloud.time_ns);
+    message_.clear();
+    foxglove::encodePointCloud(time_ns, foxglove::kCameraFrame, cloud.points_m_in_camera, message_);
+    return put(cloud_channel_, foxglove::kReachCloudChannel, time_ns);
+  }
+
+  base::Result<void> flush() { return counted(file_.flush()); }
+  base::Result<void> close() {
+    const bool failed_before = file_.failure().has_value();
+    auto closed = file_.finish();
+    return file_.failure() && !failed_before ? counted(std::unexpected(*file_.failure())) : counted(closed);
+  }
+
+  const mcap::Writer& file() const { return file_; }
+  std::uint64_t ticks() const { return ticks_; }
+  std::uint64_t ticksPending() const { return ticks_pending_; }
+
+ private:
+  template <typename Record>
+  void open(OpenChannel& channel) {
+    const ChannelName& name = kChannelName<Record>;
+    channel.id = file_.addChannel(name.topic, name.schema, schemaOf<Record>());
+  }
+  void open(OpenChannel& channel, const ChannelName& name) {
+    channel.id = file_.addChannel(name.topic, name.schema, foxglove::schemaOf(name.schema));
+  }
+
+  /// Wraps instead of overflowing, whatever the record contains.
+  std::uint64_t realtimeOf(std::int64_t time_ns) const {
+    return static_cast<std::uint64_t>(time_ns) + offset_ns_;
+  }
+
+  template <typename Record>
+  base::Result<void> add(OpenChannel& channel, const Record& record) {
+    const std::uint64_t time_ns = realtimeOf(timeOf(record));
+    message_.clear();
+    encode(record, time_ns, message_);
+    return put(channel, kChannelName<Record>, time_ns);
+  }
+
+  /// Adds the encoded message.
+  base::Result<void> put(OpenChannel& channel, const ChannelName& name, std::uint64_t time_ns) {
+    if (message_.size() > mcap::kMaxMessageBytes) {
+      return std::unexpected(base::Error{std::string(name.topic),
+                                         fmt::format("a message of {} bytes; a trace accepts at most {}",
+                                                     message_.size(), mcap::kMaxMessageBytes),
+                                         ""});
+    }
+    if (auto written = makeRoom(time_ns); !written) return written;
+    file_.addMessage(channel.id, channel.messages++, time_ns, message_);
+    return {};
+  }
+
+  /// Writes what the picture needs. Its messages have the time of the tick that caused them, although the
+  /// scene is an earlier tick's, which may be in a chunk already.
+  base::Result<void> writeScene(const rt::Tick& tick) {
+    const std::uint64_t time_ns = realtimeOf(tick.planned_ns);
+    if (tick.planned_ns >= next_transforms_ns_) {
+      next_transforms_ns_ = tick.planned_ns + rt::kNsPerSecond;
+      message_.clear();
+      foxglove::encodeCameraTransforms(time_ns, camera_, message_);
+      if (auto written = put(transforms_channel_, foxglove::kTransformsChannel, time_ns); !written) {
+        return written;
+      }
+    }
+    const std::optional<rt::Tick> shown = decimator_.add(tick);
+    if (!shown) return {};
+    message_.clear();
+    foxglove::encodeScene(realtimeOf(shown->planned_ns), *shown, radii_, ball_, message_);
+    return put(scene_channel_, foxglove::kSceneChannel, time_ns);
+  }
+
+  /// Writes a chunk if a message of this time makes the pending ones long enough. Records of one channel lag
+  /// behind those of another, so the newest ones are held back.
+  base::Result<void> makeRoom(std::uint64_t time_ns) {
+    constexpr std::uint64_t kHeldShare = 10;  // of a chunk
+    if (file_.failure()) return std::unexpected(*file_.failure());
+    if (file_.pendingBytes() == 0) return {};
+    const std::uint64_t least_ns = ticks_ == 0 ? std::min(first_chunk_ns_, chunk_ns_) : chunk_ns_;
+    const std::uint64_t held_ns = std::min(chunk_ns_ / kHeldShare, least_ns / 2);
+    const bool long_enough =
+        time_ns >= least_ns && time_ns - least_ns >= file_.earliestPending_ns();  // false for a late one
+    const auto isFull = [this] { return file_.pendingBytes() >= mcap::kMaxMessageBytes; };
+    if (!long_enough && !isFull()) return {};
+    auto written = file_.flushUpTo(time_ns - std::min(time_ns, held_ns));
+    if (written && isFull()) written = file_.flush();
+    return counted(std::move(written));
+  }
+
+  base::Result<void> counted(base::Result<void> written) {
+    const std::uint64_t left = file_.pendingMessages(ticks_channel_.id);
+    if (written) ticks_ += ticks_pending_ - left;
+    ticks_pending_ = left;
+    return written;
+  }
+
+  mcap::Writer file_;
+  std::uint64_t chunk_ns_;
+  std::uint64_t first_chunk_ns_;
+  std::uint64_t offset_ns_;
+  OpenChannel ticks_channel_, models_channel_, directives_channel_, additions_channel_, events_channel_,
+      snapshots_channel_, depth_channel_, scene_channel_, transforms_channel_, cloud_channel_;
+  rt::DepthFrameHeader camera_;
+  foxglove::SceneRadii radii_;
+  ModelledBall ball_;
+  TickDecimator decimator_{rt::kNsPerSecond / kSceneRate_hz};
+  std::int64_t next_transforms_ns_ = std::numeric_limits<std::int64_t>::min();
+  std::uint64_t ticks_ = 0;
+  std::uint64_t ticks_pending_ = 0;
+  std::string message_;
+};
+
+base::Result<std::unique_ptr<TraceWriter>> TraceWriter::create(const std::filesystem::path& file,
+                                                               const TraceOptions& options) {
+  std::error_code ignored;
+  if (std::filesystem::exists(file, ignored)) {
+    return std::unexpected(base::Error{file.string(), "already exists", "choose another name"});
+  }
+  if (auto checked = checkAttachments(options); !checked) return std::unexpected(checked.error());
+  auto part = TraceFile::create(partOf(file));
+  if (!part) return std::unexpected(part.error());
+  auto implementation = std::make_unique<Implementation>(std::move(*part), file, options);
+  if (auto begun = implementation->begin(options); !begun) {
+    std::filesystem::remove(partOf(file), ignored);
+    return std::unexpected(begun.error());
+  }
+  return std::unique_ptr<TraceWriter>(new TraceWriter(std::move(implementation)));
+}
+
+TraceWriter::TraceWriter(std::unique_ptr<Implementation> implementation)
+    : implementation_(std::move(implementation)) {}
+TraceWriter::~TraceWriter() = default;
+
+base::Result<void> TraceWriter::write(const rt::Tick& tick) {
+  return implementation_->write(tick);
+}
+base::Result<void> TraceWriter::write(const ModelRecord& model) {
+  return implementation_->write(model);
+}
+base::Result<void> TraceWriter::write(const DirectiveRecord& directive) {
+  return implementation_->write(directive);
+}
+base::Result<void> TraceWriter::write(const AdditionsRecord& additions) {
+  return implementation_->write(additions);
+}
+base::Result<void> TraceWriter::write(const EventRecord& event) {
+  return implementation_->write(event);
+}
+base::Result<void> TraceWriter::write(const SnapshotRecord& snapshot) {
+  return implementation_->write(snapshot);
+}
+base::Result<void> TraceWriter::write(const DepthRecord& depth) {
+  return implementation_->write(depth);
+}
+base::Result<void> TraceWriter::write(const CloudRecord& cloud) {
+  return implementation_->write(cloud);
+}
+base::Result<void> TraceWriter::flush() {
+  return implementation_->flush();
+}
+base::Result<void> TraceWriter::close() {
+  return implementation_->close();
+}
+
+const std::filesystem::path& TraceWriter::file() const noexcept {
+  return implementation_->file().file();
+}
+std::uint64_t TraceWriter::bytes() const noexcept {
+  return implementation_->file().bytes();
+}
+std::uint64_t TraceWriter::ticks() const noexcept {
+  return implementation_->ticks();
+}
+std::uint64_t TraceWriter::ticksPending() const noexcept {
+  return implementation_->ticksPending();
+}
+
+namespace {
+
+constexpr double kSecondsPerHour = 3600;
+// What the file format MCAP adds, in bytes (mcap_format.h).
+/// To each message: the head of its record, its channel, its sequence number and two times, and an entry in
+/// the index of the chunk.
+constexpr std::size_t kAroundMessage = mcap::kRecordHeadBytes + 2 + 4 + 8 + 8 + 16;
+/// To each chunk, which holds a second: the heads of its record and of its indexes, and an entry in the
+/// summary.
+constexpr double kAroundChunk = 600;
+/// To each file: schemas, settings and summary.
+constexpr double kAroundFile = 200'000;
+/// A frame is modelled again where the HIP leaves the part that was modelled.
+constexpr double kModelsPerFrame = 2;
+/// Rate of a camera whose rate is not configured.
+constexpr double kUsualFrames_hz = 30;
+constexpr double kBytesPerPixel = 2;
+constexpr double kBytesPerPoint = 12;
+constexpr double kBytesPerMb = 1e6;
+
+template <typename Record>
+double bytesOf(const Record& record) {
+  std::string message;
+  encode(record, 0, message);
+  return static_cast<double>(message.size() + kAroundMessage);
+}
+
+/// A tick of which the picture shows everything: HIP, proxy and force.
+rt::Tick drawnTick() {
+  rt::Tick tick;
+  tick.mode = rt::Mode::engaged;
+  tick.law = rt::ForceLaw::proxy;
+  tick.contact = rt::ContactState::contact;
+  tick.command_force_n_in_world = {1, 2, 3};
+  return tick;
+}
+
+double sceneBytes() {
+  std::string message;
+  foxglove::encodeScene(0, drawnTick(), {}, {{}, 0.1}, message);
+  return static_cast<double>(message.size() + kAroundMessage);
+}
+
+double transformBytes() {
+  std::string message;
+  foxglove::encodeCameraTransforms(0, {}, message);
+  return static_cast<double>(message.size() + kAroundMessage);
+}
+
+double cloudBytes(double points) {
+  std::string message;
+  foxglove::encodePointCloud(0, foxglove::kCameraFrame, {}, message);
+  return static_cast<double>(message.size() + kAroundMessage) + points * kBytesPerPoint;
+}
+
+double framesPerSecond(const config::CameraSettings& camera) {
+  switch (camera.driver) {
+    case config::CameraDriver::v4l2:
+      return camera.v4l2.rate_hz;
+    case config::CameraDriver::recorded:
+      return kUsualFrames_hz * camera.speed;
+    default:
+      return kUsualFrames_hz;
+  }
+}
+
+std::uint64_t hourOf(double bytes_per_second) {
+  return static_cast<std::uint64_t>(std::ceil(bytes_per_second * kSecondsPerHour));
+}
+
+}  // namespace
+
+TraceVolume mostPerHour(const config::Settings& settings, bool depth) {
+  const rt::DepthModelParameters camera = settings.camera.effectiveDepthModel();
+  const double pixels = double{1} * camera.width_px * camera.height_px;
+  const double frames_hz = framesPerSecond(settings.camera);
+  const double snapshots_hz = 1e9 / static_cast<double>(depth ? kMinSnapshotPeriod_ns : kSnapshotPeriod_ns);
+  const double ticks_per_s = settings.loop.rate_hz * bytesOf(rt::Tick{}) +
+                             frames_hz * kModelsPerFrame * bytesOf(ModelRecord{}) +
+                             snapshots_hz * bytesOf(SnapshotRecord{});
+  TraceVolume volume;
+  if (settings.trace.scene != config::TraceScene::off) {
+    volume.scene = hourOf(static_cast<double>(kSceneRate_hz) * sceneBytes() + transformBytes());
+  }
+  if (depth) {
+    volume.depth = hourOf(frames_hz * (bytesOf(DepthRecord{}) + pixels * kBytesPerPixel));
+    if (settings.trace.scene == config::TraceScene::cloud)
+      volume.clouds = hourOf(frames_hz * cloudBytes(pixels));
+  }
+  volume.ticks = hourOf(ticks_per_s);
+  // a chunk ends after a second, or earlier with as many bytes as a message may have
+  const double chunks =
+      kSecondsPerHour + static_cast<double>(volume.total()) / double{mcap::kMaxMessageBytes};
+  const config::TraceSettings& trace = settings.trace;
+  const double file_mb =
+      trace.max_folder_mb > 0 ? std::min(trace.max_file_mb, trace.max_folder_mb / 4) : trace.max_file_mb;
+  const double files =
+      2 + kSecondsPerHour / kMaxFile_s + static_cast<double>(volume.total()) / (file_mb * kBytesPerMb);
+  volume.ticks += static_cast<std::uint64_t>(chunks * kAroundChunk + files * kAroundFile);
+  return volume;
+}
+
+}  // namespace hapticd::trace

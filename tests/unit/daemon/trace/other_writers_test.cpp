@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+// Traces rewritten by other programs, in every form that the specification of MCAP allows; their bytes are
+// assembled here without the writer's code.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <string>
+
+#include "daemon/trace/format/messages.h"
+#include "daemon/trace/reader/trace_reader.h"
+#include "daemon/trace/recovery/trace_recovery.h"
+#include "tests/support/made_up_trace.h"
+#include "tests/support/raw_mcap.h"
+#include "tests/support/temporary_folder.h"
+
+namespace hapticd::trace {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace test::raw_mcap;
+using test::TemporaryFolder;
+
+constexpr std::uint16_t kTicks = 700, kTickSchema = 9;
+constexpr std::size_t kTickCount = 60;
+
+class OtherWriters : public testing::Test {
+ protected:
+  static std::string tickDefinitions(std::uint16_t channel = kTicks) {
+    return schemaRecordOf(kTickSchema, "hapticd_msgs/msg/Tick", schemaOf<rt::Tick>()) +
+           channelRecordOf(channel, kTickSchema, "/hapticd/tick");
+  }
+  std::uint64_t time_ns(std::size_t tick) const {
+    return static_cast<std::uint64_t>(ticks_[tick].planned_ns);
+  }
+  std::string tick(std::size_t i, std::uint16_t channel = kTicks) const {
+    std::string data;
+    encode(ticks_[i], time_ns(i), data);
+    return messageOf(channel, time_ns(i), data);
+  }
+  /// Returns a chunk with the records `before` and the ticks from `begin` to `end`.
+  std::string tickChunk(std::size_t begin, std::size_t end, const std::string& compression = "",
+                        const std::string& before = "") const {
+    std::string records = before;
+    for (std::size_t i = begin; i < end; ++i) records += tick(i);
+    return chunkOf(time_ns(begin), time_ns(end - 1), records, compression);
+  }
+
+  /// Reads an intact file and finds every tick in order.
+  void expectAllTicks(const std::string& content) const {
+    const fs::path file = folder_.write("a.mcap", content);
+    std::vector<rt::Tick> read;
+    const auto info = readTrace(file, {.tick = [&](const rt::Tick& t) { return read.push_back(t), true; }});
+    ASSERT_TRUE(info) << info.error().text();
+    EXPECT_TRUE(info->complete);
+    EXPECT_EQ(info->ticks_dropped, 0U);
+    ASSERT_EQ(read.size(), ticks_.size());
+    for (std::size_t i = 0; i < read.size(); ++i)
+      ASSERT_EQ(test::bitsOf(read[i]), test::bitsOf(ticks_[i])) << i;
+    const auto recovered = recoverTrace(file, folder_.path() / "out.mcap");
+    ASSERT_TRUE(recovered) << recovered.error().text();
+    EXPECT_EQ(recovered->outcome, RecoveredTrace::Outcome::intact);
+  }
+  std::string errorOf(const std::string& content) const {
+    const auto info = readTrace(folder_.write("a.mcap", content));
+    return info ? "" : info.error().text();
+  }
+
+  const TemporaryFolder folder_{test::memoryFolder()};
+  const std::vector<rt::Tick> ticks_ = test::madeUpRecords(1, kTickCount).ticks;
+};
+
+TEST_F(OtherWriters, DefinitionsMayBeInChunksAndMetadataAfterThem) {
+  expectAllTicks(kMcapMagic + headerOf("ros2") + tickChunk(0, 30, "", tickDefinitions()) +
+                 tickChunk(30, 60, "", tickDefinitions()) + traceMetadata() + endOf());
+}
+
+TEST_F(OtherWriters, ChunksMayBeCompressedByLz4) {
+  expectAllTicks(kMcapMagic + headerOf("") + traceMetadata() + tickDefinitions() + tickChunk(0, 40, "lz4") +
+                 tickChunk(40, 60, "lz4") + endOf());
+}
+
+TEST_F(OtherWriters, MessagesMayBeOutsideOfChunksEvenInAdditionToThem) {
+  std::string some, all;
+  for (std::size_t i = 0; i < 20; ++i) some += tick(i);
+  for (std::size_t i = 0; i < kTickCount; ++i) all += tick(i);
+  const std::string head = kMcapMagic + headerOf("") + traceMetadata() + tickDefinitions();
+  expectAllTicks(head + all + endOf());
+  expectAllTicks(head + some + tickChunk(20, 60) + endOf());
+}
+
+TEST_F(OtherWriters, MessagesAndChunksMayBeInAnyOrder) {
+  std::string backwards, even, odd;
+  for (std::size_t i = kTickCount; i-- > 30;) backwards += tick(i);
+  for (std::size_t i = 0; i < 30; ++i) (i % 2 == 0 ? even : odd) += tick(i);
+  expectAllTicks(kMcapMagic + headerOf("") + traceMetadata() +
+                 chunkOf(time_ns(30), time_ns(59), tickDefinitions() + backwards) +
+                 chunkOf(time_ns(1), time_ns(29), odd) + chunkOf(time_ns(0), time_ns(28), even) + endOf());
+}
+
+TEST_F(OtherWriters, ChunksMayOverlapInTime) {
+  std::string even, odd;
+  for (std::size_t i = 0; i < kTickCount; ++i) (i % 2 == 0 ? even : odd) += tick(i);
+  expectAllTicks(kMcapMagic + headerOf("") + traceMetadata() + tickDefinitions() +
+                 chunkOf(time_ns(0), time_ns(58), even) + chunkOf(time_ns(1), time_ns(59), odd) + endOf());
+}
+
+TEST_F(OtherWriters, UnknownRecordsAndChannelsAreSkipped) {
+  const std::string unknown = recordOf(0x85, "anything") + recordOf(0x20, "");
+  const std::string foreign = channelRecordOf(3, 0, "/camera") + messageOf(3, time_ns(0), "image");
+  expectAllTicks(kMcapMagic + headerOf("") + unknown + traceMetadata() + metadataOf("other", {}) + unknown +
+                 tickChunk(0, 60, "", tickDefinitions() + unknown + foreign) + chunkOf(0, 0, "") + unknown +
+                 endOf());
+}
+
+TEST_F(OtherWriters, ATopicMayHaveSeveralChannelsOfOneRun) {
+  std::string records;
+  for (std::size_t i = 0; i < kTickCount; ++i) records += tick(i, i < 25 ? 1 : 2);
+  const std::string definitions = tickDefinitions(1) + channelRecordOf(2, kTickSchema, "/hapticd/tick");
+  const std::string chunk = chunkOf(time_ns(0), time_ns(59), definitions + records);
+  const std::string head = kMcapMagic + headerOf("") + traceMetadata();
+  expectAllTicks(head + ownerMetadata("one") + chunk + traceMetadata("20") + ownerMetadata("one") + endOf());
+
+  for (const std::string& other : {ownerMetadata("two"), traceMetadata("7200000000000")}) {
+    const std::string error = errorOf(head + ownerMetadata("one") + chunk + other + endOf());
+    EXPECT_NE(error.find("several runs"), std::string::npos) << error;
+  }
+}
+
+TEST_F(OtherWriters, ATraceWithoutItsMetadataIsReadByItsChannels) {
+  constexpr std::uint64_t kOffset_ns = 1'700'000'000'000'000'000;
+  std::string records;
+  for (std::size_t i = 0; i < kTickCount; ++i) {
+    std::string data;
+    encode(ticks_[i], 0, data);
+    // the log time is that of the other program
+    records += recordOf(5, little(kTicks, 2) + little(0, 4) + little(kOffset_ns + 5 + time_ns(i), 8) +
+                               little(kOffset_ns + time_ns(i), 8) + data);
+  }
+  const std::string chunk = chunkOf(kOffset_ns, kOffset_ns + 5 + time_ns(59), tickDefinitions() + records);
+  const fs::path file = folder_.write("a.mcap", kMcapMagic + headerOf("") + chunk + endOf());
+  std::size_t read = 0;
+  const auto info = readTrace(file, {.tick = [&](const rt::Tick&) { return ++read > 0; }});
+  ASSERT_TRUE(info) << info.error().text();
+  EXPECT_EQ(read, kTickCount);
+  EXPECT_TRUE(info->metadata_lost);
+  EXPECT_EQ(info->realtime_offset_ns, static_cast<std::int64_t>(kOffset_ns));
+}
+
+TEST_F(OtherWriters, AFileOfOtherChannelsOnlyIsNoTrace) {
+  const std::string definition = channelRecordOf(3, 0, "/camera");
+  std::string few, many;
+  for (std::uint64_t i = 0; i < 5; ++i) few += messageOf(3, i, "image");
+  for (std::uint64_t i = 0; i < 20'000; ++i) many += messageOf(3, i, "image");
+  for (const std::string& records : {few, many}) {
+    const std::string error =
+        errorOf(kMcapMagic + headerOf("") + definition + chunkOf(0, 20'000, records) + endOf());
+    EXPECT_NE(error.find("is not a trace of hapticd"), std::string::npos) << error;
+  }
+}
+
+TEST_F(OtherWriters, FaultsAreReported) {
+  const std::string head = kMcapMagic + headerOf("") + traceMetadata();
+  const auto expectError = [&](const std::string& content, const char* part) {
+    const std::string error = errorOf(content);
+    EXPECT_NE(error.find(part), std::string::npos) << error << " instead of " << part;
+  };
+  expectError(head + tickChunk(0, 5) + endOf(), "channel 700, which is not defined");
+  expectError(head + channelRecordOf(1, 2, "/x") + endOf(), "the schema of channel 1 is missing");
+  expectError(head + channelRecordOf(1, 0, "/x") + channelRecordOf(1, 0, "/y") + endOf(),
+              "two different definitions");
+  expectError(head + tickDefinitions() + chunkOf(time_ns(2), time_ns(3), tick(1)) + endOf(),
+              "outside the range of its chunk");
+  expectError(head + chunkOf(0, 0, "x", "lz5") + endOf(), "only lz4 and zstd");
+  expectError(head + chunkOf(0, 0, recordOf(12, "")) + endOf(), "a record type that a chunk may not contain");
+  expectError(head +
+                  recordOf(6, little(0, 16) + little(std::uint64_t{1} << 40, 8) + little(0, 4) +
+                                  sizedText("zstd") + little(0, 8)) +
+                  endOf(),
+              "are accepted in a file of this size");
+}
+
+TEST_F(OtherWriters, AFilteredTraceReportsItsMissingChannel) {
+  const auto info = readTrace(folder_.write(
+      "a.mcap", kMcapMagic + headerOf("") + traceMetadata() + channelRecordOf(3, 0, "/camera") + endOf()));
+  ASSERT_TRUE(info) << info.error().text();
+  const auto required = info->require("a.mcap", "/hapticd/tick");
+  ASSERT_FALSE(required);
+  EXPECT_NE(required.error().text().find("/hapticd/tick"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace hapticd::trace
