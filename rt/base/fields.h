@@ -125,7 +125,7 @@ constexpr Field<Get, Get> field(std::string_view path, std::string_view help, Ge
       #path, help, [](auto& record) -> auto& { return record.path; })
 
 /// A field of which traces need no more than its name, and the control API nothing.
-#define HAPTICD_MEMBER(path) HAPTICD_FIELD(path, "").hidden()
+#define HAPTICD_TRACED(path) HAPTICD_FIELD(path, "").hidden()
 
 /// A structure that has its table beside it.
 template <typename Record>

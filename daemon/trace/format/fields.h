@@ -16,62 +16,62 @@ namespace hapticd::trace {
 
 template <std::same_as<ModelRecord> Record>
 constexpr auto fieldsOf(std::type_identity<Record>) {
-  return std::tuple{HAPTICD_MEMBER(model),
-                    HAPTICD_MEMBER(time_ns),
-                    HAPTICD_MEMBER(build_ns),
-                    HAPTICD_MEMBER(frame),
-                    HAPTICD_MEMBER(frame_time_ns),
-                    HAPTICD_MEMBER(device_ticks),
-                    HAPTICD_MEMBER(centre_m_in_world),
-                    HAPTICD_MEMBER(radius_m),
-                    HAPTICD_MEMBER(generation),
-                    HAPTICD_MEMBER(forgot),
-                    HAPTICD_MEMBER(depth_recorded),
-                    HAPTICD_MEMBER(points),
-                    HAPTICD_MEMBER(points_over_capacity),
-                    HAPTICD_MEMBER(frames),
-                    HAPTICD_MEMBER(skipped_frames),
-                    HAPTICD_MEMBER(damaged_frames)};
+  return std::tuple{HAPTICD_TRACED(model),
+                    HAPTICD_TRACED(time_ns),
+                    HAPTICD_TRACED(build_ns),
+                    HAPTICD_TRACED(frame),
+                    HAPTICD_TRACED(frame_time_ns),
+                    HAPTICD_TRACED(device_ticks),
+                    HAPTICD_TRACED(centre_m_in_world),
+                    HAPTICD_TRACED(radius_m),
+                    HAPTICD_TRACED(generation),
+                    HAPTICD_TRACED(forgot),
+                    HAPTICD_TRACED(depth_recorded),
+                    HAPTICD_TRACED(points),
+                    HAPTICD_TRACED(points_over_capacity),
+                    HAPTICD_TRACED(frames),
+                    HAPTICD_TRACED(skipped_frames),
+                    HAPTICD_TRACED(damaged_frames)};
 }
 
 template <std::same_as<DirectiveRecord> Record>
 constexpr auto fieldsOf(std::type_identity<Record>) {
-  return std::tuple{HAPTICD_MEMBER(time_ns),        HAPTICD_MEMBER(generation),
-                    HAPTICD_MEMBER(engage),         HAPTICD_MEMBER(engage_inside),
-                    HAPTICD_MEMBER(engage_request), HAPTICD_MEMBER(standoff_clearance_m),
-                    HAPTICD_MEMBER(parameters)};
+  return std::tuple{HAPTICD_TRACED(time_ns),        HAPTICD_TRACED(generation),
+                    HAPTICD_TRACED(engage),         HAPTICD_TRACED(engage_inside),
+                    HAPTICD_TRACED(engage_request), HAPTICD_TRACED(standoff_clearance_m),
+                    HAPTICD_TRACED(parameters)};
 }
 
 template <std::same_as<AdditionsRecord> Record>
 constexpr auto fieldsOf(std::type_identity<Record>) {
-  return std::tuple{HAPTICD_MEMBER(time_ns),
-                    HAPTICD_MEMBER(fixture_generation),
-                    HAPTICD_MEMBER(tissue_generation),
-                    HAPTICD_MEMBER(text),
-                    HAPTICD_MEMBER(labels),
-                    HAPTICD_MEMBER(label_width_px),
-                    HAPTICD_MEMBER(label_height_px),
-                    HAPTICD_MEMBER(fixtures),
-                    HAPTICD_MEMBER(regions)};
+  return std::tuple{HAPTICD_TRACED(time_ns),
+                    HAPTICD_TRACED(fixture_generation),
+                    HAPTICD_TRACED(tissue_generation),
+                    HAPTICD_TRACED(text),
+                    HAPTICD_TRACED(labels),
+                    HAPTICD_TRACED(label_width_px),
+                    HAPTICD_TRACED(label_height_px),
+                    HAPTICD_TRACED(fixtures),
+                    HAPTICD_TRACED(regions)};
 }
 
 template <std::same_as<EventRecord> Record>
 constexpr auto fieldsOf(std::type_identity<Record>) {
-  return std::tuple{HAPTICD_MEMBER(time_ns), HAPTICD_MEMBER(kind), HAPTICD_MEMBER(text),
-                    HAPTICD_MEMBER(fields)};
+  return std::tuple{HAPTICD_TRACED(time_ns), HAPTICD_TRACED(kind), HAPTICD_TRACED(text),
+                    HAPTICD_TRACED(fields)};
 }
 
 template <std::same_as<DepthRecord> Record>
 constexpr auto fieldsOf(std::type_identity<Record>) {
-  return std::tuple{HAPTICD_MEMBER(header), HAPTICD_MEMBER(raw_crc32), HAPTICD_MEMBER(encoding),
-                    HAPTICD_MEMBER(image)};
+  return std::tuple{HAPTICD_TRACED(header), HAPTICD_TRACED(raw_crc32), HAPTICD_TRACED(encoding),
+                    HAPTICD_TRACED(image)};
 }
 
 template <std::same_as<SnapshotRecord> Record>
 constexpr auto fieldsOf(std::type_identity<Record>) {
-  return std::tuple{HAPTICD_MEMBER(time_ns), HAPTICD_MEMBER(snapshot.request).tracedAs("request"),
-                    HAPTICD_MEMBER(snapshot.tick).tracedAs("tick"),
-                    HAPTICD_MEMBER(snapshot.memory).tracedAs("memory"), HAPTICD_MEMBER(usable).tracedAs("")};
+  return std::tuple{HAPTICD_TRACED(time_ns), HAPTICD_TRACED(snapshot.request).tracedAs("request"),
+                    HAPTICD_TRACED(snapshot.tick).tracedAs("tick"),
+                    HAPTICD_TRACED(snapshot.memory).tracedAs("memory"), HAPTICD_TRACED(usable).tracedAs("")};
 }
 
 /// The fields of a member that has rows of its own stand in its place.

@@ -35,7 +35,7 @@ constexpr auto fieldsOf(std::type_identity<Record>) {
       HAPTICD_FIELD(inner.first_n, "First").tracedAs("first"),
       HAPTICD_FIELD(inner.second_m, "Second").named("other").gauge("outer_second_metres"),
       HAPTICD_FIELD(spare_s, "Spare").shownAs([](const auto& outer) { return ifPositive(outer.spare_s); }),
-      HAPTICD_MEMBER(inner)};
+      HAPTICD_TRACED(inner)};
 }
 
 TEST(Fields, AreNamedByThePathsOfTheirMembers) {
@@ -58,11 +58,11 @@ TEST(Fields, ReachTheMemberAndWhatIsShownOfIt) {
 
 TEST(Fields, OfOneMemberCountOnceAndMustCoverAll) {
   static_assert(memberCount<Inner>() == 2 && memberCount<Outer>() == 3);
-  constexpr std::tuple all{HAPTICD_MEMBER(inner.first_n), HAPTICD_MEMBER(plain_ns),
-                           HAPTICD_MEMBER(inner.second_m), HAPTICD_MEMBER(spare_s)};
+  constexpr std::tuple all{HAPTICD_TRACED(inner.first_n), HAPTICD_TRACED(plain_ns),
+                           HAPTICD_TRACED(inner.second_m), HAPTICD_TRACED(spare_s)};
   static_assert(memberCountOf(all, std::make_index_sequence<4>()) == 3);
-  constexpr std::tuple without_one{HAPTICD_MEMBER(inner.first_n), HAPTICD_MEMBER(inner.second_m),
-                                   HAPTICD_MEMBER(spare_s)};
+  constexpr std::tuple without_one{HAPTICD_TRACED(inner.first_n), HAPTICD_TRACED(inner.second_m),
+                                   HAPTICD_TRACED(spare_s)};
   static_assert(memberCountOf(without_one, std::make_index_sequence<3>()) == 2);
 }
 

@@ -18,7 +18,7 @@ std::ptrdiff_t filesIn(const fs::path& folder) {
   return std::distance(fs::directory_iterator(folder), {});
 }
 
-TEST(base::WholeFile, NeverReplacesWithoutBeingAskedTo) {
+TEST(WholeFile, NeverReplacesWithoutBeingAskedTo) {
   const test::TemporaryFolder folder;
   const fs::path file = folder.write("picture", "old");
   const auto refused = base::writeWholeFile(file, "new", base::IfExists::refuse);
@@ -30,7 +30,7 @@ TEST(base::WholeFile, NeverReplacesWithoutBeingAskedTo) {
   EXPECT_EQ(filesIn(folder.path()), 1);
 }
 
-TEST(base::WholeFile, DoesNotReplaceWhatAppearedMeanwhile) {
+TEST(WholeFile, DoesNotReplaceWhatAppearedMeanwhile) {
   const test::TemporaryFolder folder;
   auto whole = base::WholeFile::create(folder.path() / "rows");
   ASSERT_TRUE(whole);
@@ -42,7 +42,7 @@ TEST(base::WholeFile, DoesNotReplaceWhatAppearedMeanwhile) {
   EXPECT_EQ(fs::file_size(theirs), 6U);
 }
 
-TEST(base::WholeFile, LeavesNothingBehindWhenItFails) {
+TEST(WholeFile, LeavesNothingBehindWhenItFails) {
   const test::TemporaryFolder folder;
   EXPECT_FALSE(base::writeWholeFile(folder.path() / "no" / "file", "bytes", base::IfExists::refuse));
   fs::create_directory(folder.path() / "folder");
@@ -56,7 +56,7 @@ TEST(base::WholeFile, LeavesNothingBehindWhenItFails) {
   EXPECT_EQ(filesIn(folder.path()), 1);
 }
 
-TEST(base::WholeFile, IsReadByThoseWhoMayReadOtherFiles) {
+TEST(WholeFile, IsReadByThoseWhoMayReadOtherFiles) {
   const test::TemporaryFolder folder;
   const fs::path file = folder.path() / "picture";
   const mode_t before = ::umask(0022);
