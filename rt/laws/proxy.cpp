@@ -183,7 +183,7 @@ class ProxyTick {
 
   /// Takes a step along the surface and onto it.
   bool slide(const Vec3& to_hip) noexcept {
-    Vec3 along = slideOf(to_hip, here_.normal, here_.height_m, input_.parameters.contact.friction);
+    Vec3 along = slideOf(to_hip, here_.normal, here_.height_m, input_.friction);
     // deep in a hollow narrower than that depth, whole steps would oscillate with growing amplitude
     proxy_.slide_share = oscillates(proxy_.last_slide_m, along)
                              ? std::max(kMinSlideShare, 0.5 * proxy_.slide_share)
