@@ -187,7 +187,7 @@ std::uint64_t RunningBox::apply(const config::Settings& settings) {
   return applyAdditions(settings.additions);
 }
 
-/// Every change of the fixtures and regions comes through here, except the stiffness that estimators feed.
+/// Every change of the fixtures and regions comes through here, except measured stiffness.
 std::uint64_t RunningBox::applyAdditions(const config::SceneAdditions& additions) {
   settings_.additions = additions;
   added_scene_.apply(additions);
@@ -204,9 +204,13 @@ void RunningBox::recordAdditions() {
   trace_.add(drivers::recordOf(settings_.additions, fixtures, tissue, rt::monotonicNow_ns()));
 }
 
-void RunningBox::applyStiffness(const std::vector<config::RegionSettings>& regions) {
-  settings_.additions.regions = regions;
-  added_scene_.applyStiffness(regions);
+void RunningBox::setMeasuredStiffness(const std::vector<MeasuredStiffness>& measured) {
+  for (const MeasuredStiffness& each : measured) {
+    config::RegionSettings& region = settings_.additions.regions.at(each.region);
+    region.stiffness_n_per_m = each.stiffness_n_per_m;
+    region.damping_n_s_per_m = each.damping_n_s_per_m;
+  }
+  added_scene_.followStiffness(settings_.additions.regions);
   recordAdditions();
 }
 

@@ -74,7 +74,7 @@ class RunningBox final : public Box {
   const config::SceneAdditions& additions() const override { return settings_.additions; }
   AdditionGenerations additionGenerations() const override { return added_scene_.generations(); }
   std::uint64_t applyAdditions(const config::SceneAdditions& additions) override;
-  void applyStiffness(const std::vector<config::RegionSettings>& regions) override;
+  void setMeasuredStiffness(const std::vector<MeasuredStiffness>& measured) override;
   std::uint64_t engage(bool engaged, bool inside) override;
   bool engaged() override;
   std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const override {

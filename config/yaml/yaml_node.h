@@ -18,7 +18,7 @@ struct YamlProblem {
 
 struct YamlMember;
 
-/// A value of any form in a YAML text.
+/// A value of any form, of a YAML text or of a call.
 struct YamlNode {
   enum class Type {
     null,     ///< nothing is written

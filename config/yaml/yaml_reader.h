@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <expected>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -46,8 +45,5 @@ struct YamlFile {
 /// lists: any other element of YAML, and every duplicate group or name, is a problem. Within the lists, the
 /// reader of the nodes finds duplicates and unsuitable forms.
 YamlFile readYaml(std::string_view text);
-
-/// Reads a text that consists of one value of any form. Errors: the first problem.
-std::expected<YamlNode, YamlProblem> readYamlNode(std::string_view text);
 
 }  // namespace hapticd::config

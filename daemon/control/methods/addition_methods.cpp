@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "config/additions/addition_json.h"
 #include "config/settings/parameter_table.h"
 #include "daemon/base/names.h"
 #include "daemon/control/server/call_fields.h"
@@ -22,10 +23,6 @@ template <typename... Handlers>
 struct Overloaded : Handlers... {
   using Handlers::operator()...;
 };
-
-OrderedJson definitionOf(const auto& item) {
-  return OrderedJson::parse(config::jsonOf(item), nullptr, false);
-}
 
 OrderedJson problemJson(const char* name_field, const config::AdditionError& error) {
   return {{name_field, error.name},
@@ -170,7 +167,7 @@ void AdditionMethods::listFixtures(const Call&, const Caller& caller, Replies& r
     entries.push_back(
         {{"name", fixture.name},
          {"origin", nameOf(fixture.origin.value)},
-         {"definition", definitionOf(fixture)},
+         {"definition", config::definitionOf<OrderedJson>(fixture)},
          {"enabled", fixture.enabled},
          {"inContact", std::ranges::find(status.in_contact, fixture.name) != status.in_contact.end()},
          {"nearest", fixture.name == status.nearest},
@@ -194,7 +191,7 @@ void AdditionMethods::listRegions(const Call&, const Caller& caller, Replies& re
     const bool is_box = region.place == rt::TissuePlace::shape && region.shape == rt::ShapeKind::box;
     entries.push_back({{"name", region.name},
                        {"origin", nameOf(region.origin.value)},
-                       {"definition", definitionOf(region)},
+                       {"definition", config::definitionOf<OrderedJson>(region)},
                        {"inContact", region.name == status.in_contact},
                        {"orientationXyzw", orientationJson(is_box, region.rotation_deg)}});
   }

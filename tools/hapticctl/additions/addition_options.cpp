@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "config/additions/addition_fields.h"
+#include "config/additions/addition_json.h"
 #include "config/base/file_content.h"
 #include "config/base/value_text.h"
 #include "tools/hapticctl/text/addition_text.h"
@@ -232,10 +233,10 @@ void addRegionMembers(CLI::App& command, const std::shared_ptr<Json>& members) {
 namespace {
 
 template <auto kMember>
-std::vector<std::string> definitionsIn(const config::SceneAdditions& additions) {
-  std::vector<std::string> texts;
-  for (const auto& item : additions.*kMember) texts.push_back(config::jsonOf(item));
-  return texts;
+Json definitionsIn(const config::SceneAdditions& additions) {
+  Json definitions = Json::array();
+  for (const auto& item : additions.*kMember) definitions.push_back(config::definitionOf<Json>(item));
+  return definitions;
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ struct AdditionList {
   const char* change_method;
   void (*addMembers)(CLI::App& command, const std::shared_ptr<Json>& members);
   std::string (*text)(const Json& reply, std::size_t columns);
-  std::vector<std::string> (*definitionsIn)(const config::SceneAdditions& additions);  ///< as JSON
+  Json (*definitionsIn)(const config::SceneAdditions& additions);
 };
 
 extern const AdditionList kFixtures;
