@@ -21,9 +21,9 @@
 #include "tools/hapticctl/snapshot/point_cloud.h"
 #include "tools/hapticctl/text/calibration_text.h"
 #include "tools/hapticctl/text/error_text.h"
-#include "tools/hapticctl/text/terminal_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/options/option_checks.h"
+#include "tools/lib/text/terminal_text.h"
 #include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {

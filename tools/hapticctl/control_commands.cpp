@@ -15,7 +15,7 @@
 #include "tools/hapticctl/text/parameter_text.h"
 #include "tools/hapticctl/text/status_text.h"
 #include "tools/lib/client/reply_reader.h"
-#include "tools/hapticctl/text/terminal_text.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {

@@ -14,9 +14,9 @@
 #include "tools/hapticctl/base/reconnection.h"
 #include "tools/hapticctl/base/signals.h"
 #include "tools/hapticctl/text/error_text.h"
-#include "tools/hapticctl/text/terminal_text.h"
 #include "tools/hapticctl/text/time_text.h"
 #include "tools/lib/client/reply_reader.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {

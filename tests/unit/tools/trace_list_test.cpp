@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/hapticctl/text/terminal_text.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {

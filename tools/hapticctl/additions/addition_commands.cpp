@@ -16,7 +16,7 @@
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/options/option_checks.h"
-#include "tools/hapticctl/text/terminal_text.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {

@@ -13,8 +13,8 @@
 #include "config/base/nearest_names.h"
 #include "config/base/program.h"
 #include "tools/hapticctl/text/error_text.h"
-#include "tools/hapticctl/text/terminal_text.h"
 #include "tools/lib/client/reply_reader.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {

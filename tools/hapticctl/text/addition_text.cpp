@@ -7,8 +7,8 @@
 
 #include "rt/base/words.h"
 #include "rt/loop/loop_state.h"
-#include "tools/hapticctl/text/table.h"
 #include "tools/lib/client/reply_reader.h"
+#include "tools/lib/text/table.h"
 
 namespace hapticd::tools {
 namespace {
@@ -89,7 +89,7 @@ std::string fixtureListText(const Json& reply, std::size_t columns) {
                {"STIFFNESS", true},
                {"FORCE", true},
                {"LARGEST FORCE", true},
-               {"DISTANCE", true}});
+               {"DISTANCE"}});
   for (const Json& entry : listAt(reply, "fixtures")) {
     table.add({textAt(entry, "name"), textAt(entry, "definition.kind"), textAt(entry, "origin"),
                stateOf(entry),

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/hapticctl/text/terminal_text.h"
 #include "tools/lib/client/reply_reader.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 

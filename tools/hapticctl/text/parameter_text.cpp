@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "tools/hapticctl/text/table.h"
+#include "tools/lib/text/table.h"
 
 namespace hapticd::tools {
 namespace {

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "tools/hapticctl/text/status_text.h"
-#include "tools/hapticctl/text/table.h"
 #include "tools/hapticctl/text/time_text.h"
+#include "tools/lib/text/table.h"
 
 namespace hapticd::tools {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticctl/text/terminal_text.h"
+#include "tools/lib/text/terminal_text.h"
 
 #include <sys/ioctl.h>
 #include <unistd.h>

@@ -28,7 +28,7 @@ class Table {
 
  private:
   using Cells = std::vector<std::string>;
-  std::vector<std::size_t> widths() const;
+  std::size_t widthOf(std::size_t column) const;
 
   std::vector<Column> columns_;
   std::vector<Cells> rows_;

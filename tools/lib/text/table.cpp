@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticctl/text/table.h"
+#include "tools/lib/text/table.h"
 
 #include <algorithm>
 
-#include "tools/hapticctl/text/terminal_text.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {
@@ -25,19 +25,16 @@ std::string withoutBlanksAtTheEnd(std::string line) {
 
 }  // namespace
 
-/// Returns the widths of all columns except the last one, whose cells end their line.
-std::vector<std::size_t> Table::widths() const {
-  std::vector<std::size_t> widths;
-  for (std::size_t i = 0; i + 1 < columns_.size(); ++i) {
-    std::size_t width = columnsOf(columns_[i].title);
-    for (const Cells& row : rows_) width = std::max(width, columnsOf(row[i]));
-    widths.push_back(width);
-  }
-  return widths;
+std::size_t Table::widthOf(std::size_t column) const {
+  std::size_t width = columnsOf(columns_[column].title);
+  for (const Cells& row : rows_) width = std::max(width, columnsOf(row[column]));
+  return width;
 }
 
 std::string Table::text(std::size_t columns) const {
-  const std::vector<std::size_t> all_widths = widths();
+  std::vector<std::size_t> all_widths;  // except the last one's, whose cells end their line
+  for (std::size_t i = 0; i + 1 < columns_.size(); ++i) all_widths.push_back(widthOf(i));
+  const std::size_t last_width = columns_.back().right ? widthOf(columns_.size() - 1) : 0;
   std::size_t before = 0;  // the last column
   for (const std::size_t width : all_widths) before += width + kGap;
   const bool unlimited = columns == TerminalSize::kNoLimit;
@@ -49,7 +46,7 @@ std::string Table::text(std::size_t columns) const {
     for (std::size_t i = 0; i < all_widths.size(); ++i) {
       line += padded(cells[i], aligned ? all_widths[i] : 0, columns_[i].right) + std::string(kGap, ' ');
     }
-    if (unlimited) return withoutBlanksAtTheEnd(line + cells.back());
+    if (unlimited) return withoutBlanksAtTheEnd(line + padded(cells.back(), last_width, true));
     if (beside && !cells.back().empty()) {
       return wrapped(line + cells.back(), columns, std::string(before, ' '));
     }
