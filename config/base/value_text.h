@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <charconv>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 namespace hapticd::base {
 
@@ -28,6 +30,15 @@ std::optional<std::size_t> firstInvalidUtf8(std::string_view text);
 
 /// Returns true for the bytes 0x00..0x1f and 0x7f.
 bool isControlCharacter(char character);
+
+/// Returns `text` as a number; nothing if it is not one as a whole, or does not fit the type.
+template <typename Number>
+std::optional<Number> numberFrom(std::string_view text) {
+  Number number{};
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (failure != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
 
 /// Returns the number in a text of the forms of YAML 1.2, or nothing: decimal numbers, and .inf and .nan,
 /// which are recognised so that messages can name them.

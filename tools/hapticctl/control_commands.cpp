@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -43,24 +42,17 @@ std::expected<Assignments, std::string> split(const std::vector<std::string>& te
   return assignments;
 }
 
-template <typename T>
-bool reads(const std::string& text, T& value) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size();
-}
-
 /// `text` as a JSON value of the type that the parameter has. A text that cannot be read as that type is sent
 /// as it is: the daemon refuses it and lists what is allowed.
 Json typedValue(const std::string& name, const std::string& text) {
   const config::Parameter* parameter = config::findParameter(name);
   // A newer daemon has parameters that this program does not know; the form of the text decides their type.
   const auto mayBe = [&](config::Kind kind) { return !parameter || parameter->kind == kind; };
-  std::int64_t integer = 0;
-  double number = 0;
   if (mayBe(config::Kind::boolean) && (text == "true" || text == "false")) return text == "true";
   if (mayBe(config::Kind::integer) || mayBe(config::Kind::number)) {
-    if (reads(text, integer)) return integer;
-    if (reads(text, number) && std::isfinite(number)) return number;  // JSON has no other numbers
+    if (const auto integer = base::numberFrom<std::int64_t>(text)) return *integer;
+    const auto number = base::numberFrom<double>(text);
+    if (number && std::isfinite(*number)) return *number;  // JSON has no other numbers
   }
   return text;
 }

@@ -19,11 +19,6 @@
 namespace hapticd::daemon {
 namespace {
 
-template <typename... Handlers>
-struct Overloaded : Handlers... {
-  using Handlers::operator()...;
-};
-
 OrderedJson problemJson(const char* name_field, const config::AdditionError& error) {
   return {{name_field, error.name},
           {"field", error.field.empty() ? OrderedJson() : OrderedJson(error.field)},
@@ -119,11 +114,12 @@ std::expected<StiffnessFeed::Sample, Reply> sampleOf(const Call& call) {
 
 Reply refusal(const StiffnessFeed::Refusal& refused) {
   return std::visit(
-      Overloaded{[](const StiffnessFeed::TooFast&) {
-                   return Reply{"io.hapticd.Control.FeedLimited", {{"limit", StiffnessFeed::kMaxPerSecond}}};
-                 },
-                 [](const StiffnessFeed::Outside&) { return Reply{"io.hapticd.Control.OutsideRegions"}; },
-                 [](const config::AdditionError& error) { return refusal(AdditionList::regions, {error}); }},
+      config::Overloaded{
+          [](const StiffnessFeed::TooFast&) {
+            return Reply{"io.hapticd.Control.FeedLimited", {{"limit", StiffnessFeed::kMaxPerSecond}}};
+          },
+          [](const StiffnessFeed::Outside&) { return Reply{"io.hapticd.Control.OutsideRegions"}; },
+          [](const config::AdditionError& error) { return refusal(AdditionList::regions, {error}); }},
       refused);
 }
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <sstream>
@@ -26,18 +25,9 @@ namespace {
 
 constexpr std::size_t kMaxPointBytes = std::size_t{1} << 20;
 
-template <typename T>
-std::optional<T> read(const std::string& text) {
-  T value{};
-  const char* const end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || rest != end) return std::nullopt;
-  return value;
-}
-
 /// A finite number; JSON has no others.
 std::optional<double> numberIn(const std::string& text) {
-  const auto number = read<double>(text);
+  const auto number = base::numberFrom<double>(text);
   return number && std::isfinite(*number) ? number : std::nullopt;
 }
 
@@ -78,11 +68,6 @@ std::optional<Json> jsonOf(const std::optional<T>& value) {
   return value ? std::optional<Json>(*value) : std::nullopt;
 }
 
-template <typename... Handlers>
-struct Overloaded : Handlers... {
-  using Handlers::operator()...;
-};
-
 /// How the value of an option is written, and how it is read.
 struct Form {
   std::string type;
@@ -101,45 +86,46 @@ template <typename Owner>
 Form formOf(const config::AdditionField<Owner>& field) {
   const auto text_value = [](const std::string& text) -> std::optional<Json> { return text; };
   return std::visit(
-      Overloaded{[&](std::string Owner::*) -> Form {
-                   return {"TEXT", {}, text_value, ""};
-                 },
-                 [&](bool Owner::*) -> Form {
-                   return {"WORD",
-                           {"true", "false"},
-                           [](const std::string& text) -> std::optional<Json> { return text == "true"; },
-                           ""};
-                 },
-                 [&](int Owner::*) -> Form {
-                   return {helpRangeOf(field),
-                           {},
-                           [](const std::string& text) { return jsonOf(read<int>(text)); },
-                           "a whole number"};
-                 },
-                 [&](double Owner::*) -> Form {
-                   return {helpRangeOf(field),
-                           {},
-                           [](const std::string& text) { return jsonOf(numberIn(text)); },
-                           "a number"};
-                 },
-                 [&](std::vector<rt::Vec3> Owner::*) -> Form {
-                   return {"POINTS", {}, pointsIn, "a list of points, such as \"0,0,-0.8 0.1,0,-0.8\""};
-                 },
-                 [&](const config::WordMember<Owner>& member) -> Form {
-                   return {"WORD", {member.words.begin(), member.words.end()}, text_value, ""};
-                 },
-                 [&](const config::VectorMember<Owner>&) -> Form {
-                   return {"X,Y,Z",
-                           {},
-                           [](const std::string& text) { return vectorIn(text, ","); },
-                           "three numbers, such as 0,0,-0.8"};
-                 },
-                 [&](const config::QuaternionMember<Owner>&) -> Form {
-                   return {"X,Y,Z,W",
-                           {},
-                           [](const std::string& text) { return vectorIn(text, ",", 4); },
-                           "four numbers, such as 0,0,0,1"};
-                 }},
+      config::Overloaded{
+          [&](std::string Owner::*) -> Form {
+            return {"TEXT", {}, text_value, ""};
+          },
+          [&](bool Owner::*) -> Form {
+            return {"WORD",
+                    {"true", "false"},
+                    [](const std::string& text) -> std::optional<Json> { return text == "true"; },
+                    ""};
+          },
+          [&](int Owner::*) -> Form {
+            return {helpRangeOf(field),
+                    {},
+                    [](const std::string& text) { return jsonOf(base::numberFrom<int>(text)); },
+                    "a whole number"};
+          },
+          [&](double Owner::*) -> Form {
+            return {helpRangeOf(field),
+                    {},
+                    [](const std::string& text) { return jsonOf(numberIn(text)); },
+                    "a number"};
+          },
+          [&](std::vector<rt::Vec3> Owner::*) -> Form {
+            return {"POINTS", {}, pointsIn, "a list of points, such as \"0,0,-0.8 0.1,0,-0.8\""};
+          },
+          [&](const config::WordMember<Owner>& member) -> Form {
+            return {"WORD", {member.words.begin(), member.words.end()}, text_value, ""};
+          },
+          [&](const config::VectorMember<Owner>&) -> Form {
+            return {"X,Y,Z",
+                    {},
+                    [](const std::string& text) { return vectorIn(text, ","); },
+                    "three numbers, such as 0,0,-0.8"};
+          },
+          [&](const config::QuaternionMember<Owner>&) -> Form {
+            return {"X,Y,Z,W",
+                    {},
+                    [](const std::string& text) { return vectorIn(text, ",", 4); },
+                    "four numbers, such as 0,0,0,1"};
+          }},
       field.member);
 }
 

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <fstream>
 #include <optional>
 #include <utility>
@@ -31,15 +30,6 @@ PointTable::Fields fieldsOf(std::string_view line) {
     begin = end + 1;
   }
   return fields;
-}
-
-/// Returns `text` as a number; nothing if it is not one as a whole.
-template <typename T>
-std::optional<T> numberOf(std::string_view text) {
-  T number{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return number;
 }
 
 }  // namespace
@@ -77,7 +67,7 @@ int PointTable::integer(std::size_t column, const Fields& fields, int lowest, in
 
 template <typename T>
 T PointTable::numberIn(std::size_t column, const Fields& fields, T lowest, T highest, std::string_view unit) {
-  const std::optional<T> value = numberOf<T>(fields[column]);
+  const std::optional<T> value = base::numberFrom<T>(fields[column]);
   // written so that a value that is not a number is out of range
   if (value && *value >= lowest && *value <= highest) return *value;
   report(fmt::format("{}: {} is {} (allowed: {}..{}{}{})", fieldsOf(header_)[column],
