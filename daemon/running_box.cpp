@@ -21,7 +21,7 @@
 #include "drivers/make_devices.h"
 #include "drivers/trace/additions.h"
 #include "drivers/trace/trace_format.h"
-#include "rt/base/periodic_clock.h"
+#include "rt/base/clock.h"
 #include "rt/base/realtime_thread.h"
 #include "rt/laws/law_table.h"
 #include "rt/loop/haptic_core.h"

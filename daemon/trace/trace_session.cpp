@@ -9,7 +9,7 @@
 
 #include "drivers/trace/mcap/trace_file.h"
 #include "drivers/trace/trace_folder.h"
-#include "rt/base/periodic_clock.h"
+#include "rt/base/clock.h"
 
 namespace hapticd::daemon {
 

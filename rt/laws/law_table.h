@@ -9,7 +9,7 @@
 #include "rt/base/realtime_safe.h"
 #include "rt/base/words.h"
 #include "rt/laws/force_law.h"
-#include "rt/laws/law_memory.h"
+#include "rt/laws/force_laws.h"
 #include "rt/laws/proxy.h"
 #include "rt/laws/smooth_springs.h"
 #include "rt/laws/surface.h"

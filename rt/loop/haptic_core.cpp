@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "rt/laws/law_table.h"
-#include "rt/safety/contact_damping.h"
 #include "rt/safety/stiffness_limit.h"
 
 namespace hapticd::rt {

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rt/safety/contact_damping.h"
+#include "rt/safety/stiffness_limit.h"
 
 namespace hapticd::rt {
 namespace {

@@ -8,7 +8,7 @@
 #include <array>
 #include <cmath>
 
-#include "rt/base/periodic_clock.h"
+#include "rt/base/clock.h"
 #include "tools/haptic-bridge/device_force.h"
 
 namespace hapticd::tools {
