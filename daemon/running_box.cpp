@@ -14,9 +14,8 @@
 
 #include "config/settings/parameter_table.h"
 #include "daemon/box_warnings.h"
-#include "daemon/isolated_cpu.h"
+#include "daemon/force_thread.h"
 #include "daemon/stop_guard.h"
-#include "daemon/thread_faults.h"
 #include "drivers/camera/common_depth_header.h"
 #include "drivers/make_devices.h"
 #include "drivers/trace/additions.h"

@@ -20,7 +20,6 @@
 #include "config/additions/addition_checks.h"
 #include "config/additions/addition_fields.h"
 #include "config/additions/addition_reader.h"
-#include "config/base/nearest_names.h"
 #include "config/base/value_text.h"
 #include "config/yaml/yaml_node.h"
 

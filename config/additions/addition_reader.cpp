@@ -10,7 +10,6 @@
 #include "config/additions/addition_checks.h"
 #include "config/additions/addition_fields.h"
 #include "config/additions/addition_item_reader.h"
-#include "config/base/nearest_names.h"
 #include "config/base/value_text.h"
 
 namespace hapticd::config {

@@ -3,6 +3,7 @@
 
 #include <charconv>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -46,5 +47,10 @@ std::optional<double> yamlNumberFrom(std::string_view text);
 
 /// Returns the shortest decimal form that reads back as the same number: "500", "0.04", "1e-07".
 std::string numberText(double number);
+
+/// Returns e.g. "did you mean force.radius_m or safety.max_force_n?" with those of `candidates` (at most
+/// three) that `name` was probably meant to be; empty if none is near. The last part of a dotted candidate
+/// also matches alone.
+std::string didYouMean(std::string_view name, std::span<const std::string_view> candidates);
 
 }  // namespace hapticd::base

@@ -10,7 +10,6 @@
 
 #include "config/additions/addition_json.h"
 #include "config/additions/addition_reader.h"
-#include "config/base/nearest_names.h"
 #include "config/base/value_text.h"
 #include "rt/fixtures/fixture.h"
 #include "rt/tissue/tissue.h"

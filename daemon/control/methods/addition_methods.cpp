@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/control/methods/addition_methods.h"
+#include "daemon/control/methods/methods.h"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 #include "config/additions/addition_json.h"
 #include "config/settings/parameter_table.h"
 #include "daemon/base/names.h"
-#include "daemon/control/server/call_fields.h"
+#include "daemon/control/base/method_context.h"
 #include "rt/fixtures/fixture.h"
 #include "rt/tissue/tissue.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/control/methods/parameter_methods.h"
+#include "daemon/control/methods/methods.h"
 
 #include <cstdint>
 #include <functional>
@@ -12,8 +12,8 @@
 
 #include "config/settings/parameter_table.h"
 #include "daemon/base/names.h"
+#include "daemon/control/base/method_context.h"
 #include "daemon/control/base/status_json.h"
-#include "daemon/control/server/call_fields.h"
 #include "daemon/control/server/varlink_message.h"
 
 namespace hapticd::daemon {

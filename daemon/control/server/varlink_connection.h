@@ -29,7 +29,7 @@ struct Caller {
   Access access = Access::read;
   uid_t uid = 0;
   pid_t pid = 0;
-  bool sees_depth = false;   ///< may take the depth image (peer.h)
+  bool sees_depth = false;   ///< may take the depth image (listening_socket.h)
   bool may_control = false;  ///< on a socket for control; this one may be another
 };
 

@@ -13,7 +13,7 @@
 #include <cstring>
 #include <utility>
 
-#include "daemon/control/server/peer.h"
+#include "daemon/control/server/listening_socket.h"
 #include "rt/base/clock.h"
 
 namespace hapticd::daemon {

@@ -75,9 +75,9 @@ struct ServerOptions {
 /// those take turns, and together they get a share of the thread's time. Replies keep the order of the calls.
 /// A message that is not a call is answered with io.hapticd.Status.MalformedCall and ends its connection. A
 /// connection beyond a limit gets io.hapticd.Status.TooManyConnections and is closed. On a socket for control
-/// a caller who is not a member of the group of its file may only read (peer.h). When the process may open no
-/// more descriptors, those who may control still get connections, and of the others those who have none.
-/// Calls that a client sent before it left are still carried out if they may change something.
+/// a caller who is not a member of the group of its file may only read (listening_socket.h). When the process
+/// may open no more descriptors, those who may control still get connections, and of the others those who
+/// have none. Calls that a client sent before it left are still carried out if they may change something.
 class VarlinkServer final : public Replies {
  public:
   /// Opens the sockets. `handler` must outlive the server.

@@ -11,7 +11,6 @@
 #include "daemon/control/base/method_context.h"
 #include "daemon/control/base/pose_json.h"
 #include "daemon/control/base/status_json.h"
-#include "daemon/control/server/call_fields.h"
 #include "drivers/depth_region/depth_region.h"
 
 namespace hapticd::daemon {

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "daemon/base/names.h"
-#include "daemon/control/server/call_fields.h"
+#include "daemon/control/base/method_context.h"
 #include "rt/base/clock.h"
 
 namespace hapticd::daemon {

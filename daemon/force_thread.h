@@ -1,13 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <sys/types.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <filesystem>
+#include <optional>
 
 #include "rt/loop/loop_state.h"
 
 namespace hapticd::daemon {
+
+/// The last CPU that the kernel keeps free of other tasks (isolcpus=), or -1 when there is none.
+/// `file`: a list of CPUs as the kernel writes it ("2-3,5").
+int lastIsolatedCpu(const std::filesystem::path& file = "/sys/devices/system/cpu/isolated");
+
+/// Whether `file`, a list of CPUs as above, names `cpu`.
+bool isIsolated(int cpu, const std::filesystem::path& file = "/sys/devices/system/cpu/isolated");
+
+/// The number of page faults, minor and major, of a thread of this process since the thread started (proc(5),
+/// `stat`). Nothing if there is no such thread or no /proc.
+std::optional<std::uint64_t> pageFaultsOf(pid_t thread_id);
 
 /// How late the force loop was within the last minute.
 struct Lateness {

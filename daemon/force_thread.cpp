@@ -1,10 +1,52 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/lateness_watch.h"
+#include "daemon/force_thread.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
 #include <functional>
+#include <sstream>
+#include <string>
+
+#include "drivers/base/cpu_list.h"
 
 namespace hapticd::daemon {
+namespace {
+
+drivers::CpuSet isolatedCpus(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  std::string list;
+  std::getline(stream, list);
+  return drivers::parseCpuList(list).value_or(drivers::CpuSet{});
+}
+
+}  // namespace
+
+int lastIsolatedCpu(const std::filesystem::path& file) {
+  const drivers::CpuSet cpus = isolatedCpus(file);
+  return cpus.empty() ? -1 : *cpus.rbegin();
+}
+
+bool isIsolated(int cpu, const std::filesystem::path& file) {
+  return isolatedCpus(file).contains(cpu);
+}
+
+std::optional<std::uint64_t> pageFaultsOf(pid_t thread_id) {
+  std::ifstream file(fmt::format("/proc/self/task/{}/stat", thread_id));
+  std::string line;
+  if (!std::getline(file, line)) return std::nullopt;
+  // The second field, the thread's name, is in parentheses and may contain any character.
+  std::istringstream fields(line.substr(line.rfind(')') + 1));
+  std::string skipped;
+  for (int field = 3; field < 10; ++field) fields >> skipped;
+  std::uint64_t minor = 0;
+  std::uint64_t minor_of_children = 0;
+  std::uint64_t major = 0;
+  if (!(fields >> minor >> minor_of_children >> major)) return std::nullopt;
+  return minor + major;
+}
+
 namespace {
 
 constexpr std::int64_t kSamplePeriod_ns = 1'000'000'000;
