@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "rt/base/clock.h"
-#include "tools/haptic-bridge/device_force.h"
+#include "tools/haptic-bridge/device.h"
 
 namespace hapticd::tools {
 namespace {

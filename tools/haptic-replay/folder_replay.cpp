@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <system_error>
 
-#include "tools/haptic-replay/trace_report.h"
+#include "tools/haptic-replay/trace_replay.h"
 #include "tools/lib/whole_file/whole_file.h"
 
 namespace hapticd::tools {

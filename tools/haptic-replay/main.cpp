@@ -19,7 +19,6 @@
 #include "tools/haptic-replay/folder_replay.h"
 #include "tools/haptic-replay/replay.h"
 #include "tools/haptic-replay/trace_replay.h"
-#include "tools/haptic-replay/trace_report.h"
 #include "tools/lib/options/option_checks.h"
 #include "tools/lib/parts/fields.h"
 #include "tools/lib/parts/parts.h"

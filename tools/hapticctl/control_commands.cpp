@@ -11,7 +11,7 @@
 #include "config/base/value_text.h"
 #include "config/settings/parameter_table.h"
 #include "tools/hapticctl/text/error_text.h"
-#include "tools/hapticctl/text/parameter_text.h"
+#include "tools/hapticctl/text/list_text.h"
 #include "tools/hapticctl/text/status_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/text/terminal_text.h"

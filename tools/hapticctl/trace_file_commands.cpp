@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticctl/trace_file_commands.h"
+#include "tools/hapticctl/commands.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

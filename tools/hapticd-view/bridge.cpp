@@ -15,9 +15,8 @@
 
 #include "config/base/program.h"
 #include "tools/hapticd-view/box_link/box_source.h"
-#include "tools/hapticd-view/box_link/open_to_everybody.h"
+#include "tools/hapticd-view/box_link/varlink_stream.h"
 #include "tools/hapticd-view/server/listener.h"
-#include "tools/hapticd-view/server/service_manager.h"
 
 namespace hapticd::tools::view {
 namespace {

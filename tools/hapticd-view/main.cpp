@@ -13,7 +13,7 @@
 #include "config/base/program.h"
 #include "config/settings/settings.h"
 #include "tools/hapticd-view/bridge.h"
-#include "tools/hapticd-view/server/token.h"
+#include "tools/hapticd-view/server/access.h"
 #include "tools/lib/options/option_checks.h"
 
 namespace hapticd::tools::view {

@@ -5,7 +5,6 @@
 #include <sstream>
 
 #include "tools/hapticctl/text/time_text.h"
-#include "tools/lib/text/table.h"
 #include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {

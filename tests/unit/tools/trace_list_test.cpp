@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticctl/text/trace_list.h"
+#include "tools/hapticctl/text/list_text.h"
 
 #include <gtest/gtest.h>
 

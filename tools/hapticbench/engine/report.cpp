@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "tools/lib/text/table.h"
 #include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {

@@ -16,8 +16,8 @@
 #include "config/additions/addition_json.h"
 #include "config/base/file_content.h"
 #include "config/base/value_text.h"
-#include "tools/hapticctl/text/addition_text.h"
 #include "tools/hapticctl/text/error_text.h"
+#include "tools/hapticctl/text/list_text.h"
 #include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticctl/additions/fixture_touch.h"
+#include "tools/hapticctl/additions/addition_options.h"
 
 #include <fmt/format.h>
 
@@ -12,13 +12,12 @@
 #include "config/additions/addition_json.h"
 #include "config/additions/addition_reader.h"
 #include "config/base/program.h"
-#include "tools/hapticctl/additions/addition_options.h"
 #include "tools/hapticctl/additions/handle_touch.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/options/option_checks.h"
 #include "tools/lib/registration/shape_fit.h"
-#include "tools/lib/registration/stroke_path.h"
+#include "tools/lib/registration/touch.h"
 
 namespace hapticd::tools {
 namespace {

@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "tools/lib/client/reply_reader.h"
-#include "tools/lib/text/table.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {

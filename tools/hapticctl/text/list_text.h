@@ -3,13 +3,49 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <expected>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "tools/lib/client/reply_reader.h"
+#include "tools/lib/client/varlink_client.h"
 
 namespace hapticd::tools {
+
+/// The table of a reply of ListFixtures. `columns`: of the terminal.
+std::string fixtureListText(const Json& reply, std::size_t columns);
+/// The table of a reply of ListRegions.
+std::string regionListText(const Json& reply, std::size_t columns);
+
+/// An entry of one of these lists, each member on a line of its own.
+std::string additionText(const Json& entry);
+
+/// "2 of 3 fixtures enabled, nearest nerve at 3.2 mm, in contact: nerve, 1.20 N; guidance 0.15 N"; empty
+/// where there are none.
+std::string fixturesText(const Json& status);
+/// "3 tissue regions, in contact: nodule; measured stiffness: 12 samples, 0 too fast, 1 outside"; empty where
+/// there are none.
+std::string tissueText(const Json& status);
+/// "500 N/m" for a stiffness in effect, with what limits it where it is automatic and the noise of the
+/// surface where it is known.
+std::string surfaceStiffnessText(const Json& status);
+
+/// The rows of GetParameters that the words name: a parameter by its name, or all parameters of a group by
+/// what their names begin with up to a dot ("force" or "force."). Without words all rows. In the order of the
+/// words, each parameter once. Errors: the words that name nothing.
+std::expected<Json, std::vector<std::string>> parametersNamed(const std::vector<std::string>& words,
+                                                              const Json& parameters);
+
+/// The rows of GetParameters as a table with what is allowed and what each parameter means. columns: of the
+/// terminal, as Table::text() takes it.
+std::string parameterTableText(const Json& parameters, std::size_t columns);
+
+/// "force.stiffness_n_per_m = 500 N/m".
+std::string parameterLine(const Json& parameter);
+
+/// "500 N/m". value: of the parameter, as text.
+std::string withUnit(const std::string& value, const Json& parameter);
 
 /// The traces of a folder that `trace list` shows, and their order.
 struct TraceListOptions {

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticctl/doctor/usb_device.h"
+#include "tools/hapticctl/doctor/devices.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <sstream>
+
+#include "config/settings/hid_id.h"
 
 namespace hapticd::tools {
 
@@ -75,6 +78,34 @@ Reading<std::vector<UsbDevice>> usbDevices(const Machine& machine) {
 
 std::string driverOf(const Machine& machine, const UsbDevice& device) {
   return machine.linkedName(kDevices + device.name + "/" + device.name + ":1.0/driver");
+}
+
+bool isChipOfLeds(const Examination& box, const std::string& chip) {
+  const config::LedSettings& leds = box.configuration.settings.leds;
+  if (leds.driver != config::LedDriver::gpiod) return false;
+  const std::string path = "/dev/" + chip;
+  if (leds.chip.starts_with('/')) return box.machine.resolved(leds.chip) == path;
+  if (leds.chip == chip || box.machine.resolved("/dev/" + leds.chip) == path) return true;
+  if (!box.gpio_label) return false;
+  const auto label = box.gpio_label(path);
+  return label && *label == leds.chip;
+}
+
+bool isHidHandle(const Examination& box, const std::string& node) {
+  const config::HandleSettings& handle = box.configuration.settings.handle;
+  if (handle.driver != config::HandleDriver::hid) return false;
+  const std::string uevent = box.machine.read("sys/class/hidraw/" + node + "/device/uevent").value_or("");
+  const auto configured = config::hidIdFrom(handle.hid.device);
+  const auto id = hidIdIn(uevent);
+  if (!configured || !id || *id != *configured) return false;
+  return handle.serial.empty() || variableOf(uevent, "HID_UNIQ") == handle.serial;
+}
+
+bool isNamedDevice(const Examination& box, const std::string& device) {
+  if (!box.configuration.problem.empty()) return false;
+  const std::string name = std::filesystem::path(device).filename().string();
+  if (name.starts_with("gpiochip")) return isChipOfLeds(box, name);
+  return name.starts_with("hidraw") && isHidHandle(box, name);
 }
 
 }  // namespace hapticd::tools
