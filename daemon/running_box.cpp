@@ -14,7 +14,7 @@
 
 #include "config/settings/parameter_table.h"
 #include "daemon/box_warnings.h"
-#include "daemon/force_thread.h"
+#include "daemon/realtime_conditions.h"
 #include "daemon/stop_guard.h"
 #include "drivers/camera/common_depth_header.h"
 #include "drivers/make_devices.h"

@@ -18,9 +18,9 @@
 #include "daemon/added_scene.h"
 #include "daemon/base/box.h"
 #include "daemon/base/journal_entry.h"
-#include "daemon/force_thread.h"
 #include "daemon/indicators.h"
 #include "daemon/injection/fault_injector.h"
+#include "daemon/realtime_conditions.h"
 #include "daemon/scene/scene_thread.h"
 #include "daemon/trace/trace_recorder.h"
 #include "drivers/base/idle_latency.h"
@@ -29,8 +29,8 @@
 #include "drivers/handle/handle.h"
 #include "drivers/led/led_panel.h"
 #include "rt/depth/depth_model.h"
-#include "rt/loop/engage_requests.h"
 #include "rt/loop/force_loop.h"
+#include "rt/loop/supervisor.h"
 
 namespace hapticd::daemon {
 

@@ -21,7 +21,7 @@
 #include "config/additions/addition_fields.h"
 #include "config/additions/addition_reader.h"
 #include "config/base/value_text.h"
-#include "config/yaml/yaml_node.h"
+#include "config/yaml/yaml_reader.h"
 
 namespace hapticd::config {
 

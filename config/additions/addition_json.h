@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "config/additions/addition_fields.h"
-#include "config/yaml/yaml_node.h"
+#include "config/yaml/yaml_reader.h"
 
 /// Fixtures and regions as JSON of a call or reply. `Json` is nlohmann::json or nlohmann::ordered_json, which
 /// this room itself does not use.

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
 namespace hapticd::base {
 
@@ -52,5 +53,13 @@ std::string numberText(double number);
 /// three) that `name` was probably meant to be; empty if none is near. The last part of a dotted candidate
 /// also matches alone.
 std::string didYouMean(std::string_view name, std::span<const std::string_view> candidates);
+
+/// Returns a text without the mark that some programs put in front of UTF-8.
+std::string_view withoutByteOrderMark(std::string_view text);
+
+/// Returns the names of the columns from the first line of a CSV file. Programs of tables write a byte-order
+/// mark in front of it, quotes around names, blanks, and a carriage return at its end, all of which are
+/// removed.
+std::vector<std::string> csvNames(std::string_view line);
 
 }  // namespace hapticd::base

@@ -17,8 +17,6 @@
 #include <vector>
 
 #include "config/base/value_text.h"
-#include "config/yaml/yaml_node.h"
-#include "config/yaml/yaml_source.h"
 
 namespace hapticd::config {
 namespace {

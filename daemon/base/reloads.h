@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "config/base/error.h"
-#include "config/loosening.h"
+#include "config/conflicts.h"
 
 namespace hapticd::daemon {
 

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "config/base/error.h"
-#include "daemon/base/names.h"
+#include "daemon/base/journal_entry.h"
 #include "drivers/base/stop_signal.h"
 #include "drivers/camera/camera.h"
 #include "drivers/handle/handle.h"

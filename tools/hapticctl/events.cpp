@@ -13,7 +13,6 @@
 #include "config/base/program.h"
 #include "tools/hapticctl/base/calls.h"
 #include "tools/hapticctl/text/error_text.h"
-#include "tools/hapticctl/text/time_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/text/terminal_text.h"
 

@@ -9,7 +9,6 @@
 #include "tools/hapticctl/commands.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/hapticctl/text/status_text.h"
-#include "tools/hapticctl/text/time_text.h"
 #include "tools/hapticctl/watch.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/options/option_checks.h"

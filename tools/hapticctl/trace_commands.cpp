@@ -16,7 +16,6 @@
 #include "tools/hapticctl/commands.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/hapticctl/text/list_text.h"
-#include "tools/hapticctl/text/time_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/options/option_checks.h"
 #include "tools/lib/text/terminal_text.h"

@@ -16,7 +16,6 @@
 #include "drivers/trace/trace_recovery.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/hapticctl/text/status_text.h"
-#include "tools/hapticctl/text/time_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/text/terminal_text.h"
 #include "tools/lib/trace/csv_export.h"

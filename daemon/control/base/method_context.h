@@ -20,6 +20,7 @@
 #include "daemon/control/server/listening_socket.h"
 #include "daemon/control/server/varlink_message.h"
 #include "daemon/control/server/varlink_server.h"
+#include "rt/base/parameters.h"
 
 namespace hapticd::daemon {
 
@@ -134,5 +135,10 @@ void logAdditions(const MethodContext& context, const Caller& caller, const std:
 /// with io.hapticd.Control.NotApplied.
 PendingAnswers::Poll whenApplied(MethodContext& context, std::uint64_t generation,
                                  std::move_only_function<Reply()> reply);
+
+/// A pose as the type `Pose` of both interfaces.
+OrderedJson poseJson(const rt::PoseParameters& pose);
+/// The pose in `json`; nothing if a field is missing, unknown or not a number.
+std::optional<rt::PoseParameters> poseFrom(const Json& json);
 
 }  // namespace hapticd::daemon

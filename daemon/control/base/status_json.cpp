@@ -8,7 +8,7 @@
 #include <string>
 
 #include "config/settings/law_choice.h"
-#include "daemon/base/names.h"
+#include "daemon/base/journal_entry.h"
 #include "daemon/control/base/interface_texts.h"
 #include "rt/laws/law_table.h"
 

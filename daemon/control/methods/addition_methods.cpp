@@ -11,7 +11,7 @@
 
 #include "config/additions/addition_json.h"
 #include "config/settings/parameter_table.h"
-#include "daemon/base/names.h"
+#include "daemon/base/journal_entry.h"
 #include "daemon/control/base/method_context.h"
 #include "rt/fixtures/fixture.h"
 #include "rt/tissue/tissue.h"

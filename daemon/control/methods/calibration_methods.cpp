@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "daemon/control/base/method_context.h"
-#include "daemon/control/base/pose_json.h"
 #include "daemon/state/profile_folder.h"
 
 namespace hapticd::daemon {

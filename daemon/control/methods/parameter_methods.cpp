@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "config/settings/parameter_table.h"
-#include "daemon/base/names.h"
+#include "daemon/base/journal_entry.h"
 #include "daemon/control/base/method_context.h"
 #include "daemon/control/base/status_json.h"
 #include "daemon/control/server/varlink_message.h"

@@ -11,7 +11,7 @@
 #include <functional>
 #include <utility>
 
-#include "daemon/base/names.h"
+#include "daemon/base/journal_entry.h"
 #include "daemon/control/base/method_context.h"
 #include "rt/base/clock.h"
 

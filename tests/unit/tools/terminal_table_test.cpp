@@ -4,7 +4,6 @@
 #include <cmath>
 #include <sstream>
 
-#include "tools/hapticctl/text/time_text.h"
 #include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {

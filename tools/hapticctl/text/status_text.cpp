@@ -15,8 +15,8 @@
 #include "rt/base/words.h"
 #include "rt/loop/loop_state.h"
 #include "tools/hapticctl/text/list_text.h"
-#include "tools/hapticctl/text/time_text.h"
 #include "tools/lib/client/reply_reader.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {

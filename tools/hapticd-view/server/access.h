@@ -9,9 +9,8 @@
 
 #include "config/base/error.h"
 
-/// Decides who may look. Pure functions of a request's header, in the order in which refusalOf() applies
-/// them.
-/// The secret that a client shows. Members of the group haptic-view read it from its file.
+/// Decides who may look: pure functions of a request's header, in the order in which refusalOf() applies
+/// them; and the secret that a client shows, which members of the group haptic-view read from its file.
 namespace hapticd::tools::view {
 
 /// What the decision depends on.

@@ -11,10 +11,11 @@
 #include "config/base/error.h"
 #include "tools/hapticd-view/server/server.h"
 
-/// The service manager (sd_listen_fds(3), sd_notify(3)); where there is none nothing happens.
+/// Sockets that listen, also those of the service manager (sd_listen_fds(3), sd_notify(3)); where there is
+/// none nothing happens.
 namespace hapticd::tools::view {
 
-/// The listening sockets that it has passed. The caller owns them.
+/// The listening sockets that the service manager has passed. The caller owns them.
 std::vector<int> socketsFromServiceManager();
 
 void notifyReady();

@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "config/base/csv_names.h"
 #include "config/base/value_text.h"
 #include "rt/depth/depth_frame.h"
 
