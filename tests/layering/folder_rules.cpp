@@ -69,10 +69,10 @@ void follow(const std::vector<FolderRule>& rules, std::vector<std::string>& path
 
 const std::vector<FolderRule>& folderRules() {
   static const std::vector<std::string> tool_libraries{
-      "tools/lib/child",     "tools/lib/client",       "tools/lib/depth_noise", "tools/lib/gnuplot",
-      "tools/lib/offline",   "tools/lib/options",      "tools/lib/oracle",      "tools/lib/palpation",
-      "tools/lib/parts",     "tools/lib/registration", "tools/lib/trace",       "tools/lib/truth",
-      "tools/lib/whole_file"};
+      "tools/lib/child",   "tools/lib/client",       "tools/lib/depth_noise", "tools/lib/gnuplot",
+      "tools/lib/offline", "tools/lib/options",      "tools/lib/oracle",      "tools/lib/palpation",
+      "tools/lib/parts",   "tools/lib/registration", "tools/lib/text",        "tools/lib/trace",
+      "tools/lib/truth",   "tools/lib/whole_file"};
   static const std::vector<std::string> studies = with(tool_libraries, {"tools/hapticbench/engine"});
   static const std::vector<std::string> commands =
       with(studies, {"tools/hapticbench", "tools/hapticbench/jitter"});
@@ -141,14 +141,16 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/hapticbench/jitter", studies},
       {"tools/hapticctl",
        {"tools/lib/child", "tools/lib/client", "tools/lib/depth_noise", "tools/lib/options",
-        "tools/lib/registration", "tools/lib/trace", "tools/lib/whole_file", "tools/hapticctl/"}},
+        "tools/lib/registration", "tools/lib/text", "tools/lib/trace", "tools/lib/whole_file",
+        "tools/hapticctl/"}},
       {"tools/hapticctl/additions",
-       {"tools/lib/client", "tools/lib/options", "tools/lib/registration", "tools/lib/whole_file",
-        "tools/hapticctl/base", "tools/hapticctl/text"}},
-      {"tools/hapticctl/base", {"tools/lib/client", "tools/lib/whole_file", "tools/hapticctl/text"}},
+       {"tools/lib/client", "tools/lib/options", "tools/lib/registration", "tools/lib/text",
+        "tools/lib/whole_file", "tools/hapticctl/base", "tools/hapticctl/text"}},
+      {"tools/hapticctl/base",
+       {"tools/lib/client", "tools/lib/text", "tools/lib/whole_file", "tools/hapticctl/text"}},
       {"tools/hapticctl/doctor", {"tools/lib/child", "tools/lib/client"}},
       {"tools/hapticctl/snapshot", {"tools/lib/client"}},
-      {"tools/hapticctl/text", {"tools/lib/client"}},
+      {"tools/hapticctl/text", {"tools/lib/client", "tools/lib/text"}},
       {"tools/hapticd-view",
        {"tools/lib/client", "tools/lib/options", "tools/hapticd-view/box_link", "tools/hapticd-view/live",
         "tools/hapticd-view/server"}},
@@ -169,6 +171,7 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/lib/parts", {"tools/lib/options"}},
       {"tools/lib/oracle", {}},
       {"tools/lib/registration", {}},
+      {"tools/lib/text", {}},
       {"tools/lib/trace", {"tools/lib/gnuplot", "tools/lib/options", "tools/lib/whole_file"}},
       {"tools/lib/truth", {}},
       {"tools/lib/whole_file", {}},
