@@ -2,35 +2,20 @@
 #include "tools/hapticd-view/server/web_socket_client.h"
 
 #include <fmt/format.h>
-#include <linux/tcp.h>  // glibc's structure ends before the field that is needed; both cannot be included
-#include <netinet/in.h>
-#include <sys/socket.h>
+
+#include <array>
 #include <boost/asio/buffer.hpp>
 #include <boost/beast/core/bind_handler.hpp>
 #include <boost/beast/http/field.hpp>
 #include <boost/beast/http/rfc7230.hpp>
-
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
 #include <string_view>
 
 #include "tools/hapticd-view/foxglove/foxglove_session.h"
 #include "tools/hapticd-view/live/live_session.h"
+#include "tools/hapticd-view/server/socket_progress.h"
 
 namespace hapticd::tools::view {
 namespace {
-
-/// Bytes that the other side of a TCP connection has confirmed so far: the only progress to be seen within a
-/// long message. Nothing: the kernel does not say.
-std::optional<std::uint64_t> acknowledgedBytes(int socket) {
-  tcp_info info{};
-  socklen_t size = sizeof info;
-  if (::getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size) != 0) return std::nullopt;
-  if (size < offsetof(tcp_info, tcpi_bytes_acked) + sizeof info.tcpi_bytes_acked) return std::nullopt;
-  return info.tcpi_bytes_acked;
-}
 
 namespace beast = boost::beast;
 namespace websocket = boost::beast::websocket;
