@@ -63,11 +63,11 @@ TEST_F(ControlServiceTest, ReadsOnTheControlSocketToo) {
 
 TEST_F(ControlServiceTest, SetsParametersAndReturnsTheGenerationAndWhatChanged) {
   start();
-  const json changes{{{"name", "force.law"}, {"before", "auto"}, {"after", "nearest_springs"}, {"unit", ""}},
+  const json changes{{{"name", "force.law"}, {"before", "nearest_springs"}, {"after", "proxy"}, {"unit", ""}},
                      {{"name", "force.min_points"}, {"before", 10}, {"after", 7}, {"unit", ""}},
                      {{"name", "force.stiffness_n_per_m"}, {"before", 500}, {"after", 800}, {"unit", "N/m"}}};
   EXPECT_EQ(json({{"parameters", {{"generation", kFirstChange}, {"changes", changes}}}}),
-            set(R"({"force.stiffness_n_per_m":800,"force.min_points":7,"force.law":"nearest_springs"})"));
+            set(R"({"force.stiffness_n_per_m":800,"force.min_points":7,"force.law":"proxy"})"));
   EXPECT_EQ(800, box.appliedSettings().live.springs.stiffness_n_per_m);
   EXPECT_EQ(7, box.appliedSettings().live.springs.min_points);
   EXPECT_EQ(0.04, box.appliedSettings().live.springs.radius_m);
