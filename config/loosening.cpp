@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/loosening.h"
+#include "config/conflicts.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -10,7 +10,6 @@
 #include <map>
 #include <set>
 
-#include "config/base/nearest_names.h"
 #include "config/base/value_text.h"
 #include "config/conflicts.h"
 #include "config/settings/parameter_table.h"

@@ -87,7 +87,7 @@ bool AddedScene::takeLabels() {
   return true;
 }
 
-void AddedScene::applyStiffness(const std::vector<config::RegionSettings>& regions) {
+void AddedScene::followStiffness(const std::vector<config::RegionSettings>& regions) {
   if (regions != additions_.regions) publishRegions(regions);
 }
 

@@ -34,8 +34,8 @@ class AddedScene {
   void returnUnusedMemory(bool memory_locked);
   /// Takes a label image that has been read meanwhile, and hands its labels over. Returns whether it did.
   bool takeLabels();
-  /// Hands over regions that differ in their stiffness only.
-  void applyStiffness(const std::vector<config::RegionSettings>& regions);
+  /// Hands over regions that differ in their stiffness and damping only, which generations() does not count.
+  void followStiffness(const std::vector<config::RegionSettings>& regions);
 
   AdditionGenerations generations() const {
     return {sets_ ? sets_->fixtures.generation : 0, regions_generation_};

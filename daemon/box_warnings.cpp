@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include "config/settings/cause_text.h"
-#include "daemon/base/names.h"
+#include "daemon/base/journal_entry.h"
 #include "rt/safety/stiffness_limit.h"
 
 namespace hapticd::daemon {

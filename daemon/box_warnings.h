@@ -6,7 +6,7 @@
 
 #include "config/settings/settings.h"
 #include "daemon/base/box.h"
-#include "daemon/lateness_watch.h"
+#include "daemon/realtime_conditions.h"
 #include "rt/base/parameters.h"
 #include "rt/loop/loop_state.h"
 

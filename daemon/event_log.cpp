@@ -6,7 +6,7 @@
 #include <cctype>
 #include <utility>
 
-#include "daemon/base/names.h"
+#include "daemon/base/journal_entry.h"
 
 namespace hapticd::daemon {
 namespace {

@@ -129,10 +129,10 @@ class Queue {
     ++lost_;
   }
 
-  /// True when all has been written before `patience` is over.
-  bool flush(std::chrono::milliseconds patience) {
+  /// True when all has been written before `timeout` is over.
+  bool flush(std::chrono::milliseconds timeout) {
     std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, patience, [this] { return !open_ || (waiting_.empty() && written_); });
+    return changed_.wait_for(lock, timeout, [this] { return !open_ || (waiting_.empty() && written_); });
   }
 
   void end() {
@@ -190,8 +190,8 @@ void writeToJournal(const JournalEntry& entry) {
   if (!queue().add(entry)) deliver(entry);
 }
 
-void flushJournal(std::chrono::milliseconds patience) {
-  queue().flush(patience);
+void flushJournal(std::chrono::milliseconds timeout) {
+  queue().flush(timeout);
 }
 
 JournalStatus journalStatus() {

@@ -16,9 +16,9 @@ namespace hapticd::daemon {
 /// Thread: any.  Progress: blocking only without a JournalThread.
 void writeToJournal(const JournalEntry& entry);
 
-/// Waits until all entries have been written, at most for `patience`.
+/// Waits until all entries have been written, at most for `timeout`.
 /// Thread: any.
-void flushJournal(std::chrono::milliseconds patience);
+void flushJournal(std::chrono::milliseconds timeout);
 
 struct JournalStatus {
   std::uint64_t lost = 0;  ///< entries that were dropped or could not be written, since the start

@@ -17,7 +17,6 @@
 #include "daemon/base/box.h"
 #include "daemon/base/journal_entry.h"
 #include "daemon/base/reloads.h"
-#include "daemon/state/settings_reader.h"
 #include "daemon/state/start_settings.h"
 
 namespace hapticd::daemon {

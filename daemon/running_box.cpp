@@ -14,14 +14,13 @@
 
 #include "config/settings/parameter_table.h"
 #include "daemon/box_warnings.h"
-#include "daemon/isolated_cpu.h"
+#include "daemon/realtime_conditions.h"
 #include "daemon/stop_guard.h"
-#include "daemon/thread_faults.h"
 #include "daemon/trace/format/additions.h"
 #include "daemon/trace/format/trace_format.h"
 #include "drivers/camera/common_depth_header.h"
 #include "drivers/make_devices.h"
-#include "rt/base/periodic_clock.h"
+#include "rt/base/clock.h"
 #include "rt/base/realtime_thread.h"
 #include "rt/laws/law_table.h"
 #include "rt/loop/haptic_core.h"
@@ -196,7 +195,7 @@ std::uint64_t RunningBox::apply(const config::Settings& settings) {
   return applyAdditions(settings.additions);
 }
 
-/// Every change of the fixtures and regions comes through here, except the stiffness that estimators feed.
+/// Every change of the fixtures and regions comes through here, except measured stiffness.
 std::uint64_t RunningBox::applyAdditions(const config::SceneAdditions& additions) {
   settings_.additions = additions;
   added_scene_.apply(additions);
@@ -213,9 +212,13 @@ void RunningBox::recordAdditions() {
   trace_.add(trace::recordOf(settings_.additions, fixtures, tissue, rt::monotonicNow_ns()));
 }
 
-void RunningBox::applyStiffness(const std::vector<config::RegionSettings>& regions) {
-  settings_.additions.regions = regions;
-  added_scene_.applyStiffness(regions);
+void RunningBox::setMeasuredStiffness(const std::vector<MeasuredStiffness>& measured) {
+  for (const MeasuredStiffness& each : measured) {
+    config::RegionSettings& region = settings_.additions.regions.at(each.region);
+    region.stiffness_n_per_m = each.stiffness_n_per_m;
+    region.damping_n_s_per_m = each.damping_n_s_per_m;
+  }
+  added_scene_.followStiffness(settings_.additions.regions);
   recordAdditions();
 }
 

@@ -20,7 +20,7 @@
 #include "daemon/base/journal_entry.h"
 #include "daemon/indicators.h"
 #include "daemon/injection/fault_injector.h"
-#include "daemon/lateness_watch.h"
+#include "daemon/realtime_conditions.h"
 #include "daemon/recorder/trace_recorder.h"
 #include "daemon/scene/scene_thread.h"
 #include "drivers/base/idle_latency.h"
@@ -29,8 +29,8 @@
 #include "drivers/handle/handle.h"
 #include "drivers/led/led_panel.h"
 #include "rt/depth/depth_model.h"
-#include "rt/loop/engage_requests.h"
 #include "rt/loop/force_loop.h"
+#include "rt/loop/supervisor.h"
 
 namespace hapticd::daemon {
 
@@ -74,7 +74,7 @@ class RunningBox final : public Box {
   const config::SceneAdditions& additions() const override { return settings_.additions; }
   AdditionGenerations additionGenerations() const override { return added_scene_.generations(); }
   std::uint64_t applyAdditions(const config::SceneAdditions& additions) override;
-  void applyStiffness(const std::vector<config::RegionSettings>& regions) override;
+  void setMeasuredStiffness(const std::vector<MeasuredStiffness>& measured) override;
   std::uint64_t engage(bool engaged, bool inside) override;
   bool engaged() override;
   std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const override {

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "daemon/base/names.h"
-#include "daemon/control/server/peer.h"
+#include "daemon/base/journal_entry.h"
+#include "daemon/control/server/listening_socket.h"
 #include "daemon/journal.h"
 #include "drivers/base/start_thread.h"
 

@@ -7,7 +7,7 @@
 
 #include "config/settings/fixture_settings.h"
 #include "rt/base/pose.h"
-#include "rt/fixtures/fixture_path.h"
+#include "rt/fixtures/fixture.h"
 
 namespace hapticd::config {
 namespace {

@@ -78,6 +78,12 @@ bool isSameIn(const AdditionField<Owner>& field, const Owner& a, const Owner& b)
       field.member);
 }
 
+/// Whether a text of the fixture or region has this member.
+template <typename Owner>
+bool isWritten(const AdditionField<Owner>& field, const Owner& owner) {
+  return field.used(owner) && !std::holds_alternative<QuaternionMember<Owner>>(field.member);
+}
+
 /// All members of a fixture, in the order in which they are written.
 std::span<const AdditionField<FixtureSettings>> fixtureFields();
 /// All members of a region.

@@ -20,9 +20,8 @@
 #include "config/additions/addition_checks.h"
 #include "config/additions/addition_fields.h"
 #include "config/additions/addition_reader.h"
-#include "config/base/nearest_names.h"
 #include "config/base/value_text.h"
-#include "config/yaml/yaml_node.h"
+#include "config/yaml/yaml_reader.h"
 
 namespace hapticd::config {
 

@@ -10,7 +10,6 @@
 #include "config/additions/addition_checks.h"
 #include "config/additions/addition_fields.h"
 #include "config/additions/addition_item_reader.h"
-#include "config/base/nearest_names.h"
 #include "config/base/value_text.h"
 
 namespace hapticd::config {
@@ -21,14 +20,14 @@ constexpr std::size_t kMaxTextLength = std::size_t{1} << 20;
 constexpr std::size_t kMaxErrors = 100;
 
 template <typename Owner>
-std::vector<Owner> listFrom(const YamlList& list, bool complete, std::vector<PlacedAdditionError>& errors) {
+std::vector<Owner> listFrom(const YamlNode& node, bool complete, std::vector<PlacedAdditionError>& errors) {
   const std::string_view noun = nounOf(Owner{});
-  const YamlNode& node = list.node;
   if (node.type != YamlNode::Type::list) {
+    const std::string name = fmt::format("{}s", noun);
     errors.push_back({node.line,
                       {"",
-                       list.name,
-                       {list.name, fmt::format("is not a list of {}s", noun),
+                       name,
+                       {name, fmt::format("is not a list of {}", name),
                         fmt::format("write each {} as an item: `- name: ...`", noun)}}});
     return {};
   }
@@ -119,16 +118,9 @@ std::vector<Owner> withOrigins(std::vector<Owner> owners, const std::vector<Owne
 }
 
 template <typename Owner>
-std::expected<Owner, std::vector<AdditionError>> changedBy(const Owner& owner, std::string_view members) {
-  const auto fail = [&owner](std::string what, std::string remedy) {
-    return std::unexpected(
-        std::vector{additionError(nounOf(owner), owner.name, "", std::move(what), std::move(remedy))});
-  };
-  if (members.size() > kMaxTextLength) return fail("the change is longer than 1 MiB", "shorten it");
-  const auto node = readYamlNode(members);
-  if (!node) return fail(node.error().what, node.error().remedy);
+std::expected<Owner, std::vector<AdditionError>> changedBy(const Owner& owner, const YamlNode& members) {
   std::vector<PlacedAdditionError> errors;
-  ItemReader<Owner> reader(*node, owner, std::string(nounOf(owner)), true, true);
+  ItemReader<Owner> reader(members, owner, std::string(nounOf(owner)), true, true);
   Owner result = reader.read(errors);
   if (errors.empty()) return result;
   std::vector<AdditionError> all;
@@ -186,9 +178,9 @@ AdditionsRead additionsIn(const YamlFile& file) {
   }
   for (const YamlList& list : file.lists) {
     if (list.name == "fixtures") {
-      read.lists.fixtures = listFrom<FixtureSettings>(list, file.complete, read.errors);
+      read.lists.fixtures = listFrom<FixtureSettings>(list.node, file.complete, read.errors);
     } else if (list.name == "regions") {
-      read.lists.regions = listFrom<RegionSettings>(list, file.complete, read.errors);
+      read.lists.regions = listFrom<RegionSettings>(list.node, file.complete, read.errors);
     }
   }
   return read;
@@ -204,13 +196,30 @@ std::expected<SceneAdditions, std::vector<AdditionError>> modelAdditionsFromText
   return additionsOf(text, name, true);
 }
 
+template <typename Owner>
+std::expected<std::vector<Owner>, std::vector<AdditionError>> definitionsFrom(const YamlNode& list,
+                                                                              const std::string& name) {
+  std::vector<PlacedAdditionError> errors;
+  std::vector<Owner> owners = listFrom<Owner>(list, true, errors);
+  if (errors.empty()) return owners;
+  std::vector<AdditionError> all;
+  for (PlacedAdditionError& error : errors) {
+    all.push_back(name.empty() ? std::move(error.error) : placed(std::move(error.error), 0, name));
+  }
+  return std::unexpected(std::move(all));
+}
+template std::expected<std::vector<FixtureSettings>, std::vector<AdditionError>>
+definitionsFrom<FixtureSettings>(const YamlNode&, const std::string&);
+template std::expected<std::vector<RegionSettings>, std::vector<AdditionError>>
+definitionsFrom<RegionSettings>(const YamlNode&, const std::string&);
+
 std::expected<FixtureSettings, std::vector<AdditionError>> changed(const FixtureSettings& fixture,
-                                                                   std::string_view members) {
+                                                                   const YamlNode& members) {
   return changedBy(fixture, members);
 }
 
 std::expected<RegionSettings, std::vector<AdditionError>> changed(const RegionSettings& region,
-                                                                  std::string_view members) {
+                                                                  const YamlNode& members) {
   return changedBy(region, members);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <expected>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -49,6 +50,24 @@ bool isAdditionGroup(std::string_view name);
 
 /// Reads the lists of a file. The problems of the file itself are left to the caller.
 AdditionsRead additionsIn(const YamlFile& file);
+
+/// Reads a list of definitions that is not in a file, such as one of a call, and checks each and the list as
+/// a whole. `name`: what messages call its origin; empty: nothing.
+/// Errors: each with name, field, reason and remedy.
+template <typename Owner>
+std::expected<std::vector<Owner>, std::vector<AdditionError>> definitionsFrom(const YamlNode& list,
+                                                                              const std::string& name);
+extern template std::expected<std::vector<FixtureSettings>, std::vector<AdditionError>>
+definitionsFrom<FixtureSettings>(const YamlNode&, const std::string&);
+extern template std::expected<std::vector<RegionSettings>, std::vector<AdditionError>>
+definitionsFrom<RegionSettings>(const YamlNode&, const std::string&);
+
+/// Applies the members in a mapping to a fixture or region, which keeps all others.
+/// Errors: as above; for an unknown member the nearest names.
+std::expected<FixtureSettings, std::vector<AdditionError>> changed(const FixtureSettings& fixture,
+                                                                   const YamlNode& members);
+std::expected<RegionSettings, std::vector<AdditionError>> changed(const RegionSettings& region,
+                                                                  const YamlNode& members);
 
 /// additionsFromText() for what was made in the frame of a model: the text may also contain kLandmarkGroup,
 /// which is left to another reader.

@@ -40,11 +40,6 @@ struct ValueText {
 };
 
 template <typename Owner>
-bool isWritten(const AdditionField<Owner>& field, const Owner& owner) {
-  return field.used(owner) && !std::holds_alternative<QuaternionMember<Owner>>(field.member);
-}
-
-template <typename Owner>
 std::string objectText(const Owner& owner) {
   std::vector<std::string> members;
   for (const AdditionField<Owner>& field : fieldsOf(owner)) {
@@ -79,11 +74,11 @@ std::string textOf(const SceneAdditions& additions) {
          fmt::format("label_image: {}\n", quotedText(additions.label_image));
 }
 
-std::string jsonOf(const FixtureSettings& fixture) {
+std::string lineOf(const FixtureSettings& fixture) {
   return objectText(fixture);
 }
 
-std::string jsonOf(const RegionSettings& region) {
+std::string lineOf(const RegionSettings& region) {
   return objectText(region);
 }
 

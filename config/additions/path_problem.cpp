@@ -8,7 +8,7 @@
 
 #include "config/additions/addition_checks.h"
 #include "config/base/value_text.h"
-#include "rt/fixtures/fixture_path.h"
+#include "rt/fixtures/fixture.h"
 
 namespace hapticd::config {
 namespace {

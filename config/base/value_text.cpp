@@ -2,12 +2,17 @@
 #include "config/base/value_text.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <numeric>
+#include <utility>
+#include <vector>
 
 namespace hapticd::base {
 namespace {
@@ -133,6 +138,89 @@ std::optional<double> yamlNumberFrom(std::string_view text) {
 
 std::string numberText(double number) {
   return fmt::format("{}", number);
+}
+
+namespace {
+
+constexpr std::size_t kMaxSuggestions = 3;
+constexpr std::size_t kMaxNameLength = 64;  // longer ones are not near anything; bounds the work
+
+// Returns the number of characters to insert, delete or replace to turn one into the other (Levenshtein).
+std::size_t editDistance(std::string_view from, std::string_view to) {
+  std::vector<std::size_t> row(to.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < to.size(); ++j) {
+      const std::size_t replaced = diagonal + (from[i] == to[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+std::string_view lastPart(std::string_view name) {
+  return name.substr(name.rfind('.') + 1);
+}
+
+bool isPartOf(std::string_view part, std::string_view whole) {
+  return part.size() >= 4 && whole.find(part) != std::string_view::npos;
+}
+
+// 0: the same name; a correct last part in the wrong group counts as one wrong character.
+std::size_t distance(std::string_view name, std::string_view candidate) {
+  if (isPartOf(lastPart(name), lastPart(candidate))) return 1;
+  return std::min(editDistance(name, candidate), editDistance(lastPart(name), lastPart(candidate)) + 1);
+}
+
+}  // namespace
+
+std::string didYouMean(std::string_view name, std::span<const std::string_view> candidates) {
+  if (name.size() > kMaxNameLength) return {};
+  const std::size_t farthest = std::max<std::size_t>(1, lastPart(name).size() / 3);
+  std::vector<std::pair<std::size_t, std::string_view>> near;
+  for (const std::string_view candidate : candidates) {
+    const std::size_t steps = distance(name, candidate);
+    if (steps <= farthest) near.emplace_back(steps, candidate);
+  }
+  if (near.empty()) return {};
+  std::ranges::stable_sort(near, {}, &std::pair<std::size_t, std::string_view>::first);
+  near.resize(std::min(near.size(), kMaxSuggestions));
+  std::vector<std::string_view> names;
+  for (const auto& [steps, candidate] : near) names.push_back(candidate);
+  return fmt::format("did you mean {}?", fmt::join(names, " or "));
+}
+
+namespace {
+
+std::string_view trimmed(std::string_view text) {
+  while (text.starts_with(' ')) text.remove_prefix(1);
+  while (text.ends_with(' ')) text.remove_suffix(1);
+  return text;
+}
+
+}  // namespace
+
+std::string_view withoutByteOrderMark(std::string_view text) {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  return text;
+}
+
+std::vector<std::string> csvNames(std::string_view line) {
+  line = withoutByteOrderMark(line);
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  std::vector<std::string> names;
+  for (;;) {
+    const std::size_t comma = line.find(',');
+    std::string_view name = trimmed(line.substr(0, comma));
+    const bool quoted = name.size() > 1 && name.starts_with('"') && name.ends_with('"');
+    if (quoted) name = name.substr(1, name.size() - 2);
+    names.emplace_back(name);
+    if (comma == std::string_view::npos) return names;
+    line.remove_prefix(comma + 1);
+  }
 }
 
 }  // namespace hapticd::base

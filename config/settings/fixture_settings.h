@@ -151,19 +151,14 @@ struct AdditionError {
 /// Errors: each with name, field, reason and remedy; nothing is applied partially.
 std::expected<SceneAdditions, std::vector<AdditionError>> additionsFromText(std::string_view text,
                                                                             const std::string& name);
-/// Applies members given in a YAML (or JSON) mapping to a fixture or region, which keeps all others.
-/// Errors: as above; for an unknown member the nearest names.
-std::expected<FixtureSettings, std::vector<AdditionError>> changed(const FixtureSettings& fixture,
-                                                                   std::string_view members);
-std::expected<RegionSettings, std::vector<AdditionError>> changed(const RegionSettings& region,
-                                                                  std::string_view members);
 /// Checks ranges, numbers, unique names and capacity. Errors: all of them.
 std::vector<AdditionError> checkTogether(const SceneAdditions& additions);
 
 /// The text that reads back as the same; only members that the kind uses.
 std::string textOf(const SceneAdditions& additions);
-std::string jsonOf(const FixtureSettings& fixture);
-std::string jsonOf(const RegionSettings& region);
+/// A definition in one line, for people; valid in YAML and in JSON.
+std::string lineOf(const FixtureSettings& fixture);
+std::string lineOf(const RegionSettings& region);
 
 /// Converts checked fixtures to the form of the force loop, in the world frame. `set` keeps the identity of
 /// fixtures by name, and the definition of those that differ in nothing but `enabled`; its generation is

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 
-#include "config/base/nearest_names.h"
 #include "config/base/value_text.h"
 #include "config/settings/camera_rows.h"
 #include "config/settings/parameter_rows.h"

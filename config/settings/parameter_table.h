@@ -26,7 +26,7 @@ enum class Effect {
 };
 
 /// Which new value of a parameter takes a limit of the force away, lets stale data act for longer, or warns
-/// less: nobody may get that unasked while he holds the handle (config/loosening.h).
+/// less: nobody may get that unasked while he holds the handle (config/conflicts.h).
 enum class Looser {
   never,           ///< it is no limit
   higher,          ///< of words: the one that is later in the list; true

@@ -17,8 +17,6 @@
 #include <vector>
 
 #include "config/base/value_text.h"
-#include "config/yaml/yaml_node.h"
-#include "config/yaml/yaml_source.h"
 
 namespace hapticd::config {
 namespace {
@@ -103,8 +101,7 @@ bool isListGroup(std::string_view name) {
 // first value of a duplicate name and follows aliases.
 class TreeBuilder final : public YAML::EventHandler {
  public:
-  /// `lists`: the text may hold lists anywhere, instead of only in groups that are lists.
-  TreeBuilder(bool lists, std::vector<YamlProblem>& problems) : lists_(lists), problems_(problems) {}
+  explicit TreeBuilder(std::vector<YamlProblem>& problems) : problems_(problems) {}
 
   void OnDocumentStart(const YAML::Mark& mark) override { document_line_ = lineOf(mark); }
   void OnDocumentEnd() override {}
@@ -185,8 +182,7 @@ class TreeBuilder final : public YAML::EventHandler {
     return !open_.empty() && open_.back().node.type == Type::map && !open_.back().member;
   }
   bool isOfList(std::string_view value) const {
-    if (lists_ || open_.empty()) return lists_;
-    return isListGroup(open_[0].member ? open_[0].member->name : value);
+    return !open_.empty() && isListGroup(open_[0].member ? open_[0].member->name : value);
   }
 
   void close() {
@@ -211,7 +207,6 @@ class TreeBuilder final : public YAML::EventHandler {
     }
   }
 
-  bool lists_;
   std::vector<YamlProblem>& problems_;
   YamlNode root_;
   std::vector<Level> open_;
@@ -311,7 +306,7 @@ void parseDocument(std::string_view text, YamlFile& file, TreeBuilder& builder) 
   YAML::Parser parser(stream);
   parser.HandleNextDocument(builder);
   std::vector<YamlProblem> of_second;
-  TreeBuilder second(false, of_second);
+  TreeBuilder second(of_second);
   // Not a loop over all documents, because the parser may report damaged ones forever.
   if (parser.HandleNextDocument(second)) {
     file.problems.push_back({second.documentLine(), "", "a second YAML document begins",
@@ -320,9 +315,8 @@ void parseDocument(std::string_view text, YamlFile& file, TreeBuilder& builder) 
   file.complete = true;
 }
 
-/// `whole`: takes the text's tree as it is; null: it is sorted into `file`.
-void parse(std::string_view text, YamlNode* whole, YamlFile& file) {
-  TreeBuilder builder(whole != nullptr, file.problems);
+void parse(std::string_view text, YamlFile& file) {
+  TreeBuilder builder(file.problems);
   std::optional<YamlProblem> syntax;
   std::optional<YamlProblem> excess;
   try {
@@ -333,11 +327,7 @@ void parse(std::string_view text, YamlNode* whole, YamlFile& file) {
   } catch (const YAML::Exception& exception) {
     syntax = syntaxProblem(exception);
   }
-  if (whole != nullptr) {
-    *whole = builder.take();
-  } else {
-    Sorting(file).take(builder.take());
-  }
+  Sorting(file).take(builder.take());
   std::ranges::stable_sort(file.problems, {}, &YamlProblem::line);
   if (excess) file.problems.push_back(std::move(*excess));
   // If both find a problem, the first place is the cause: an unclosed quote affects later lines.
@@ -351,25 +341,14 @@ void parse(std::string_view text, YamlNode* whole, YamlFile& file) {
   if (syntax) file.problems.push_back(std::move(*syntax));
 }
 
-YamlFile read(std::string_view text, YamlNode* whole) {
-  YamlFile file;
-  file.problems = forbiddenBytesIn(text);
-  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
-  if (file.problems.empty()) parse(text, whole, file);
-  return file;
-}
-
 }  // namespace
 
 YamlFile readYaml(std::string_view text) {
-  return read(text, nullptr);
-}
-
-std::expected<YamlNode, YamlProblem> readYamlNode(std::string_view text) {
-  YamlNode node;
-  YamlFile file = read(text, &node);
-  if (file.problems.empty()) return node;
-  return std::unexpected(std::move(file.problems.front()));
+  YamlFile file;
+  file.problems = forbiddenBytesIn(text);
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  if (file.problems.empty()) parse(text, file);
+  return file;
 }
 
 }  // namespace hapticd::config

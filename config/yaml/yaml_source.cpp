@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/yaml/yaml_source.h"
+#include "config/yaml/yaml_reader.h"
 
 #include <fmt/format.h>
 

@@ -46,7 +46,14 @@ struct SharedDepth {
 /// Counts the changes of the fixtures and of the tissue regions.
 struct AdditionGenerations {
   std::uint64_t fixtures = 0;
-  std::uint64_t regions = 0;  ///< without changes of their stiffness by applyStiffness()
+  std::uint64_t regions = 0;  ///< without changes of their stiffness by setMeasuredStiffness()
+};
+
+/// What estimators have measured of a region.
+struct MeasuredStiffness {
+  std::size_t region = 0;  ///< place in Box::additions().regions
+  double stiffness_n_per_m = 0;
+  double damping_n_s_per_m = 0;
 };
 
 /// The running box as the control API uses it.
@@ -68,8 +75,8 @@ class Box {
   virtual std::uint64_t applyAdditions(const config::SceneAdditions& additions) = 0;
   /// The region of additions() that covers a position, as an index; nothing: none does.
   virtual std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const = 0;
-  /// Hands regions to the force loop that differ in their stiffness and damping only. Nobody waits for it.
-  virtual void applyStiffness(const std::vector<config::RegionSettings>& regions) = 0;
+  /// Gives regions of additions() another stiffness and damping, each within its range. Nobody waits for it.
+  virtual void setMeasuredStiffness(const std::vector<MeasuredStiffness>& measured) = 0;
   /// Requests `engaged` or `idle`. `inside`: even if the HIP is inside a surface. A request to engage changes
   /// nothing while the box is engaged or holding. Returns the generation to wait for.
   virtual std::uint64_t engage(bool engaged, bool inside) = 0;

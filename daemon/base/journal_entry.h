@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "config/settings/event_kind.h"
+#include "rt/base/words.h"
 
 namespace hapticd::daemon {
 
@@ -24,5 +25,11 @@ struct JournalEntry {
   std::optional<config::EventKind> event = {};  ///< nothing: not an event, for the log only
   JournalFields fields = {};
 };
+
+/// The word of an enumerator ("engaged", "depth_stale"), as the control interface and the journal write it.
+template <rt::Worded Enumeration>
+const char* nameOf(Enumeration value) {
+  return rt::wordOf(value).data();  // a string literal
+}
 
 }  // namespace hapticd::daemon

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "config/base/error.h"
+#include "config/conflicts.h"
 #include "daemon/status/box_status.h"
 
 namespace hapticd::daemon {

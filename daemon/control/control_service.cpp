@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "daemon/control/base/interface_texts.h"
-#include "daemon/control/server/call_fields.h"
+#include "daemon/control/base/method_context.h"
 
 namespace hapticd::daemon {
 namespace {

@@ -15,7 +15,6 @@
 #include "daemon/trace/mcap/trace_file.h"
 #include "daemon/trace/reader/trace_folder.h"
 #include "rt/base/clock.h"
-#include "rt/base/periodic_clock.h"
 
 namespace hapticd::daemon {
 namespace {

@@ -6,7 +6,7 @@
 #include <chrono>
 #include <utility>
 
-#include "rt/base/periodic_clock.h"
+#include "rt/base/clock.h"
 #include "rt/base/realtime_thread.h"
 #include "rt/loop/haptic_core.h"
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <string_view>
 #include <tuple>
 
@@ -38,13 +37,6 @@ std::optional<std::string_view> restOfLine(std::string_view text, std::string_vi
   if (begin == std::string_view::npos || (begin != 0 && text[begin - 1] != '\n')) return std::nullopt;
   const std::string_view rest = text.substr(begin + beginning.size());
   return rest.substr(0, rest.find('\n'));
-}
-
-std::optional<double> numberFrom(std::string_view text) {
-  double number = 0;
-  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (failure != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
 }
 
 /// Whether `text` has the form "2026-03-04T05:06:07Z".
@@ -96,7 +88,7 @@ std::expected<std::optional<Registration>, std::vector<base::Error>> readRegistr
   for (const auto& [parameter, value] : *assignments) parameter->set(settings, value);
   Registration registration{settings.camera.pose, {}, {}};
   if (const auto residual = restOfLine(**content, kResidualLine))
-    registration.residual_m = numberFrom(*residual);
+    registration.residual_m = base::numberFrom<double>(*residual);
   if (const auto time = restOfLine(**content, kTimeLine); time && isTime(*time)) registration.time = *time;
   return registration;
 }

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "config/loosening.h"
+#include "config/conflicts.h"
 #include "daemon/status/fixture_status.h"
 #include "daemon/trace/format/trace_format.h"
 #include "drivers/camera/camera.h"

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "rt/base/pose.h"
-#include "rt/depth/disparity_frame.h"
+#include "rt/depth/disparity_image.h"
 
 namespace hapticd::rt {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "rt/base/parameters.h"
 #include "rt/depth/depth_model.h"
-#include "rt/depth/disparity_frame.h"
+#include "rt/depth/disparity_image.h"
 #include "rt/depth/filter_kernel.h"
 
 namespace hapticd::rt {

@@ -34,7 +34,9 @@ struct LawInput {
   Vec3 hip_m_in_world;                 ///< finite
   Vec3 hip_velocity_m_per_s_in_world;  ///< for damping only
   const LiveParameters& parameters;
-  double frame_age_s = 0;  ///< time from what the frame shows to this tick, 0..kMaxPrediction_s
+  double stiffness_n_per_m;  ///< k_s in effect: that of `parameters`, or the automatic one
+  double friction;           ///< in effect: that of `parameters`, or of the tissue at the proxy
+  double frame_age_s = 0;    ///< time from what the frame shows to this tick, 0..kMaxPrediction_s
 };
 
 /// Position of a constraint law's proxy relative to the surface.

@@ -4,10 +4,20 @@
 #include <cstddef>
 
 #include "rt/base/realtime_safe.h"
+#include "rt/laws/contact.h"
 #include "rt/laws/force_law.h"
-#include "rt/laws/law_memory.h"
+#include "rt/laws/nearest_springs.h"
 
 namespace hapticd::rt {
+
+/// State that the force laws keep from tick to tick.  Thread: one.
+struct LawMemory {
+  /// `point_capacity`: of the scenes that forces are computed from.  RT: not safe (allocates).
+  explicit LawMemory(std::size_t point_capacity) : search(point_capacity) {}
+
+  SearchMemory search;
+  ProxyMemory proxy;
+};
 
 /// Evaluates the selected force law and holds the state that the laws carry from tick to tick.
 /// Thread: one.

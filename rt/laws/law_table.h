@@ -9,7 +9,7 @@
 #include "rt/base/realtime_safe.h"
 #include "rt/base/words.h"
 #include "rt/laws/force_law.h"
-#include "rt/laws/law_memory.h"
+#include "rt/laws/force_laws.h"
 #include "rt/laws/proxy.h"
 #include "rt/laws/smooth_springs.h"
 #include "rt/laws/surface.h"
@@ -45,8 +45,9 @@ inline constexpr std::array kForceLaws{
         .looks_in_radius = true,
         .reach_m = [](const LiveParameters& parameters) noexcept { return parameters.springs.radius_m; },
         .force = [](const LawInput& input, LawMemory& memory) HAPTICD_RT -> ForceSample {
-          ForceSample sample =
-              nearestSprings(input.scene, input.hip_m_in_world, input.parameters.springs, memory.search);
+          SpringParameters springs = input.parameters.springs;
+          springs.stiffness_n_per_m = input.stiffness_n_per_m;
+          ForceSample sample = nearestSprings(input.scene, input.hip_m_in_world, springs, memory.search);
           sample.proxy_m_in_world = input.hip_m_in_world;
           return sample;
         }},

@@ -27,7 +27,7 @@ ForceSample smoothSprings(const LawInput& input, SearchMemory& memory) HAPTICD_R
                                              springs.radius_m, kFade_m, memory.work());
   if (sum.weight <= 0) return result;
   const double min_weight = springs.min_points / 3.0;
-  result.force_n_in_world = (springs.stiffness_n_per_m / std::max(sum.weight, min_weight)) * sum.sum;
+  result.force_n_in_world = (input.stiffness_n_per_m / std::max(sum.weight, min_weight)) * sum.sum;
   result.points_used = found.count;
   return result;
 }

@@ -284,7 +284,7 @@ class SurfaceTick {
   /// Takes a step along the side towards the HIP. Returns false if there is none to take.
   bool slideAlongSide() noexcept {
     const Vec3 left = hip_ - p_;
-    Vec3 step = slideOf(left, normal_, 0, input_.parameters.contact.friction);
+    Vec3 step = slideOf(left, normal_, 0, input_.friction);
     const double length = norm(step);
     if (length < kNone_m) return false;
     step = std::min(1.0, 0.5 * stride_m() / length) * step;
@@ -303,7 +303,7 @@ class SurfaceTick {
   /// Takes a step along the surface, which must bring the proxy nearer to the HIP. Returns false if it is as
   /// near as it can be.
   bool slide(const Vec3& left) noexcept {
-    Vec3 step = slideOf(left, normal_, 0, input_.parameters.contact.friction);
+    Vec3 step = slideOf(left, normal_, 0, input_.friction);
     const double length = norm(step);
     if (length < kNone_m) return false;
     if (length > stride_m()) step = (stride_m() / length) * step;
@@ -323,7 +323,7 @@ class SurfaceTick {
     const double turn_squared = dot(crease, crease);
     if (turn_squared < kMinTurn * kMinTurn || !maySample()) return false;
     const Vec3 along = (dot(left, crease) / turn_squared) * crease;
-    const double length = norm(slideOf(along, normal_, 0, input_.parameters.contact.friction));
+    const double length = norm(slideOf(along, normal_, 0, input_.friction));
     if (length < kNone_m) return false;
     return stepAlong(std::min(1.0, stride_m() / length) * along, left);
   }
@@ -390,7 +390,7 @@ class SurfaceTick {
   double maxLag_m() const noexcept { return std::max(kMaxLag_m, kMaxLag_px * pitch_m()); }
   bool lags() const noexcept {
     const Vec3 left = hip_ - p_;
-    return norm(slideOf(left, normal_, 0, input_.parameters.contact.friction)) > maxLag_m();
+    return norm(slideOf(left, normal_, 0, input_.friction)) > maxLag_m();
   }
 
   /// Repositions a proxy that has got stuck: to where the line of sight to the HIP meets the same surface, if

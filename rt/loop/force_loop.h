@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "rt/base/periodic_clock.h"
+#include "rt/base/clock.h"
 #include "rt/base/realtime_thread.h"
 #include "rt/channels/triple_buffer.h"
 #include "rt/loop/haptic_core.h"

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "rt/laws/law_table.h"
-#include "rt/safety/contact_damping.h"
 #include "rt/safety/stiffness_limit.h"
 
 namespace hapticd::rt {
@@ -20,40 +19,48 @@ constexpr double kMaxHold_s = 0.01;
 
 ForceSample HapticCore::lawForce(const Scene& scene, const Vec3& hip_m_in_world,
                                  const LiveParameters& parameters, double frame_age_s) HAPTICD_RT {
-  return laws_.force({scene, hip_m_in_world, {}, parameters, frame_age_s});
+  return laws_.force({.scene = scene,
+                      .hip_m_in_world = hip_m_in_world,
+                      .hip_velocity_m_per_s_in_world = {},
+                      .parameters = parameters,
+                      .stiffness_n_per_m = parameters.springs.stiffness_n_per_m,
+                      .friction = parameters.contact.friction,
+                      .frame_age_s = frame_age_s});
 }
 
-/// Evaluates the law at the handle's position, with the friction of the tissue where the proxy is.
-ForceSample HapticCore::forceOfLaw(const Input& input) HAPTICD_RT {
+/// Evaluates the law at the handle's position, with the stiffness in effect and the friction of the tissue
+/// where the proxy is.
+ForceSample HapticCore::forceOfLaw(const Input& input, const Tick& tick) HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;
-  const double age_s = frameAge_s(input.scene, input.now_ns, parameters);
-  const Vec3& hip = input.handle.position_m_in_world;
-  const Vec3& velocity = input.handle.velocity_m_per_s_in_world;
-  if (!TissueContact::isActive(input.tissue)) {
-    return laws_.force({input.scene, hip, velocity, parameters, age_s});
-  }
-  LiveParameters in_tissue = parameters;
-  in_tissue.contact.friction = memory_.tissue.frictionOfLaw(parameters);
-  return laws_.force({input.scene, hip, velocity, in_tissue, age_s});
+  const ContactParameters& contact = parameters.contact;
+  const bool in_tissue = TissueContact::isActive(input.tissue);
+  return laws_.force({.scene = input.scene,
+                      .hip_m_in_world = input.handle.position_m_in_world,
+                      .hip_velocity_m_per_s_in_world = input.handle.velocity_m_per_s_in_world,
+                      .parameters = parameters,
+                      .stiffness_n_per_m = tick.stiffness_n_per_m,
+                      .friction = in_tissue ? state_.tissue.frictionOfLaw(contact) : contact.friction,
+                      .frame_age_s = frameAge_s(input.scene, input.now_ns, parameters)});
 }
 
 /// Replaces the law's force by that of the stiffness map where there is one.
 LocalContact HapticCore::applyTissue(const Input& input, ForceSample& sample, Tick& tick) HAPTICD_RT {
   const LocalContact contact =
-      memory_.tissue.apply({.map = input.tissue,
-                            .model = input.scene.depth_model,
-                            .parameters = input.directive.parameters,
-                            .hip_m_in_world = input.handle.position_m_in_world,
-                            .velocity_m_per_s_in_world = input.handle.velocity_m_per_s_in_world,
-                            .period_s = input.period_s},
-                           sample);
+      state_.tissue.apply({.map = input.tissue,
+                           .model = input.scene.depth_model,
+                           .parameters = input.directive.parameters.contact,
+                           .stiffness_n_per_m = tick.stiffness_n_per_m,
+                           .hip_m_in_world = input.handle.position_m_in_world,
+                           .velocity_m_per_s_in_world = input.handle.velocity_m_per_s_in_world,
+                           .period_s = input.period_s},
+                          sample);
   tick.tissue_region = contact.region;
   return contact;
 }
 
 /// Evaluates law and stiffness map, or briefly holds the last force where the scene is not modelled.
 HapticCore::Evaluation HapticCore::evaluateLaw(const Input& input, Tick& tick) HAPTICD_RT {
-  Evaluation evaluation{forceOfLaw(input), {}};
+  Evaluation evaluation{forceOfLaw(input, tick), {}};
   ForceSample& sample = evaluation.sample;
   evaluation.contact = applyTissue(input, sample, tick);
   tick.law = laws_.law();
@@ -61,20 +68,20 @@ HapticCore::Evaluation HapticCore::evaluateLaw(const Input& input, Tick& tick) H
   tick.proxy_m_in_world = sample.proxy_m_in_world;
   tick.outside_model = sample.outside_model;
   if (sample.outside_model) {
-    memory_.outside_model_s += input.period_s;
-    if (memory_.outside_model_s > kMaxHold_s) {
-      memory_.held_force_n_in_world = {};
-      memory_.too_near = false;
+    state_.outside_model_s += input.period_s;
+    if (state_.outside_model_s > kMaxHold_s) {
+      state_.held_force_n_in_world = {};
+      state_.too_near = false;
     }
-    sample.force_n_in_world = memory_.held_force_n_in_world;
+    sample.force_n_in_world = state_.held_force_n_in_world;
     return evaluation;
   }
-  memory_.outside_model_s = 0;
-  memory_.too_near = sample.too_near;
+  state_.outside_model_s = 0;
+  state_.too_near = sample.too_near;
   tick.points_used = sample.points_used;
   if (tick.depth_share < 1) sample.force_n_in_world = tick.depth_share * sample.force_n_in_world;
   tick.law_force_n_in_world = sample.force_n_in_world;
-  memory_.held_force_n_in_world = isFinite(sample.force_n_in_world) ? sample.force_n_in_world : Vec3{};
+  state_.held_force_n_in_world = isFinite(sample.force_n_in_world) ? sample.force_n_in_world : Vec3{};
   return evaluation;
 }
 
@@ -84,12 +91,12 @@ double HapticCore::unexplained_n(const Input& input, const LocalContact& contact
                                  double fixture_stiffness_n_per_m,
                                  const Vec3& force_n_in_world) const HAPTICD_RT {
   if (!hasProxy(laws_.law()) && !(fixture_stiffness_n_per_m > 0)) return 0;
-  const double displacement_m = norm(input.handle.position_m_in_world - memory_.before.hip_m_in_world);
+  const double displacement_m = norm(input.handle.position_m_in_world - state_.before.hip_m_in_world);
   const double speed_change =
-      norm(input.handle.velocity_m_per_s_in_world - memory_.before.velocity_m_per_s_in_world);
+      norm(input.handle.velocity_m_per_s_in_world - state_.before.velocity_m_per_s_in_world);
   const double stiffness = contact.steepest_n_per_m + fixture_stiffness_n_per_m;
   const double explained_n = stiffness * displacement_m + contact.damping_n_s_per_m * speed_change;
-  return std::max(0.0, norm(force_n_in_world - memory_.before.force_n_in_world) - explained_n);
+  return std::max(0.0, norm(force_n_in_world - state_.before.force_n_in_world) - explained_n);
 }
 
 /// Computes the forces of the virtual fixtures, as they are exerted.
@@ -101,28 +108,29 @@ FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const Eva
     const LiveParameters& parameters = input.directive.parameters;
     const double scale = parameters.handle.motion_scale * parameters.handle.force_scale;
     const double of_law = tick.stiffness_gain * rules.damping_n_s_per_m;
-    const bool engaged = memory_.supervisor.mode() == Mode::engaged;
-    output = fixtures_.step(
+    const bool engaged = state_.supervisor.mode() == Mode::engaged;
+    output = state_.fixtures.step(
         {.set = *input.fixtures,
          .scene = input.scene,
          .hip_m_in_world = input.handle.position_m_in_world,
          .velocity_m_per_s_in_world = input.handle.velocity_m_per_s_in_world,
          .parameters = parameters,
+         .stiffness_n_per_m = tick.stiffness_n_per_m,
          .law = evaluation.sample,
          .surface_law = laws_.law() == ForceLaw::surface,
          .frame_age_s = frameAge_s(input.scene, input.now_ns, parameters),
          .depth_share = tick.depth_share,
          .now_ns = input.now_ns,
          .period_s = input.period_s,
-         .engages = engaged && !memory_.exerting,
+         .engages = engaged && !state_.exerting,
          .lag_damping_s = rules.fixture_damping_s,
          .max_stiffness_n_per_m = rules.fixture_stiffness_n_per_m,
          .max_damping_n_s_per_m = std::max(0.0, rules.largest_damping_n_s_per_m / scale - of_law),
          .law_stiffness_n_per_m = evaluation.contact.largest_n_per_m});
-    memory_.exerting = engaged;
+    state_.exerting = engaged;
     tick.fixture_generation = input.fixtures->generation;
   }
-  memory_.law_share = output.law_share;
+  state_.law_share = output.law_share;
   tick.fixtures_in_contact = output.in_contact;
   tick.nearest_fixture = output.nearest;
   tick.fixture_distance_m = output.distance_m;
@@ -135,8 +143,8 @@ FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const Eva
 /// Blends the force of law and forbidden regions over a change of scene, law, parameters or fixtures. The
 /// force is clamped to the limit first, so that the blend never starts from more than the handle can have
 /// exerted. All this happens before the law's stiffness limit, which is already in the forces of fixtures.
-void HapticCore::blend(const Input& input, const Evaluation& evaluation,
-                       const FixtureForces::Output& fixtures, Tick& tick) HAPTICD_RT {
+HapticCore::Change HapticCore::blend(const Input& input, const Evaluation& evaluation,
+                                     const FixtureForces::Output& fixtures, Tick& tick) HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;
   const ForceSample& sample = evaluation.sample;
   const LocalContact& contact = evaluation.contact;
@@ -144,14 +152,13 @@ void HapticCore::blend(const Input& input, const Evaluation& evaluation,
   const Vec3 force_n_in_world =
       fixtures.holds ? sample.force_n_in_world + to_law * fixtures.spring_force_n : sample.force_n_in_world;
   const double fixture_stiffness = to_law * fixtures.steepest_n_per_m;
-  const double stiffness =
-      std::max(parameters.springs.stiffness_n_per_m, contact.tangent_n_per_m) + fixture_stiffness;
+  const double stiffness = std::max(tick.stiffness_n_per_m, contact.tangent_n_per_m) + fixture_stiffness;
   const double length = norm(force_n_in_world);
   const double limit = parameters.safety.max_force_n / (parameters.handle.force_scale * tick.stiffness_gain);
   const Vec3 cut =
       std::isfinite(length) && length > limit ? (limit / length) * force_n_in_world : force_n_in_world;
   SpringParameters springs = parameters.springs;
-  if (memory_.stiffness.on()) springs.stiffness_n_per_m = 0;
+  if (state_.stiffness.on()) springs.stiffness_n_per_m = 0;
   const Origin now{.model = input.scene.model,
                    .law = laws_.law(),
                    .springs = springs,
@@ -161,32 +168,35 @@ void HapticCore::blend(const Input& input, const Evaluation& evaluation,
                    .tissue_generation = TissueContact::generationOf(input.tissue)};
   const double max_n = stiffness * kFastestSurface_m_per_s * input.period_s;
   const double unexplained = unexplained_n(input, contact, fixture_stiffness, cut);
-  memory_.changed = memory_.origin.model != 0 && now != memory_.origin;
-  const bool changed = memory_.changed || (memory_.origin.model != 0 && unexplained > max_n);
-  memory_.surface_moved = memory_.changed || unexplained > 0;
-  memory_.origin = now;
+  const bool comparable = state_.origin.model != 0;
+  Change change;
+  change.inputs = comparable && now != state_.origin;
+  change.surface = change.inputs || unexplained > 0;
+  const bool blends = change.inputs || (comparable && unexplained > max_n);
+  state_.origin = now;
   const double share = length > limit ? limit / length : 1;
-  const double tissue_n2 = 2 * parameters.springs.stiffness_n_per_m * contact.energy_j;
+  const double tissue_n2 = 2 * tick.stiffness_n_per_m * contact.energy_j;
   const Vec3& law_n = sample.force_n_in_world;
-  memory_.before = {.hip_m_in_world = input.handle.position_m_in_world,
-                    .velocity_m_per_s_in_world = input.handle.velocity_m_per_s_in_world,
-                    .force_n_in_world = cut,
-                    .gain = memory_.before.gain,
-                    .mode_gain = memory_.before.mode_gain,
-                    .law_force_n_in_world = law_n,
-                    .fixture_j = fixtures.stored_j,
-                    .guidance_j = fixtures.guidance_j,
-                    .fixture_changes_j = fixtures.changes_j,
-                    .standoff_force_n_in_world = fixtures.standoff_force_n,
-                    .standoff_j = fixtures.standoff_j,
-                    .standoff_power_w = fixtures.standoff_power_w,
-                    .spring_n2 = contact.in_tissue ? share * share * tissue_n2 : dot(cut, cut),
-                    .law_spring_n2 = contact.in_tissue ? tissue_n2 : dot(law_n, law_n),
-                    .stiffness_n_per_m = memory_.stiffness.on() ? parameters.springs.stiffness_n_per_m : 0};
-  const Vec3 blended = memory_.blend.apply(cut, changed, parameters.blend, stiffness, input.period_s,
-                                           changed ? 0 : unexplained);
+  state_.before = {.hip_m_in_world = input.handle.position_m_in_world,
+                   .velocity_m_per_s_in_world = input.handle.velocity_m_per_s_in_world,
+                   .force_n_in_world = cut,
+                   .gain = state_.before.gain,
+                   .mode_gain = state_.before.mode_gain,
+                   .law_force_n_in_world = law_n,
+                   .fixture_j = fixtures.stored_j,
+                   .guidance_j = fixtures.guidance_j,
+                   .fixture_changes_j = fixtures.changes_j,
+                   .standoff_force_n_in_world = fixtures.standoff_force_n,
+                   .standoff_j = fixtures.standoff_j,
+                   .standoff_power_w = fixtures.standoff_power_w,
+                   .spring_n2 = contact.in_tissue ? share * share * tissue_n2 : dot(cut, cut),
+                   .law_spring_n2 = contact.in_tissue ? tissue_n2 : dot(law_n, law_n),
+                   .stiffness_n_per_m = state_.stiffness.on() ? tick.stiffness_n_per_m : 0};
+  const Vec3 blended =
+      state_.blend.apply(cut, blends, parameters.blend, stiffness, input.period_s, blends ? 0 : unexplained);
   tick.blending = !(blended == cut);
   tick.blended_force_n_in_world = blended;
+  return change;
 }
 
 /// Computes what keeps the loop stable at its current lag: the share of the law's force to exert and the
@@ -203,7 +213,7 @@ HapticCore::LagRules HapticCore::lagRules(const Input& input, const Evaluation& 
   const bool automatic = parameters.safety.contact_damping == ContactDamping::automatic;
   LagRules rules;
   const double held_s = input.loop_period_s > 0 ? input.loop_period_s : input.period_s;
-  rules.lag_s = loopLag_s(held_s, memory_.latency.delay_s(input.handle), parameters.safety.force_filter_hz);
+  rules.lag_s = loopLag_s(held_s, state_.latency.delay_s(input.handle), parameters.safety.force_filter_hz);
   rules.largest_damping_n_s_per_m = largestDamping_n_s_per_m(parameters.handle.device_mass_kg, rules.lag_s);
 
   const bool by_mass = automatic && !input.handle.damps;
@@ -216,13 +226,13 @@ HapticCore::LagRules HapticCore::lagRules(const Input& input, const Evaluation& 
   if (limited) tick.stiffness_rule = by_mass ? StiffnessRule::mass : StiffnessRule::delay;
   const bool reduces = parameters.safety.stiffness_limit == StiffnessLimit::reduce;
   const double alone = limited && reduces ? tick.stiffness_limit_n_per_m / stiffness : 1;
-  memory_.stiffness_share.aimAt(alone * memory_.law_share);
+  state_.stiffness_share.aimAt(alone * state_.law_share);
   if (in_contact) {
-    memory_.stiffness_share.advance(input.period_s);
+    state_.stiffness_share.advance(input.period_s);
   } else {
-    memory_.stiffness_share.advanceFree(input.period_s);
+    state_.stiffness_share.advanceFree(input.period_s);
   }
-  tick.stiffness_gain = memory_.stiffness_share.value();
+  tick.stiffness_gain = state_.stiffness_share.value();
   rules.fixture_stiffness_n_per_m =
       reduces ? tick.stiffness_limit_n_per_m : std::numeric_limits<double>::infinity();
   if (!automatic) return rules;
@@ -254,10 +264,10 @@ Vec3 HapticCore::damp(const Input& input, const Evaluation& evaluation, const Fi
 
 /// Computes the work that fixtures did on the HIP by moving with the surface, growing or changing their
 /// stiffness.
-double HapticCore::fixtureWork_j(const Before& before, const Input& input,
+double HapticCore::fixtureWork_j(const Before& before, const Change& change, const Input& input,
                                  const Vec3& hip_motion_m) const HAPTICD_RT {
-  const Before& now = memory_.before;
-  if (!memory_.changed) return now.fixture_changes_j + now.standoff_power_w * input.period_s;
+  const Before& now = state_.before;
+  if (!change.inputs) return now.fixture_changes_j + now.standoff_power_w * input.period_s;
   const Vec3 twice_mean = now.standoff_force_n_in_world + before.standoff_force_n_in_world;
   return now.fixture_changes_j + now.standoff_j - before.standoff_j + dot(twice_mean, hip_motion_m) / 2;
 }
@@ -266,14 +276,14 @@ double HapticCore::fixtureWork_j(const Before& before, const Input& input,
 /// exerted with the gain g is g F^2 / (2 k), or g U in tissue (Before::spring_n2). A change of it beyond the
 /// work of the HIP (F . dx with the mean force over the tick) was caused by the scene or by the gain: a
 /// surface moved.
-SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& input,
-                                            const Evaluation& evaluation) const HAPTICD_RT {
+SafetyChain::Motion HapticCore::motionSince(const Before& before, const Change& change, const Input& input,
+                                            const Evaluation& evaluation, const Tick& tick) const HAPTICD_RT {
   const Vec3& surface_velocity_m_per_s = evaluation.sample.surface_velocity_m_per_s_in_world;
   const LiveParameters& parameters = input.directive.parameters;
   const HandleScaleParameters& scale = parameters.handle;
   const double to_hand = 1 / scale.motion_scale;
-  const double stiffness = parameters.springs.stiffness_n_per_m;
-  const double gain = memory_.before.gain;
+  const double stiffness = tick.stiffness_n_per_m;
+  const double gain = state_.before.gain;
   const Vec3 hip_motion_m = input.handle.position_m_in_world - before.hip_m_in_world;
   SafetyChain::Motion motion;
   motion.known = true;
@@ -283,11 +293,11 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
       gain * evaluation.contact.secant_n_per_m * scale.motion_scale * scale.force_scale;
   motion.device_damping_n_s_per_m = scale.device_damping_n_s_per_m;
   motion.max_surface_speed_m_per_s = to_hand * kFastestSurface_m_per_s;
-  motion.delay_s = memory_.latency.delay_s(input.handle);
-  motion.stored_j = memory_.before.mode_gain * (memory_.before.fixture_j + memory_.before.guidance_j) *
+  motion.delay_s = state_.latency.delay_s(input.handle);
+  motion.stored_j = state_.before.mode_gain * (state_.before.fixture_j + state_.before.guidance_j) *
                     scale.force_scale * to_hand;
   if (stiffness > 0) {
-    const Before& now = memory_.before;
+    const Before& now = state_.before;
     const bool fixtures_hold = now.fixture_j > 0 || before.fixture_j > 0;
     const Vec3& force = fixtures_hold ? now.law_force_n_in_world : now.force_n_in_world;
     const Vec3& force_before = fixtures_hold ? before.law_force_n_in_world : before.force_n_in_world;
@@ -299,12 +309,11 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
     if (fell) before_n2 *= now.stiffness_n_per_m / before.stiffness_n_per_m;
     const double stored = (now_n2 - before_n2) / (2 * stiffness);
     const double of_hip = -dot(twice_mean, hip_motion_m) / 2;
-    double of_surface = memory_.surface_moved
-                            ? stored - of_hip
-                            : dot(twice_mean, surface_velocity_m_per_s) / 2 * input.period_s;
+    double of_surface =
+        change.surface ? stored - of_hip : dot(twice_mean, surface_velocity_m_per_s) / 2 * input.period_s;
     double work_j = before.gain * of_surface + (gain - before.gain) * (now_n2 / (2 * stiffness));
     if (fixtures_hold) {
-      work_j += before.mode_gain * fixtureWork_j(before, input, hip_motion_m) +
+      work_j += before.mode_gain * fixtureWork_j(before, change, input, hip_motion_m) +
                 (now.mode_gain - before.mode_gain) * now.fixture_j;
     }
     motion.surface_work_j = work_j * scale.force_scale * to_hand;
@@ -316,65 +325,65 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
 /// limits can store: under the largest force F a spring F^2 / (2 k_s), and a law without a proxy, which acts
 /// all over its radius, F D_thresh. Besides, a force that arrives with the known delay may push a hand that
 /// has turned meanwhile.
-bool HapticCore::isInDebt(const Input& input) HAPTICD_RT {
+bool HapticCore::isInDebt(const Input& input, const Tick& tick) HAPTICD_RT {
   constexpr double kHandSpeed_m_per_s = 1;
   const LiveParameters& parameters = input.directive.parameters;
   const HandleScaleParameters& scale = parameters.handle;
   const double max_n = parameters.safety.max_force_n;
   const double spring_j =
-      max_n * max_n / (2 * scale.motion_scale * scale.force_scale * parameters.springs.stiffness_n_per_m);
+      max_n * max_n / (2 * scale.motion_scale * scale.force_scale * tick.stiffness_n_per_m);
   const double stored_j = hasProxy(laws_.law())
                               ? spring_j
                               : std::max(spring_j, max_n * parameters.springs.radius_m / scale.motion_scale);
   const double allowed_j = std::max(stored_j, EnergyDebt::kMin_j) +
-                           max_n * kHandSpeed_m_per_s * memory_.latency.delay_s(input.handle);
-  const bool at_zero = memory_.supervisor.gain() == 0 && memory_.safety.lastForce_n_in_world() == Vec3{};
-  return memory_.debt.follow(memory_.safety.energy_j(), allowed_j, at_zero, input.period_s);
+                           max_n * kHandSpeed_m_per_s * state_.latency.delay_s(input.handle);
+  const bool at_zero = state_.supervisor.gain() == 0 && state_.safety.lastForce_n_in_world() == Vec3{};
+  return state_.debt.follow(state_.safety.energy_j(), allowed_j, at_zero, input.period_s);
 }
 
 /// Returns the force that measures the latency of the device.
 Vec3 HapticCore::knock(const Input& input) HAPTICD_RT {
-  return memory_.latency.step({.handle = input.handle,
-                               .engaged = memory_.supervisor.mode() == Mode::engaged,
-                               .motion_scale = input.directive.parameters.handle.motion_scale,
-                               .command_n_in_world = memory_.safety.lastForce_n_in_world(),
-                               .period_s = input.period_s});
+  return state_.latency.step({.handle = input.handle,
+                              .engaged = state_.supervisor.mode() == Mode::engaged,
+                              .motion_scale = input.directive.parameters.handle.motion_scale,
+                              .command_n_in_world = state_.safety.lastForce_n_in_world(),
+                              .period_s = input.period_s});
 }
 
 /// Returns the palpation cue of this tick.
 Vec3 HapticCore::cue(const Input& input, const Evaluation& evaluation, const Tick& tick) HAPTICD_RT {
-  const bool engaged = memory_.supervisor.mode() == Mode::engaged;
-  return memory_.cue.apply({.allowed = engaged && evaluation.contact.in_tissue,
-                            .amplitude_n = evaluation.contact.cue_force_n,
-                            .frequency_hz = evaluation.contact.cue_hz,
-                            .contact_force_n = norm(tick.scaled_force_n_in_world),
-                            .normal_in_world = evaluation.sample.normal_in_world,
-                            .velocity_m_per_s_in_world = input.handle.velocity_m_per_s_in_world,
-                            .period_s = input.period_s},
-                           input.directive.parameters.safety);
+  const bool engaged = state_.supervisor.mode() == Mode::engaged;
+  return state_.cue.apply({.allowed = engaged && evaluation.contact.in_tissue,
+                           .amplitude_n = evaluation.contact.cue_force_n,
+                           .frequency_hz = evaluation.contact.cue_hz,
+                           .contact_force_n = norm(tick.scaled_force_n_in_world),
+                           .normal_in_world = evaluation.sample.normal_in_world,
+                           .velocity_m_per_s_in_world = input.handle.velocity_m_per_s_in_world,
+                           .period_s = input.period_s},
+                          input.directive.parameters.safety);
 }
 
 /// Computes the command from the law's force.
 SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervisor::Obstacle& obstacle,
                                                Tick& tick) HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;
-  const Before before = memory_.before;
-  const bool comparable = memory_.origin.model != 0;
-  tick.depth_share = memory_.supervisor.depthShare();
+  const Before before = state_.before;
+  const bool comparable = state_.origin.model != 0;
+  tick.depth_share = state_.supervisor.depthShare();
   const Evaluation evaluation = evaluateLaw(input, tick);
   const LagRules rules = lagRules(input, evaluation, tick);
   const FixtureForces::Output fixtures = evaluateFixtures(input, evaluation, rules, tick);
-  blend(input, evaluation, fixtures, tick);
+  const Change change = blend(input, evaluation, fixtures, tick);
   const Vec3 damped_n = damp(input, evaluation, fixtures, rules, tick);
-  memory_.supervisor.decide(input, obstacle,
-                            {.in_contact = norm(tick.law_force_n_in_world) > 0 || fixtures.holds,
-                             .too_near = memory_.too_near,
-                             .in_debt = isInDebt(input),
-                             .keeps = keepsWithoutDepth(input.fixtures)});
-  const double mode_gain = memory_.supervisor.gain();
+  state_.supervisor.decide(input, obstacle,
+                           {.in_contact = norm(tick.law_force_n_in_world) > 0 || fixtures.holds,
+                            .too_near = state_.too_near,
+                            .in_debt = isInDebt(input, tick),
+                            .keeps = keepsWithoutDepth(input.fixtures)});
+  const double mode_gain = state_.supervisor.gain();
   const double gain = mode_gain * tick.stiffness_gain;
-  memory_.before.gain = gain;
-  memory_.before.mode_gain = mode_gain;
+  state_.before.gain = gain;
+  state_.before.mode_gain = mode_gain;
   tick.gain = gain;
   const HandleScaleParameters& scale = parameters.handle;
   tick.contact_damping_n_s_per_m = gain * scale.motion_scale * scale.force_scale * rules.damping_n_s_per_m;
@@ -383,41 +392,23 @@ SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervi
         mode_gain * scale.motion_scale * scale.force_scale * fixtures.damping_n_s_per_m;
   }
   tick.scaled_force_n_in_world = gain * scale.force_scale * damped_n;
-  memory_.stiffness.follow(StiffnessRules::of(parameters, tick.stiffness_limit_n_per_m, input.scene.noise),
-                           inContact(tick) || fixtures.holds, input.period_s);
+  state_.stiffness.follow(StiffnessRules::of(parameters, tick.stiffness_limit_n_per_m, input.scene.noise),
+                          inContact(tick) || fixtures.holds, input.period_s);
   SafetyChain::Motion motion;
-  if (comparable) motion = motionSince(before, input, evaluation);
+  if (comparable) motion = motionSince(before, change, input, evaluation, tick);
   motion.max_damping_n_s_per_m =
       rules.largest_damping_n_s_per_m - (input.handle.damps ? 0 : tick.contact_damping_n_s_per_m);
   motion.cue_n_in_world = tick.cue_force_n_in_world = cue(input, evaluation, tick) + knock(input);
-  tick.hidden_latency_s = memory_.latency.hidden_s();
-  return memory_.safety.apply(tick.scaled_force_n_in_world, parameters.safety, input.period_s, motion);
+  tick.hidden_latency_s = state_.latency.hidden_s();
+  return state_.safety.apply(tick.scaled_force_n_in_world, parameters.safety, input.period_s, motion);
 }
 
 Tick HapticCore::step(const Input& input) HAPTICD_RT {
-  const double stiffness_n_per_m = memory_.stiffness.begin(input.directive.parameters);
-  if (!memory_.stiffness.on()) return stepWith(input);
-  Directive directive = input.directive;
-  directive.parameters.springs.stiffness_n_per_m = stiffness_n_per_m;
-  return stepWith({.now_ns = input.now_ns,
-                   .period_s = input.period_s,
-                   .scene = input.scene,
-                   .handle = input.handle,
-                   .directive = directive,
-                   .overran = input.overran,
-                   .release = input.release,
-                   .loop_period_s = input.loop_period_s,
-                   .fixtures = input.fixtures,
-                   .tissue = input.tissue});
-}
-
-/// Computes a tick with the stiffness in effect.
-Tick HapticCore::stepWith(const Input& input) HAPTICD_RT {
   Tick tick;
   tick.hip_m_in_world = input.handle.position_m_in_world;
   tick.proxy_m_in_world = tick.hip_m_in_world;
   tick.fixture_proxy_m_in_world = tick.hip_m_in_world;
-  tick.stiffness_n_per_m = input.directive.parameters.springs.stiffness_n_per_m;
+  tick.stiffness_n_per_m = state_.stiffness.begin(input.directive.parameters);
   tick.handle = input.handle;
   tick.directive_generation = input.directive.generation;
   tick.after_overrun = input.overran;
@@ -426,43 +417,43 @@ Tick HapticCore::stepWith(const Input& input) HAPTICD_RT {
   tick.scene_model = input.scene.model;
   tick.scene_age_ns = input.scene.frame == 0 ? 0 : input.now_ns - input.scene.frame_time_ns;
 
-  if (memory_.last_ns != 0 && input.now_ns - memory_.last_ns > kCommandLife_ns) {
-    memory_.safety.restart();
-    memory_.supervisor.restartRamp();
+  if (state_.last_ns != 0 && input.now_ns - state_.last_ns > kCommandLife_ns) {
+    state_.safety.restart();
+    state_.supervisor.restartRamp();
   }
-  memory_.last_ns = input.now_ns;
+  state_.last_ns = input.now_ns;
   // The law is evaluated in every mode with valid inputs, so that status shows contact before engaging.
   const SafetyParameters& safety = input.directive.parameters.safety;
-  const Supervisor::Obstacle obstacle = memory_.supervisor.look(input);
+  const Supervisor::Obstacle obstacle = state_.supervisor.look(input);
   SafetyChain::Output out;
   if (obstacle.law_usable) {
     out = computeCommand(input, obstacle, tick);
   } else {
     release();  // the positions of the proxies have become meaningless
-    memory_.tissue.release();
-    memory_.cue = {};
-    memory_.blend.reset();
-    memory_.origin = {};
-    memory_.too_near = false;
-    memory_.supervisor.decide(input, obstacle, {});
+    state_.tissue.release();
+    state_.cue = {};
+    state_.blend.reset();
+    state_.origin = {};
+    state_.too_near = false;
+    state_.supervisor.decide(input, obstacle, {});
     tick.released = obstacle.releases;
-    out = obstacle.releases ? memory_.safety.release(safety, input.period_s)
-                            : memory_.safety.apply({}, safety, input.period_s);
+    out = obstacle.releases ? state_.safety.release(safety, input.period_s)
+                            : state_.safety.apply({}, safety, input.period_s);
   }
   if (out.not_finite) {
-    memory_.supervisor.fault();
-    memory_.held_force_n_in_world = {};
+    state_.supervisor.fault();
+    state_.held_force_n_in_world = {};
   }
-  tick.mode = memory_.supervisor.mode();
-  tick.cause = memory_.supervisor.cause();
-  tick.stiffness_bound = memory_.stiffness.bound();
+  tick.mode = state_.supervisor.mode();
+  tick.cause = state_.supervisor.cause();
+  tick.stiffness_bound = state_.stiffness.bound();
   tick.surface_noise_m = input.scene.frame == 0 ? 0 : input.scene.noise.noise_m;
   tick.slew_limited = out.slew_limited;
   tick.magnitude_clamped = out.magnitude_clamped;
   tick.not_finite = out.not_finite;
   tick.passivity_acted = out.passivity_acted;
   tick.thermally_limited = out.thermally_limited;
-  tick.energy_j = memory_.safety.energy_j();
+  tick.energy_j = state_.safety.energy_j();
   tick.passive_force_n_in_world = out.passive_n_in_world;
   tick.filtered_force_n_in_world = out.filtered_n_in_world;
   tick.slewed_force_n_in_world = out.slewed_n_in_world;

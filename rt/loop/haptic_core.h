@@ -14,8 +14,8 @@
 #include "rt/laws/force_laws.h"
 #include "rt/loop/loop_state.h"
 #include "rt/loop/supervisor.h"
-#include "rt/safety/energy_debt.h"
 #include "rt/safety/hidden_latency.h"
+#include "rt/safety/passivity.h"
 #include "rt/safety/safety_chain.h"
 #include "rt/scene/scene.h"
 #include "rt/tissue/palpation_cue.h"
@@ -64,19 +64,15 @@ class HapticCore {
     double law_spring_n2 = 0;
     double stiffness_n_per_m = 0;  ///< k_s, if it is automatic; else 0
   };
-  /// The complete state that a tick passes to the next one and that the force depends on. A core restored
-  /// from another core's memory continues exactly as that one.
-  struct Memory {
-    ForceLaws::Memory laws;
-    FixtureForces::Memory fixtures;
+  /// What a tick passes to the next one, besides what the laws keep.
+  struct State {
+    FixtureForces fixtures;
     ForceBlend blend;
     Origin origin;
     Before before;
     SafetyChain safety;
     Supervisor supervisor;
     StiffnessShare stiffness_share;  ///< of the law's springs
-    bool changed = false;            ///< scene, law or parameters differ from those of the previous force
-    bool surface_moved = false;      ///< `changed`, or the HIP's motion does not explain the force
     Vec3 held_force_n_in_world;      ///< from the last tick whose neighbourhood was modelled
     double outside_model_s = 0;      ///< time since that tick
     bool too_near = false;           ///< ForceSample::too_near of that tick
@@ -88,6 +84,12 @@ class HapticCore {
     TissueContact tissue;
     PalpationCue cue;
     AutomaticStiffness stiffness;
+  };
+  /// All that the next force depends on. A core restored from another core's memory continues exactly as
+  /// that one.
+  struct Memory {
+    ForceLaws::Memory laws;
+    State state;
   };
   static_assert(std::is_trivially_copyable_v<Memory>);
 
@@ -102,30 +104,24 @@ class HapticCore {
                        double frame_age_s = 0) HAPTICD_RT;
 
   /// Returns what the fixture at this place of the newest set does.
-  FixtureState fixture(std::size_t place) const HAPTICD_RT { return fixtures_.stateOf(place); }
+  FixtureState fixture(std::size_t place) const HAPTICD_RT { return state_.fixtures.stateOf(place); }
   /// Returns the result of the newest measurement of the device's latency.
-  const LatencyProbe::Result& latency() const HAPTICD_RT { return memory_.latency.result(); }
+  const LatencyProbe::Result& latency() const HAPTICD_RT { return state_.latency.result(); }
 
   /// Discards the proxy; the next force of a constraint law starts with the proxy at the HIP.
   void release() HAPTICD_RT {
     laws_.release();
-    fixtures_.release();
+    state_.fixtures.release();
   }
 
-  Memory memory() const HAPTICD_RT {
-    Memory memory = memory_;
-    memory.laws = laws_.memory();
-    memory.fixtures = fixtures_.memory();
-    return memory;
-  }
+  Memory memory() const HAPTICD_RT { return {laws_.memory(), state_}; }
   void restore(const Memory& memory) HAPTICD_RT {
-    memory_ = memory;
     laws_.restore(memory.laws);
-    fixtures_.restore(memory.fixtures);
+    state_ = memory.state;
   }
 
   /// Returns the largest stiffness by each rule, at the last tick that evaluated the law.
-  const StiffnessRules& stiffnessRules() const HAPTICD_RT { return memory_.stiffness.rules(); }
+  const StiffnessRules& stiffnessRules() const HAPTICD_RT { return state_.stiffness.rules(); }
 
   /// Returns the place around which the scene must be modelled for the next tick: the proxy of a constraint
   /// law, otherwise the HIP.
@@ -144,37 +140,42 @@ class HapticCore {
     double fixture_stiffness_n_per_m = 0;  ///< largest that is stable; infinite: it is not to be limited
   };
 
+  /// What differs from the previous tick, beyond what the HIP's displacement explains.
+  struct Change {
+    bool inputs = false;   ///< scene, law, parameters or fixtures are other ones
+    bool surface = false;  ///< they are, or the surface moved
+  };
+
   /// The law's result and the contact at its proxy.
   struct Evaluation {
     ForceSample sample;
     LocalContact contact;
   };
 
-  Tick stepWith(const Input& input) HAPTICD_RT;
   Evaluation evaluateLaw(const Input& input, Tick& tick) HAPTICD_RT;
-  ForceSample forceOfLaw(const Input& input) HAPTICD_RT;
+  ForceSample forceOfLaw(const Input& input, const Tick& tick) HAPTICD_RT;
   LocalContact applyTissue(const Input& input, ForceSample& sample, Tick& tick) HAPTICD_RT;
   LagRules lagRules(const Input& input, const Evaluation& evaluation, Tick& tick) HAPTICD_RT;
   FixtureForces::Output evaluateFixtures(const Input& input, const Evaluation& evaluation,
                                          const LagRules& rules, Tick& tick) HAPTICD_RT;
   Vec3 damp(const Input& input, const Evaluation& evaluation, const FixtureForces::Output& fixtures,
             const LagRules& rules, Tick& tick) const HAPTICD_RT;
-  void blend(const Input& input, const Evaluation& evaluation, const FixtureForces::Output& fixtures,
-             Tick& tick) HAPTICD_RT;
+  Change blend(const Input& input, const Evaluation& evaluation, const FixtureForces::Output& fixtures,
+               Tick& tick) HAPTICD_RT;
   double unexplained_n(const Input& input, const LocalContact& contact, double fixture_stiffness_n_per_m,
                        const Vec3& force_n_in_world) const HAPTICD_RT;
-  double fixtureWork_j(const Before& before, const Input& input, const Vec3& hip_motion_m) const HAPTICD_RT;
-  SafetyChain::Motion motionSince(const Before& before, const Input& input,
-                                  const Evaluation& evaluation) const HAPTICD_RT;
-  bool isInDebt(const Input& input) HAPTICD_RT;
+  double fixtureWork_j(const Before& before, const Change& change, const Input& input,
+                       const Vec3& hip_motion_m) const HAPTICD_RT;
+  SafetyChain::Motion motionSince(const Before& before, const Change& change, const Input& input,
+                                  const Evaluation& evaluation, const Tick& tick) const HAPTICD_RT;
+  bool isInDebt(const Input& input, const Tick& tick) HAPTICD_RT;
   Vec3 knock(const Input& input) HAPTICD_RT;
   Vec3 cue(const Input& input, const Evaluation& evaluation, const Tick& tick) HAPTICD_RT;
   SafetyChain::Output computeCommand(const Input& input, const Supervisor::Obstacle& obstacle,
                                      Tick& tick) HAPTICD_RT;
 
   ForceLaws laws_;
-  FixtureForces fixtures_;
-  Memory memory_;
+  State state_;
 };
 
 }  // namespace hapticd::rt

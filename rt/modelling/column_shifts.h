@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "rt/depth/disparity_frame.h"
+#include "rt/depth/disparity_image.h"
 #include "rt/scene/visible_surface.h"
 
 namespace hapticd::rt {

@@ -7,7 +7,7 @@
 
 #include "hwy/cache_control.h"
 #include "hwy/highway.h"
-#include "rt/depth/disparity_frame.h"
+#include "rt/depth/disparity_image.h"
 #include "rt/modelling/occlusion_kernel.h"
 
 HWY_BEFORE_NAMESPACE();

@@ -9,7 +9,7 @@
 #include "hwy/aligned_allocator.h"
 #include "rt/base/cache_line.h"
 #include "rt/depth/depth_model.h"
-#include "rt/depth/disparity_frame.h"
+#include "rt/depth/disparity_image.h"
 #include "rt/modelling/occlusion_kernel.h"
 #include "rt/scene/scene.h"
 

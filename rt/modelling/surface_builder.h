@@ -6,7 +6,7 @@
 
 #include "rt/base/parameters.h"
 #include "rt/depth/depth_model.h"
-#include "rt/depth/disparity_frame.h"
+#include "rt/depth/disparity_image.h"
 #include "rt/modelling/block_image.h"
 #include "rt/modelling/column_shifts.h"
 #include "rt/modelling/facet_fit.h"

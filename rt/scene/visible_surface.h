@@ -8,7 +8,7 @@
 #include "rt/base/realtime_safe.h"
 #include "rt/base/vec3.h"
 #include "rt/depth/depth_model.h"
-#include "rt/depth/disparity_frame.h"
+#include "rt/depth/disparity_image.h"
 
 namespace hapticd::rt {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rt/safety/contact_damping.h"
+#include "rt/safety/stiffness_limit.h"
 
 namespace hapticd::rt {
 namespace {
@@ -67,13 +67,13 @@ TissueRegion inEffect(const TissueRegion& region, const TissueContact::Following
   return effective;
 }
 
-MixedContact mixedAt(const TissueMap& map, const TissueContact::Memory& memory,
-                     const LiveParameters& parameters, const TissueShares& shares, double depth_m) noexcept {
+/// `rest`: parameters of the contact where no region is, with the stiffness `rest_n_per_m`.
+MixedContact mixedAt(const TissueMap& map, const TissueContact::Memory& memory, const ContactParameters& rest,
+                     double rest_n_per_m, const TissueShares& shares, double depth_m) noexcept {
   MixedContact mixed;
-  const double stiffness = parameters.springs.stiffness_n_per_m;
   if (shares.rest.share > 0) {
-    mixed.add(shares.rest, linearContact(stiffness, parameters.contact.damping_n_s_per_m, depth_m), stiffness,
-              parameters.contact.friction, 0);
+    mixed.add(shares.rest, linearContact(rest_n_per_m, rest.damping_n_s_per_m, depth_m), rest_n_per_m,
+              rest.friction, 0);
   }
   const double secant_depth_m = std::max(depth_m, kMinDepth_m);
   for (std::size_t i = 0; i < shares.count; ++i) {
@@ -128,13 +128,12 @@ double followed(double current, double aim, double step) noexcept {
 }
 
 /// Returns the contact of the law alone, a spring of k_s.
-LocalContact withoutTissue(const LiveParameters& parameters) noexcept {
-  const double stiffness = parameters.springs.stiffness_n_per_m;
+LocalContact withoutTissue(const ContactParameters& parameters, double stiffness_n_per_m) noexcept {
   LocalContact contact;
-  contact.tangent_n_per_m = contact.secant_n_per_m = stiffness;
-  contact.steepest_n_per_m = contact.largest_n_per_m = stiffness;
-  contact.damping_n_s_per_m = parameters.contact.damping_n_s_per_m;
-  contact.friction = parameters.contact.friction;
+  contact.tangent_n_per_m = contact.secant_n_per_m = stiffness_n_per_m;
+  contact.steepest_n_per_m = contact.largest_n_per_m = stiffness_n_per_m;
+  contact.damping_n_s_per_m = parameters.damping_n_s_per_m;
+  contact.friction = parameters.friction;
   return contact;
 }
 
@@ -191,16 +190,16 @@ void TissueContact::follow(const TissueMap& map, bool in_contact, double period_
 }
 
 LocalContact TissueContact::apply(const Input& input, ForceSample& sample) HAPTICD_RT {
-  const LiveParameters& parameters = input.parameters;
+  const ContactParameters& rest = input.parameters;
+  const double stiffness = input.stiffness_n_per_m;
   if (!isActive(input.map)) {
     memory_ = {};
-    return withoutTissue(parameters);
+    return withoutTissue(rest, stiffness);
   }
   if (sample.outside_model && memory_.active) {
     follow(*input.map, memory_.in_contact, input.period_s);
     return memory_.contact;
   }
-  const double stiffness = parameters.springs.stiffness_n_per_m;
   const bool in_contact =
       isHeld(sample.state) && sample.depth_m > 0 && !(sample.normal_in_world == Vec3{}) && stiffness > 0;
   // What was not in contact yet exerts no force that could step.
@@ -208,10 +207,10 @@ LocalContact TissueContact::apply(const Input& input, ForceSample& sample) HAPTI
 
   const TissueShares shares = sharesAt(*input.map, input.model, sample.proxy_m_in_world);
   const MixedContact mixed =
-      mixedAt(*input.map, memory_, parameters, shares, in_contact ? sample.depth_m : 0);
+      mixedAt(*input.map, memory_, rest, stiffness, shares, in_contact ? sample.depth_m : 0);
   const Vec3 velocity =
       velocityToDamp(input.velocity_m_per_s_in_world, sample.surface_velocity_m_per_s_in_world);
-  LocalContact contact = withoutTissue(parameters);
+  LocalContact contact = withoutTissue(rest, stiffness);
   contact.largest_n_per_m = std::max(stiffness, memory_.largest_n_per_m);
   contact.tangent_n_per_m = mixed.mean.tangent_n_per_m;
   contact.secant_n_per_m = mixed.secant_n_per_m;

@@ -54,7 +54,8 @@ class TissueContact {
   struct Input {
     const TissueMap* map = nullptr;  ///< null: none
     const DepthModel* model = nullptr;
-    const LiveParameters& parameters;
+    const ContactParameters& parameters;  ///< of the contact where no region is ...
+    double stiffness_n_per_m;             ///< ... and its stiffness: k_s in effect
     Vec3 hip_m_in_world{};
     Vec3 velocity_m_per_s_in_world{};  ///< of the HIP
     double period_s = 0;
@@ -88,8 +89,8 @@ class TissueContact {
 
   /// Returns the coefficient of friction for the law. The law's friction holds a displacement in proportion
   /// to the depth, by springs of k_s; this value makes that Coulomb's friction of the force in tissue.
-  double frictionOfLaw(const LiveParameters& parameters) const HAPTICD_RT {
-    return memory_.active ? memory_.friction : parameters.contact.friction;
+  double frictionOfLaw(const ContactParameters& parameters) const HAPTICD_RT {
+    return memory_.active ? memory_.friction : parameters.friction;
   }
 
   /// Passes a law's sample through the map and replaces its force. Without regions, or without a contact with

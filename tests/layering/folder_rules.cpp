@@ -67,7 +67,7 @@ const std::vector<FolderRule>& folderRules() {
   static const std::vector<std::string> tool_libraries{
       "tools/lib/child",   "tools/lib/client",       "tools/lib/depth_noise", "tools/lib/offline",
       "tools/lib/options", "tools/lib/oracle",       "tools/lib/palpation",   "tools/lib/parts",
-      "tools/lib/plot",    "tools/lib/registration", "tools/lib/truth"};
+      "tools/lib/plot",    "tools/lib/registration", "tools/lib/text",        "tools/lib/truth"};
   static const std::vector<std::string> studies = with(tool_libraries, {"tools/hapticbench/engine"});
   static const std::vector<std::string> commands =
       with(studies, {"tools/hapticbench", "tools/hapticbench/jitter"});
@@ -143,14 +143,14 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/hapticbench/jitter", studies},
       {"tools/hapticctl",
        {"tools/lib/child", "tools/lib/client", "tools/lib/depth_noise", "tools/lib/options", "tools/lib/plot",
-        "tools/lib/registration", "tools/hapticctl/"}},
+        "tools/lib/registration", "tools/lib/text", "tools/hapticctl/"}},
       {"tools/hapticctl/additions",
-       {"tools/lib/client", "tools/lib/options", "tools/lib/registration", "tools/hapticctl/base",
-        "tools/hapticctl/text"}},
-      {"tools/hapticctl/base", {"tools/lib/client", "tools/hapticctl/text"}},
+       {"tools/lib/client", "tools/lib/options", "tools/lib/registration", "tools/lib/text",
+        "tools/hapticctl/base", "tools/hapticctl/text"}},
+      {"tools/hapticctl/base", {"tools/lib/client", "tools/lib/text", "tools/hapticctl/text"}},
       {"tools/hapticctl/doctor", {"tools/lib/child", "tools/lib/client"}},
       {"tools/hapticctl/snapshot", {"tools/lib/client"}},
-      {"tools/hapticctl/text", {"tools/lib/client"}},
+      {"tools/hapticctl/text", {"tools/lib/client", "tools/lib/text"}},
       {"tools/hapticd-view",
        {"tools/lib/client", "tools/lib/options", "tools/hapticd-view/box_link", "tools/hapticd-view/live",
         "tools/hapticd-view/server"}},
@@ -171,6 +171,7 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/lib/oracle", {}},
       {"tools/lib/plot", {}},
       {"tools/lib/registration", {}},
+      {"tools/lib/text", {}},
       {"tools/lib/truth", {}},
   };
   return all;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/safety/energy_debt.h"
+#include "rt/safety/passivity.h"
 
 #include <gtest/gtest.h>
 

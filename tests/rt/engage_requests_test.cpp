@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The effect of repeated requests to engage on the force; the core is driven as by the daemon.
-#include "rt/loop/engage_requests.h"
+#include "rt/loop/supervisor.h"
 
 #include <gtest/gtest.h>
 

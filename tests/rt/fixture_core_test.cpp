@@ -136,7 +136,7 @@ TEST(FixtureCore, EngagingInsideAForbiddenRegionIsRefused) {
 double shareOfFirst(FixtureCore& core) {
   core.engage({0, 0, 0.002});
   for (int i = 0; i < 2000; ++i) core.at({0, 0, -0.001});
-  return core.rig.core.memory().fixtures.fixtures[0].region.spring().stiffness_n_per_m /
+  return core.rig.core.memory().state.fixtures.memory().fixtures[0].region.spring().stiffness_n_per_m /
          core.set->fixtures[0].stiffness_n_per_m;
 }
 

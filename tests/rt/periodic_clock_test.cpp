@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/base/periodic_clock.h"
+#include "rt/base/clock.h"
 
 #include <gtest/gtest.h>
 #include <pthread.h>

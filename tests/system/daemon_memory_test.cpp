@@ -11,7 +11,7 @@
 #include "config/yaml_loader.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/hapticctl/doctor/memory_need.h"
+#include "tools/hapticctl/doctor/checks.h"
 
 namespace hapticd::test {
 namespace {

@@ -14,7 +14,7 @@
 #include "daemon/control/streams/tick_streams.h"
 #include "daemon/trace/format/messages.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/hapticd-view/box_link/tick_columns.h"
+#include "tools/hapticd-view/box_link/box_source.h"
 #include "tools/hapticd-view/box_link/varlink_stream.h"
 
 // The view's side of the daemon's socket: a service that never ends its reply, and the columns of ticks.

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "tests/support/temporary_folder.h"
-#include "tools/hapticd-view/server/connection_owner.h"
+#include "tools/hapticd-view/server/http_connection.h"
 #include "tools/hapticd-view/server/server.h"
 
 // Decisions of the server: which files there are, who is admitted, and who is at the other end, by the

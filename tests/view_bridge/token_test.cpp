@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticd-view/server/token.h"
+#include "tools/hapticd-view/server/access.h"
 
 #include <gtest/gtest.h>
 

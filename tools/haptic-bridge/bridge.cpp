@@ -8,8 +8,8 @@
 #include <array>
 #include <cmath>
 
-#include "rt/base/periodic_clock.h"
-#include "tools/haptic-bridge/device_force.h"
+#include "rt/base/clock.h"
+#include "tools/haptic-bridge/device.h"
 
 namespace hapticd::tools {
 namespace {

@@ -16,7 +16,7 @@
 #include "rt/base/realtime_thread.h"
 #include "tools/haptic-bridge/bridge.h"
 #include "tools/haptic-bridge/device.h"
-#include "tools/lib/child/interrupt.h"
+#include "tools/lib/child/child_process.h"
 #include "tools/lib/options/option_checks.h"
 
 namespace hapticd::tools {

@@ -11,7 +11,6 @@
 #include "daemon/trace/reader/trace_reader.h"
 #include "tools/lib/options/option_checks.h"
 #include "tools/lib/palpation/palpation_map.h"
-#include "tools/lib/palpation/palpation_report.h"
 
 namespace hapticd::tools {
 namespace {

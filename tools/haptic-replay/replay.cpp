@@ -13,7 +13,7 @@
 #include "drivers/camera/recorded/depth_image.h"
 #include "rt/loop/haptic_core.h"
 #include "rt/scene/scene.h"
-#include "tools/lib/registration/point_table.h"
+#include "tools/lib/registration/point_files.h"
 
 namespace hapticd::tools {
 namespace {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <fmt/format.h>
+
 #include <array>
 #include <cstdint>
 #include <deque>
@@ -18,6 +20,7 @@
 #include "config/yaml_loader.h"
 #include "daemon/trace/reader/trace_reader.h"
 #include "rt/loop/haptic_core.h"
+#include "rt/loop/loop_state.h"
 #include "tools/haptic-replay/scene_replay.h"
 #include "tools/lib/parts/fields.h"
 
@@ -93,5 +96,21 @@ class TraceReplay {
   std::uint64_t last_tick_ = 0;  // computed; 0: none, or a gap since
   TraceComparison comparison_;
 };
+
+/// The forces of a trace as CSV, one line per tick that was computed again.
+class ForceTable {
+ public:
+  void add(const rt::Tick& recorded, const rt::Tick& computed);
+  std::string text() const;
+
+ private:
+  fmt::memory_buffer text_;
+};
+
+/// The number of ticks that were not computed again.
+std::uint64_t leftOut(const TraceComparison& comparison);
+
+/// What a comparison shows, for people, in lines.
+std::string comparisonText(const TraceComparison& comparison);
 
 }  // namespace hapticd::tools

@@ -13,7 +13,7 @@
 #include <random>
 
 #include "drivers/camera/kinect_image.h"
-#include "rt/base/periodic_clock.h"
+#include "rt/base/clock.h"
 #include "rt/depth/depth_model.h"
 #include "tools/hapticbench/accuracy.h"
 #include "tools/hapticbench/engine/measures.h"

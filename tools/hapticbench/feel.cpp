@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "rt/base/periodic_clock.h"
+#include "rt/base/clock.h"
 #include "tools/hapticbench/engine/measures.h"
 #include "tools/hapticbench/sweep.h"
 #include "tools/lib/truth/any_camera.h"

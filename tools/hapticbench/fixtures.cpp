@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "rt/base/clock.h"
-#include "rt/fixtures/fixture_path.h"
+#include "rt/fixtures/fixture.h"
 #include "tools/hapticbench/engine/measures.h"
 #include "tools/hapticbench/engine/study.h"
 #include "tools/lib/offline/offline_box.h"

@@ -15,16 +15,16 @@
 #include "rt/base/parameters.h"
 #include "tools/hapticctl/base/command_line.h"
 #include "tools/hapticctl/camera_test.h"
+#include "tools/hapticctl/commands.h"
 #include "tools/hapticctl/doctor/camera_list.h"
 #include "tools/hapticctl/doctor/examination.h"
-#include "tools/hapticctl/fetch_snapshot.h"
 #include "tools/hapticctl/snapshot/depth_picture.h"
-#include "tools/hapticctl/snapshot/point_cloud.h"
+#include "tools/hapticctl/snapshot/snapshot.h"
 #include "tools/hapticctl/text/calibration_text.h"
 #include "tools/hapticctl/text/error_text.h"
-#include "tools/hapticctl/text/terminal_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/options/option_checks.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {

@@ -13,8 +13,7 @@
 #include <utility>
 
 #include "config/base/value_text.h"
-#include "tools/lib/depth_noise/depth_picture.h"
-#include "tools/lib/depth_noise/noise_text.h"
+#include "tools/lib/depth_noise/depth_noise.h"
 
 namespace hapticd::tools {
 namespace {

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -12,10 +11,10 @@
 #include "config/base/value_text.h"
 #include "config/settings/parameter_table.h"
 #include "tools/hapticctl/text/error_text.h"
-#include "tools/hapticctl/text/parameter_text.h"
+#include "tools/hapticctl/text/list_text.h"
 #include "tools/hapticctl/text/status_text.h"
-#include "tools/hapticctl/text/terminal_text.h"
 #include "tools/lib/client/reply_reader.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {
@@ -43,84 +42,49 @@ std::expected<Assignments, std::string> split(const std::vector<std::string>& te
   return assignments;
 }
 
-template <typename T>
-bool reads(const std::string& text, T& value) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size();
-}
-
 /// `text` as a JSON value of the type that the parameter has. A text that cannot be read as that type is sent
 /// as it is: the daemon refuses it and lists what is allowed.
 Json typedValue(const std::string& name, const std::string& text) {
   const config::Parameter* parameter = config::findParameter(name);
   // A newer daemon has parameters that this program does not know; the form of the text decides their type.
   const auto mayBe = [&](config::Kind kind) { return !parameter || parameter->kind == kind; };
-  std::int64_t integer = 0;
-  double number = 0;
   if (mayBe(config::Kind::boolean) && (text == "true" || text == "false")) return text == "true";
   if (mayBe(config::Kind::integer) || mayBe(config::Kind::number)) {
-    if (reads(text, integer)) return integer;
-    if (reads(text, number) && std::isfinite(number)) return number;  // JSON has no other numbers
+    if (const auto integer = base::numberFrom<std::int64_t>(text)) return *integer;
+    const auto number = base::numberFrom<double>(text);
+    if (number && std::isfinite(*number)) return *number;  // JSON has no other numbers
   }
   return text;
 }
 
-ClientResult<Json> getRows(VarlinkClient& client, const Assignments& assignments) {
-  Json names = Json::array();
-  for (const auto& [name, value] : assignments) names.push_back(name);
-  auto reply = client.call("io.hapticd.Status.GetParameters", {{"names", names}});
-  if (!reply) return reply;
-  const Json rows = listAt(*reply, "parameters");
-  if (rows.size() == assignments.size()) return rows;
-  return std::unexpected(ClientError{ClientError::Kind::no_connection,
-                                     "the reply does not fit the call",
-                                     "is hapticd of another version than hapticctl? See 'hapticctl version'",
-                                     {},
-                                     0});
-}
-
-bool isUnknownParameter(const ClientError& error) {
-  return error.kind == ClientError::Kind::error_reply && error.what == "io.hapticd.Status.UnknownParameter";
-}
-
-void printChanges(const Json& before, const Json& after, const Json& generation, bool json) {
-  Json changes = Json::array();
-  for (std::size_t i = 0; i < before.size(); ++i) {
-    const Json* old_value = fieldAt(before[i], "value");
-    const Json* new_value = fieldAt(after[i], "value");
-    const Json none;
-    const Json& from = old_value ? *old_value : none;
-    const Json& to = new_value ? *new_value : none;
-    changes.push_back({{"name", textAt(after[i], "name")},
-                       {"before", from},
-                       {"after", to},
-                       {"unit", textAt(after[i], "unit")}});
-    if (!json) {
-      fmt::print("{}: {} -> {}\n", textAt(after[i], "name"), valueText(from),
-                 withUnit(valueText(to), after[i]));
+/// The changes of a reply in the order of the assignments.
+Json inOrder(const Assignments& assignments, const Json& changes) {
+  Json ordered = Json::array();
+  for (const auto& [name, text] : assignments) {
+    for (const Json& change : changes) {
+      if (textAt(change, "name") == name) ordered.push_back(change);
     }
   }
-  if (json) printJson({{"generation", generation}, {"changes", changes}});
+  return ordered;
 }
 
 int runSet(const CommandOptions& options, const std::vector<std::string>& texts) {
   const auto assignments = split(texts);
   if (!assignments) return usageError(assignments.error());
-  auto client = connectTo(options, true);
-  if (!client) return report(client.error(), options.json);
-  const auto before = getRows(*client, *assignments);
-  if (!before && !isUnknownParameter(before.error())) return report(before.error(), options.json);
-
-  // Unknown names are sent too, so that the refusal lists everything that is wrong, not only the names.
   Json values = Json::object();
   for (const auto& [name, text] : *assignments) values[name] = typedValue(name, text);
-  const auto reply = client->call("io.hapticd.Control.SetParameters", {{"parameters", values}});
+  auto reply = callOnce(options, {"io.hapticd.Control.SetParameters", {{"parameters", values}}, true});
   if (!reply) return report(reply.error(), options.json);
-  if (!before) return report(before.error(), options.json);
-  const auto after = getRows(*client, *assignments);
-  if (!after) return report(after.error(), options.json);
-  const Json* generation = fieldAt(*reply, "generation");
-  printChanges(*before, *after, generation ? *generation : Json(), options.json);
+  Json& changes = (*reply)["changes"];
+  changes = inOrder(*assignments, changes);
+  if (options.json) {
+    printJson(*reply);
+    return kOk;
+  }
+  for (const Json& change : changes) {
+    fmt::print("{}: {} -> {}\n", textAt(change, "name"), valueText(change.value("before", Json())),
+               withUnit(valueText(change.value("after", Json())), change));
+  }
   return kOk;
 }
 

@@ -5,7 +5,7 @@
 
 #include "tools/hapticctl/base/command_line.h"
 #include "tools/hapticctl/doctor/checks.h"
-#include "tools/hapticctl/doctor/named_device.h"
+#include "tools/hapticctl/doctor/devices.h"
 #include "tools/hapticctl/text/status_text.h"
 #include "tools/lib/client/reply_reader.h"
 

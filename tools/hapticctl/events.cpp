@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticctl/events.h"
+#include "tools/hapticctl/commands.h"
 
 #include <fmt/format.h>
 #include <signal.h>
@@ -11,12 +11,10 @@
 #include <optional>
 
 #include "config/base/program.h"
-#include "tools/hapticctl/base/reconnection.h"
-#include "tools/hapticctl/base/signals.h"
+#include "tools/hapticctl/base/calls.h"
 #include "tools/hapticctl/text/error_text.h"
-#include "tools/hapticctl/text/terminal_text.h"
-#include "tools/hapticctl/text/time_text.h"
 #include "tools/lib/client/reply_reader.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {

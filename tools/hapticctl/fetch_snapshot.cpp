@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticctl/fetch_snapshot.h"
+#include "tools/hapticctl/commands.h"
 
 #include "tools/hapticctl/text/error_text.h"
 

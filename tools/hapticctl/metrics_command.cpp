@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticctl/metrics_command.h"
+#include "tools/hapticctl/commands.h"
 
 #include <fmt/format.h>
 #include <poll.h>

@@ -8,11 +8,10 @@
 #include "config/base/program.h"
 #include "tools/hapticctl/additions/handle_touch.h"
 #include "tools/hapticctl/base/command_line.h"
-#include "tools/hapticctl/fetch_snapshot.h"
+#include "tools/hapticctl/commands.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/options/option_checks.h"
-#include "tools/lib/registration/landmark_depth.h"
 #include "tools/lib/registration/point_files.h"
 #include "tools/lib/registration/rigid_fit.h"
 

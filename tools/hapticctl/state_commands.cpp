@@ -6,17 +6,13 @@
 
 #include "config/settings/event_kind.h"
 #include "tools/hapticctl/base/command_line.h"
-#include "tools/hapticctl/events.h"
-#include "tools/hapticctl/metrics_command.h"
+#include "tools/hapticctl/commands.h"
 #include "tools/hapticctl/text/error_text.h"
-#include "tools/hapticctl/text/glance_text.h"
 #include "tools/hapticctl/text/status_text.h"
-#include "tools/hapticctl/text/table.h"
-#include "tools/hapticctl/text/terminal_text.h"
-#include "tools/hapticctl/text/time_text.h"
 #include "tools/hapticctl/watch.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/options/option_checks.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {

@@ -13,13 +13,12 @@
 #include "daemon/trace/format/trace_format.h"
 #include "daemon/trace/mcap/trace_file.h"
 #include "tools/hapticctl/base/command_line.h"
+#include "tools/hapticctl/commands.h"
 #include "tools/hapticctl/text/error_text.h"
-#include "tools/hapticctl/text/terminal_text.h"
-#include "tools/hapticctl/text/time_text.h"
-#include "tools/hapticctl/text/trace_list.h"
-#include "tools/hapticctl/trace_file_commands.h"
+#include "tools/hapticctl/text/list_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/options/option_checks.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {

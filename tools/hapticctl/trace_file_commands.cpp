@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticctl/trace_file_commands.h"
+#include "tools/hapticctl/commands.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -19,10 +19,9 @@
 #include "daemon/trace/recovery/trace_recovery.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/hapticctl/text/status_text.h"
-#include "tools/hapticctl/text/terminal_text.h"
-#include "tools/hapticctl/text/time_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/plot/trace_plot.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {
@@ -209,8 +208,8 @@ void showInfo(const trace::TraceSummary& summary, bool being_written) {
       "records      {} models, {} parameter sets, {} fixture sets, {} events, {} snapshots, {} depth "
       "frames\n",
       info.models, info.directives, info.additions, info.events, info.snapshots, info.depth_frames);
-  fmt::print("file         {}, {} chunks, {}\n", bytesText(static_cast<double>(info.bytes)),
-             info.chunks, stateText(summary, being_written));
+  fmt::print("file         {}, {} chunks, {}\n", bytesText(static_cast<double>(info.bytes)), info.chunks,
+             stateText(summary, being_written));
   for (const auto& [name, value] : info.metadata) {
     fmt::print("{:<12} {}\n", shown(name), shown(value));
   }
@@ -317,8 +316,8 @@ int exportDepth(const CommandOptions& options, const std::filesystem::path& file
   const std::filesystem::path folder =
       requested.out.empty() ? besideHere(file, ".depth") : std::filesystem::path(requested.out);
   ProgressLine progress("exporting");
-  const auto frames = trace::exportRecording(file, folder, requested.selection,
-                                             [&](double share) { progress.show(share); });
+  const auto frames =
+      trace::exportRecording(file, folder, requested.selection, [&](double share) { progress.show(share); });
   progress.end();
   if (!frames) return report(frames.error(), options.json);
   if (options.json) {
@@ -355,9 +354,9 @@ int runTraceInfo(const CommandOptions& options, const std::filesystem::path& fil
 int runTraceRecover(const CommandOptions& options, const std::filesystem::path& file,
                     const std::string& out) {
   ProgressLine progress("recovering");
-  const auto recovered = trace::recoverTrace(
-      file, out.empty() ? trace::recoveredName(file) : std::filesystem::path(out),
-      [&](double share) { return progress.show(share), true; });
+  const auto recovered =
+      trace::recoverTrace(file, out.empty() ? trace::recoveredName(file) : std::filesystem::path(out),
+                          [&](double share) { return progress.show(share), true; });
   progress.end();
   if (!recovered) return report(recovered.error(), options.json);
   if (options.json) {
@@ -397,8 +396,7 @@ int runTracePlot(const CommandOptions& options, const std::filesystem::path& fil
   if (const auto good = mayBecome(out, file); !good) return report(good.error(), options.json);
   ProgressLine progress("drawing");
   const auto drawn = plotTrace(
-      file, out, requested.selection, [&](double share) { progress.show(share); },
-      requested.if_exists);
+      file, out, requested.selection, [&](double share) { progress.show(share); }, requested.if_exists);
   progress.end();
   if (!drawn) return report(errorOf(file, drawn.error()), options.json);
   if (options.json) {

@@ -16,10 +16,8 @@
 #include <string_view>
 
 #include "config/base/program.h"
-#include "tools/hapticctl/base/reconnection.h"
-#include "tools/hapticctl/base/signals.h"
+#include "tools/hapticctl/base/calls.h"
 #include "tools/hapticctl/text/error_text.h"
-#include "tools/hapticctl/text/glance_text.h"
 #include "tools/hapticctl/text/status_text.h"
 #include "tools/lib/client/reply_reader.h"
 

@@ -8,7 +8,8 @@
 #include <string_view>
 #include <utility>
 
-#include "config/base/nearest_names.h"
+#include "config/additions/addition_json.h"
+#include "config/additions/addition_reader.h"
 #include "config/base/value_text.h"
 #include "rt/fixtures/fixture.h"
 #include "rt/tissue/tissue.h"
@@ -28,7 +29,6 @@ template <typename T>
 struct ListOf;
 template <>
 struct ListOf<config::FixtureSettings> {
-  static constexpr const char* kName = "fixtures";
   static constexpr const char* kWord = "fixture";
   static constexpr auto kEvent = config::EventKind::fixture;
   static constexpr auto kMember = &config::SceneAdditions::fixtures;
@@ -36,7 +36,6 @@ struct ListOf<config::FixtureSettings> {
 };
 template <>
 struct ListOf<config::RegionSettings> {
-  static constexpr const char* kName = "regions";
   static constexpr const char* kWord = "region";
   static constexpr auto kEvent = config::EventKind::region;
   static constexpr auto kMember = &config::SceneAdditions::regions;
@@ -139,7 +138,7 @@ class ListChange {
       } else {
         Json members = changes[i];
         members.erase("name");
-        auto changed = config::changed(*found, textOf(members));
+        auto changed = config::changed(*found, config::nodeOf(members));
         if (changed) {
           *found = std::move(*changed);
         } else {
@@ -158,7 +157,7 @@ class ListChange {
                          kMaxCount),
              fmt::format("remove {}", count - kMaxCount));
     }
-    std::vector<Json> objects;
+    Json objects = Json::array();
     for (std::size_t i = 0; i < std::min(definitions.size(), kMaxCount); ++i) {
       if (definitions[i].is_object()) {
         objects.push_back(definitions[i]);
@@ -167,11 +166,10 @@ class ListChange {
                kDefinitionRemedy);
       }
     }
-    Json text = {{ListOf<T>::kName, objects}};
-    if (!label_image_.empty()) text["label_image"] = label_image_;
-    auto read = config::additionsFromText(textOf(text), kSource);
-    if (!read) {
-      for (AdditionError& error : read.error()) problems_.push_back(withPlace(std::move(error)));
+    auto added = config::definitionsFrom<T>(config::nodeOf(objects), "");
+    auto refused = added ? problemsOf(*added) : std::move(added.error());
+    if (!refused.empty()) {
+      for (AdditionError& error : refused) problems_.push_back(withPlace(std::move(error)));
       for (const Json& definition : objects) {
         if (const std::string name = nameIn(definition); find(name) != items_.end())
           report(name, "name", fmt::format("there is a {} of this name already", ListOf<T>::kWord),
@@ -179,20 +177,24 @@ class ListChange {
       }
       return;
     }
-    std::vector<T>& added = (*read).*ListOf<T>::kMember;
-    for (T& item : added) item.origin.value = config::Origin::client;
-    std::ranges::move(added, std::back_inserter(items_));
+    for (T& item : *added) item.origin.value = config::Origin::client;
+    std::ranges::move(*added, std::back_inserter(items_));
+  }
+
+  /// Returns what is wrong with definitions without those that are there already.
+  std::vector<AdditionError> problemsOf(const std::vector<T>& added) const {
+    config::SceneAdditions alone;
+    alone.*ListOf<T>::kMember = added;
+    alone.label_image = label_image_;
+    return config::checkTogether(alone);
   }
 
   /// Says in the text which one it is, where it has no name.
   static AdditionError withPlace(AdditionError error) {
-    const std::size_t place = error.error.where.find(": ");
-    if (!error.name.empty() || place == std::string::npos) return error;
-    error.error.what = fmt::format("{} {}", error.error.where.substr(place + 2), error.error.what);
+    if (error.name.empty() && !error.error.where.empty())
+      error.error.what = fmt::format("{} {}", error.error.where, error.error.what);
     return error;
   }
-
-  static constexpr const char* kSource = "the call";
 
   std::vector<T>& items_;
   const std::string& label_image_;
@@ -221,10 +223,6 @@ Json membersWithout(const Json& some, const Json& others) {
   return members;
 }
 
-Json definitionOf(const auto& item) {
-  return Json::parse(config::jsonOf(item), nullptr, false);
-}
-
 /// enable and disable: nothing else has changed.
 std::string actionOf(const Json& changed) {
   const auto enabled = changed.find("enabled");
@@ -234,8 +232,8 @@ std::string actionOf(const Json& changed) {
 
 template <typename T>
 AdditionDifference differenceOf(const T& before, const T& after) {
-  const Json old_definition = definitionOf(before);
-  const Json new_definition = definitionOf(after);
+  const Json old_definition = config::definitionOf<Json>(before);
+  const Json new_definition = config::definitionOf<Json>(after);
   const Json new_members = membersWithout(new_definition, old_definition);
   return {ListOf<T>::kEvent, after.name, actionOf(new_members),
           cut(textOf(membersWithout(old_definition, new_definition))), cut(textOf(new_members))};
@@ -246,12 +244,12 @@ void addDifferences(const std::vector<T>& before, const std::vector<T>& after,
                     std::vector<AdditionDifference>& differences) {
   for (const T& item : before) {
     if (std::ranges::find(after, item.name, &T::name) == after.end())
-      differences.push_back({ListOf<T>::kEvent, item.name, "remove", cut(config::jsonOf(item)), ""});
+      differences.push_back({ListOf<T>::kEvent, item.name, "remove", cut(config::lineOf(item)), ""});
   }
   for (const T& item : after) {
     const auto old_item = std::ranges::find(before, item.name, &T::name);
     if (old_item == before.end()) {
-      differences.push_back({ListOf<T>::kEvent, item.name, "add", "", cut(config::jsonOf(item))});
+      differences.push_back({ListOf<T>::kEvent, item.name, "add", "", cut(config::lineOf(item))});
     } else if (*old_item != item) {
       differences.push_back(differenceOf(*old_item, item));
     }

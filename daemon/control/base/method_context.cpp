@@ -3,12 +3,57 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <utility>
 
 #include "config/settings/parameter_table.h"
 #include "daemon/control/base/addition_change.h"
 
 namespace hapticd::daemon {
+
+Reply invalidParameter(std::string_view field) {
+  return {"org.varlink.service.InvalidParameter", {{"parameter", field}}};
+}
+
+Reply failed(std::string_view error, std::string reason) {
+  return {std::string(error), {{"reason", std::move(reason)}}};
+}
+
+const Json* field(const Call& call, const char* name) {
+  const auto found = call.parameters.find(name);
+  return found == call.parameters.end() || found->is_null() ? nullptr : &*found;
+}
+
+Field<std::string> textField(const Call& call, const char* name) {
+  const Json* const json = field(call, name);
+  if (!json) return std::nullopt;
+  if (!json->is_string()) return std::unexpected(invalidParameter(name));
+  return json->get<std::string>();
+}
+
+Field<bool> flagField(const Call& call, const char* name) {
+  const Json* const json = field(call, name);
+  if (!json) return std::nullopt;
+  if (!json->is_boolean()) return std::unexpected(invalidParameter(name));
+  return json->get<bool>();
+}
+
+Field<std::vector<std::string>> textsField(const Call& call, const char* name, std::size_t most) {
+  const Json* const json = field(call, name);
+  if (!json) return std::nullopt;
+  const bool texts = json->is_array() && json->size() <= most &&
+                     std::ranges::all_of(*json, [](const Json& item) { return item.is_string(); });
+  if (!texts) return std::unexpected(invalidParameter(name));
+  return json->get<std::vector<std::string>>();
+}
+
+std::expected<std::string, Reply> requiredText(const Call& call, const char* name) {
+  auto text = textField(call, name);
+  if (!text) return std::unexpected(text.error());
+  if (!*text) return std::unexpected(invalidParameter(name));
+  return std::move(**text);
+}
 
 void PendingAnswers::add(const Call& call, const Caller& caller, Replies& replies, Unawaited unawaited,
                          Poll poll) {
@@ -77,6 +122,29 @@ PendingAnswers::Poll whenApplied(MethodContext& context, std::uint64_t generatio
     if (Clock::now() < deadline) return std::nullopt;
     return Reply{"io.hapticd.Control.NotApplied", {{"generation", generation}}};
   };
+}
+
+OrderedJson poseJson(const rt::PoseParameters& pose) {
+  const auto& [position_m, roll_rad, pitch_rad, yaw_rad] = pose;
+  return {{"xM", position_m.x},  {"yM", position_m.y},    {"zM", position_m.z},
+          {"rollRad", roll_rad}, {"pitchRad", pitch_rad}, {"yawRad", yaw_rad}};
+}
+
+std::optional<rt::PoseParameters> poseFrom(const Json& json) {
+  rt::PoseParameters pose;
+  const std::array<std::pair<const char*, double*>, 6> values{{{"xM", &pose.position_m.x},
+                                                               {"yM", &pose.position_m.y},
+                                                               {"zM", &pose.position_m.z},
+                                                               {"rollRad", &pose.roll_rad},
+                                                               {"pitchRad", &pose.pitch_rad},
+                                                               {"yawRad", &pose.yaw_rad}}};
+  if (!json.is_object() || json.size() != values.size()) return std::nullopt;
+  for (const auto& [name, value] : values) {
+    const auto found = json.find(name);
+    if (found == json.end() || !found->is_number()) return std::nullopt;
+    *value = found->get<double>();
+  }
+  return pose;
 }
 
 }  // namespace hapticd::daemon

@@ -6,7 +6,9 @@
 #include <string>
 #include <type_traits>
 
-#include "daemon/base/names.h"
+#include "config/settings/law_choice.h"
+#include "daemon/base/journal_entry.h"
+#include "daemon/control/base/interface_texts.h"
 #include "rt/base/fields.h"
 #include "rt/laws/law_table.h"
 

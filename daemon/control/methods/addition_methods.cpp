@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/control/methods/addition_methods.h"
+#include "daemon/control/methods/methods.h"
 
 #include <fmt/format.h>
 
@@ -9,23 +9,15 @@
 #include <optional>
 #include <utility>
 
+#include "config/additions/addition_json.h"
 #include "config/settings/parameter_table.h"
-#include "daemon/base/names.h"
-#include "daemon/control/server/call_fields.h"
+#include "daemon/base/journal_entry.h"
+#include "daemon/control/base/method_context.h"
 #include "rt/fixtures/fixture.h"
 #include "rt/tissue/tissue.h"
 
 namespace hapticd::daemon {
 namespace {
-
-template <typename... Handlers>
-struct Overloaded : Handlers... {
-  using Handlers::operator()...;
-};
-
-OrderedJson definitionOf(const auto& item) {
-  return OrderedJson::parse(config::jsonOf(item), nullptr, false);
-}
 
 OrderedJson problemJson(const char* name_field, const config::AdditionError& error) {
   return {{name_field, error.name},
@@ -122,11 +114,12 @@ std::expected<StiffnessFeed::Sample, Reply> sampleOf(const Call& call) {
 
 Reply refusal(const StiffnessFeed::Refusal& refused) {
   return std::visit(
-      Overloaded{[](const StiffnessFeed::TooFast&) {
-                   return Reply{"io.hapticd.Control.FeedLimited", {{"limit", StiffnessFeed::kMaxPerSecond}}};
-                 },
-                 [](const StiffnessFeed::Outside&) { return Reply{"io.hapticd.Control.OutsideRegions"}; },
-                 [](const config::AdditionError& error) { return refusal(AdditionList::regions, {error}); }},
+      config::Overloaded{
+          [](const StiffnessFeed::TooFast&) {
+            return Reply{"io.hapticd.Control.FeedLimited", {{"limit", StiffnessFeed::kMaxPerSecond}}};
+          },
+          [](const StiffnessFeed::Outside&) { return Reply{"io.hapticd.Control.OutsideRegions"}; },
+          [](const config::AdditionError& error) { return refusal(AdditionList::regions, {error}); }},
       refused);
 }
 
@@ -170,7 +163,7 @@ void AdditionMethods::listFixtures(const Call&, const Caller& caller, Replies& r
     entries.push_back(
         {{"name", fixture.name},
          {"origin", nameOf(fixture.origin.value)},
-         {"definition", definitionOf(fixture)},
+         {"definition", config::definitionOf<OrderedJson>(fixture)},
          {"enabled", fixture.enabled},
          {"inContact", std::ranges::find(status.in_contact, fixture.name) != status.in_contact.end()},
          {"nearest", fixture.name == status.nearest},
@@ -194,7 +187,7 @@ void AdditionMethods::listRegions(const Call&, const Caller& caller, Replies& re
     const bool is_box = region.place == rt::TissuePlace::shape && region.shape == rt::ShapeKind::box;
     entries.push_back({{"name", region.name},
                        {"origin", nameOf(region.origin.value)},
-                       {"definition", definitionOf(region)},
+                       {"definition", config::definitionOf<OrderedJson>(region)},
                        {"inContact", region.name == status.in_contact},
                        {"orientationXyzw", orientationJson(is_box, region.rotation_deg)}});
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/control/methods/calibration_methods.h"
+#include "daemon/control/methods/methods.h"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -9,8 +9,7 @@
 #include <functional>
 #include <utility>
 
-#include "daemon/control/base/pose_json.h"
-#include "daemon/control/server/call_fields.h"
+#include "daemon/control/base/method_context.h"
 #include "daemon/state/profile_folder.h"
 
 namespace hapticd::daemon {

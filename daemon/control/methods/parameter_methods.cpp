@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/control/methods/parameter_methods.h"
+#include "daemon/control/methods/methods.h"
 
 #include <cstdint>
 #include <functional>
@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "config/settings/parameter_table.h"
-#include "daemon/base/names.h"
+#include "daemon/base/journal_entry.h"
+#include "daemon/control/base/method_context.h"
 #include "daemon/control/base/status_json.h"
-#include "daemon/control/server/call_fields.h"
 #include "daemon/control/server/varlink_message.h"
 
 namespace hapticd::daemon {
@@ -152,6 +152,20 @@ OrderedJson parameterJson(const config::Parameter& parameter, const config::Sett
           {"help", parameter.help}};
 }
 
+/// The parameters that a call set, as the type `Change` of io.hapticd.Control. `names`: an object with their
+/// names, all of which exist.
+OrderedJson changesJson(const Json& names, const config::Settings& before, const config::Settings& after) {
+  OrderedJson changes = OrderedJson::array();
+  for (auto field = names.begin(); field != names.end(); ++field) {
+    const config::Parameter& parameter = *config::findParameter(field.key());
+    changes.push_back({{"name", parameter.name},
+                       {"before", toJson(parameter.get(before))},
+                       {"after", toJson(parameter.get(after))},
+                       {"unit", parameter.unit}});
+  }
+  return changes;
+}
+
 /// Returns `settings` with `changes` (an object of names and values of live parameters) applied.
 /// Errors: a reply io.hapticd.Control.InvalidValue with all problems, or RestartRequired if the only problem
 /// is that parameters are not live.
@@ -218,9 +232,10 @@ void ParameterMethods::setParameters(const Call& call, const Caller& caller, Rep
   const auto settings = changedSettings(context_.box.settings(), *changes);
   if (!settings) return replies.finish(caller.connection, settings.error());
   logParameters(context_, caller, "sets", context_.box.settings(), *settings);
+  OrderedJson done = changesJson(*changes, context_.box.settings(), *settings);
   const std::uint64_t generation = context_.box.apply(*settings);
-  answerWhenApplied(call, caller, replies, generation, [generation] {
-    return Reply{"", {{"generation", generation}}};
+  answerWhenApplied(call, caller, replies, generation, [generation, done = std::move(done)]() mutable {
+    return Reply{"", {{"generation", generation}, {"changes", std::move(done)}}};
   });
 }
 

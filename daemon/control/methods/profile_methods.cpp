@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/control/methods/profile_methods.h"
+#include "daemon/control/methods/methods.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "config/settings/parameter_table.h"
-#include "daemon/control/server/call_fields.h"
+#include "daemon/control/base/method_context.h"
 
 namespace hapticd::daemon {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/control/methods/reload_methods.h"
+#include "daemon/control/methods/methods.h"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "daemon/control/base/method_context.h"
 #include "daemon/control/base/status_json.h"
-#include "daemon/control/server/call_fields.h"
 
 namespace hapticd::daemon {
 namespace {

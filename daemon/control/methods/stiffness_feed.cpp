@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/control/methods/stiffness_feed.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <utility>
+
+#include "config/additions/addition_json.h"
+#include "config/additions/addition_reader.h"
+#include "daemon/control/server/varlink_message.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -18,11 +20,10 @@ double mean(double past, double& past_weight, double value, double weight) {
   return result;
 }
 
-std::string membersOf(const StiffnessFeed::Sample& sample) {
-  std::string text = fmt::format(R"({{"stiffness_n_per_m": {})", sample.stiffness_n_per_m);
-  if (sample.damping_n_s_per_m)
-    text += fmt::format(R"(, "damping_n_s_per_m": {})", *sample.damping_n_s_per_m);
-  return text + "}";
+Json membersOf(const StiffnessFeed::Sample& sample) {
+  Json members = {{"stiffness_n_per_m", sample.stiffness_n_per_m}};
+  if (sample.damping_n_s_per_m) members["damping_n_s_per_m"] = *sample.damping_n_s_per_m;
+  return members;
 }
 
 }  // namespace
@@ -64,7 +65,7 @@ auto StiffnessFeed::take(const Sample& sample, Clock::time_point now) -> std::ex
     return std::unexpected(Outside{});
   }
   config::RegionSettings& region = regions_[*place];
-  const auto checked = config::changed(region, membersOf(sample));
+  const auto checked = config::changed(region, config::nodeOf(membersOf(sample)));
   if (!checked) return std::unexpected(checked.error().front());
   const auto [found, is_new] = means_.try_emplace(region.name);
   Mean& past = found->second;
@@ -89,7 +90,14 @@ void StiffnessFeed::periodic(Clock::time_point now) {
 
 void StiffnessFeed::flush() {
   followBox();
-  if (std::exchange(waits_, false)) box_.applyStiffness(regions_);
+  if (!std::exchange(waits_, false)) return;
+  const std::vector<config::RegionSettings>& in_use = box_.additions().regions;
+  std::vector<MeasuredStiffness> measured;
+  for (std::size_t i = 0; i < regions_.size(); ++i) {
+    const config::RegionSettings& region = regions_[i];
+    if (region != in_use[i]) measured.push_back({i, region.stiffness_n_per_m, region.damping_n_s_per_m});
+  }
+  if (!measured.empty()) box_.setMeasuredStiffness(measured);
 }
 
 }  // namespace hapticd::daemon

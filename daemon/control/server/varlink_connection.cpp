@@ -38,7 +38,7 @@ bool VarlinkConnection::receive() {
   return false;
 }
 
-bool VarlinkConnection::wantsTurn() noexcept {
+bool VarlinkConnection::hasInput() noexcept {
   return readyForCall() && (input_waits || input_ended_ || gone || hasMessage() || overfull());
 }
 
@@ -113,8 +113,8 @@ void LingeringSockets::add(ConnectionId id, base::Descriptor socket, Clock::time
 void LingeringSockets::drain(ConnectionId id) {
   const auto found = std::ranges::find(sockets_, id, &Lingering::id);
   if (found == sockets_.end()) return;
-  std::array<char, 16384> waste;
-  const ssize_t received = ::recv(found->socket.get(), waste.data(), waste.size(), MSG_DONTWAIT);
+  std::array<char, 16384> discarded;
+  const ssize_t received = ::recv(found->socket.get(), discarded.data(), discarded.size(), MSG_DONTWAIT);
   const bool left =
       received == 0 || (received < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR);
   if (left) sockets_.erase(found);

@@ -29,7 +29,7 @@ struct Caller {
   Access access = Access::read;
   uid_t uid = 0;
   pid_t pid = 0;
-  bool sees_depth = false;   ///< may take the depth image (peer.h)
+  bool sees_depth = false;   ///< may take the depth image (listening_socket.h)
   bool may_control = false;  ///< on a socket for control; this one may be another
 };
 
@@ -54,15 +54,15 @@ class VarlinkConnection {
   bool gone = false;
   /// There is input that receive() has not taken yet.
   bool input_waits = false;
-  /// The connection is in the server's queue of those that wait for their turn.
+  /// The connection is in one of the server's queues.
   bool queued = false;
   /// The epoll events that the server waits for.
   std::uint32_t interest = 0;
 
   /// Whether the next call may be taken: no call is open, and the previous reply has been sent.
   bool readyForCall() const noexcept { return !dead && !closing && !call_open && outputEmpty(); }
-  /// Whether there is input to process.
-  bool wantsTurn() noexcept;
+  /// Whether there is input to process, or its end.
+  bool hasInput() noexcept;
   bool outputEmpty() const noexcept { return outputBytes() == 0; }
   /// The size of the output that the client has not taken yet, without what the kernel holds.
   std::size_t outputBytes() const noexcept { return output_.size() - sent_; }

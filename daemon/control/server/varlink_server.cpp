@@ -13,7 +13,7 @@
 #include <cstring>
 #include <utility>
 
-#include "daemon/control/server/peer.h"
+#include "daemon/control/server/listening_socket.h"
 #include "rt/base/clock.h"
 
 namespace hapticd::daemon {
@@ -117,12 +117,12 @@ void VarlinkServer::run(std::chrono::milliseconds period, const Periodic& period
   read_time_ = TimeShare(std::chrono::duration_cast<std::chrono::nanoseconds>(options_.read_share * period));
 
   for (;;) {
-    takeEvents(epoll_, patience_ms(), periodic);
+    takeEvents(epoll_, timeout_ms(), periodic);
     if (stopping_) return;
-    settle();
+    updateTouched();
     serveControl();
     serveReads(periodic);
-    settle();
+    updateTouched();
   }
 }
 
@@ -146,14 +146,14 @@ void VarlinkServer::requestStop() noexcept {
   [[maybe_unused]] const ssize_t written = ::write(stop_.get(), &one, sizeof one);
 }
 
-/// How long epoll may wait: not at all while a connection waits for its turn.
-int VarlinkServer::patience_ms() const {
-  return control_line_.empty() && (read_line_.empty() || reads_held_) ? -1 : 0;
+/// How long epoll may wait: not at all while a connection is queued.
+int VarlinkServer::timeout_ms() const {
+  return control_queue_.empty() && (read_queue_.empty() || reads_paused_) ? -1 : 0;
 }
 
-void VarlinkServer::takeEvents(const base::Descriptor& epoll, int patience_ms, const Periodic& periodic) {
+void VarlinkServer::takeEvents(const base::Descriptor& epoll, int timeout_ms, const Periodic& periodic) {
   std::array<epoll_event, 64> events;
-  const int count = ::epoll_wait(epoll.get(), events.data(), static_cast<int>(events.size()), patience_ms);
+  const int count = ::epoll_wait(epoll.get(), events.data(), static_cast<int>(events.size()), timeout_ms);
   for (int i = 0; i < count; ++i) {
     const epoll_event& event = events[static_cast<std::size_t>(i)];
     dispatch(event.data.u64, event.events, periodic);
@@ -182,27 +182,27 @@ void VarlinkServer::onTimer(const Periodic& periodic) {
   if (listening_paused_) pauseListening(false);
   lingering_.closeOld(LingeringSockets::Clock::now());
   read_time_.beginPeriod();
-  if (reads_held_ && read_time_.isLeft()) holdReads(false);
+  if (reads_paused_ && read_time_.isLeft()) pauseReads(false);
   periodic();
   setTimer(connections_.empty() ? idlePeriod() : period_);
 }
 
 void VarlinkServer::serveControl() {
-  for (std::size_t turns = control_line_.size(); turns > 0; --turns) serveNext(control_line_);
+  for (std::size_t calls = control_queue_.size(); calls > 0; --calls) serveNext(control_queue_);
 }
 
 void VarlinkServer::serveReads(const Periodic& periodic) {
-  if (reads_held_ || (!reads_wait_ && read_line_.empty())) return;
+  if (reads_paused_ || (!reads_wait_ && read_queue_.empty())) return;
   const auto begin = options_.thread_time();
   if (std::exchange(reads_wait_, false)) takeEvents(reads_, 0, periodic);
-  if (!read_line_.empty()) serveNext(read_line_);
+  if (!read_queue_.empty()) serveNext(read_queue_);
   read_time_.spend(options_.thread_time() - begin);
-  if (!read_time_.isLeft()) holdReads(true);
+  if (!read_time_.isLeft()) pauseReads(true);
 }
 
-void VarlinkServer::holdReads(bool held) {
-  reads_held_ = held;
-  watch(epoll_, reads_.get(), kReadsKey, held ? 0 : static_cast<std::uint32_t>(EPOLLIN), EPOLL_CTL_MOD);
+void VarlinkServer::pauseReads(bool paused) {
+  reads_paused_ = paused;
+  watch(epoll_, reads_.get(), kReadsKey, paused ? 0 : static_cast<std::uint32_t>(EPOLLIN), EPOLL_CTL_MOD);
 }
 
 void VarlinkServer::accept(ListeningSocket& listener) {
@@ -234,15 +234,15 @@ std::optional<Caller> VarlinkServer::callerAt(const base::Descriptor& socket,
   const auto peer = peerOf(socket.get());
   if (!peer) return std::nullopt;
   const bool control = listener.access() == Access::control && mayControl(*peer, listener.group());
-  const bool steers = std::ranges::any_of(listeners_, [&](const ListeningSocket& other) {
+  const bool may_control = std::ranges::any_of(listeners_, [&](const ListeningSocket& other) {
     return other.access() == Access::control && mayControl(*peer, other.group());
   });
   return Caller{.connection = next_id_,
                 .access = control ? Access::control : Access::read,
                 .uid = peer->uid,
                 .pid = peer->pid,
-                .sees_depth = steers || isMember(*peer, options_.view_group),
-                .may_control = steers};
+                .sees_depth = may_control || isMember(*peer, options_.view_group),
+                .may_control = may_control};
 }
 
 void VarlinkServer::refuse(base::Descriptor socket, const Reply& reason) {
@@ -316,15 +316,15 @@ std::size_t VarlinkServer::outputBytes() const {
 /// Closes connections that only read, as long as the clients together have too much unread.
 void VarlinkServer::makeRoomFor(std::size_t bytes) {
   while (outputBytes() + bytes > options_.max_held_bytes) {
-    VarlinkConnection* laziest = nullptr;
+    VarlinkConnection* fullest = nullptr;
     for (const auto& [id, connection] : connections_) {
       if (connection->dead || connection->caller().access != Access::read || connection->outputEmpty())
         continue;
-      if (!laziest || connection->outputBytes() > laziest->outputBytes()) laziest = connection.get();
+      if (!fullest || connection->outputBytes() > fullest->outputBytes()) fullest = connection.get();
     }
-    if (!laziest) return;
-    laziest->dead = true;
-    touched_.push_back(laziest->caller().connection);
+    if (!fullest) return;
+    fullest->dead = true;
+    touched_.push_back(fullest->caller().connection);
   }
 }
 
@@ -345,9 +345,9 @@ void VarlinkServer::hangUp(VarlinkConnection& connection) {
 }
 
 /// Handles one call of the connection at the head of the queue.
-void VarlinkServer::serveNext(Line& line) {
-  const ConnectionId id = line.front();
-  line.pop_front();
+void VarlinkServer::serveNext(Queue& queue) {
+  const ConnectionId id = queue.front();
+  queue.pop_front();
   VarlinkConnection* connection = find(id);
   if (!connection) return;
   connection->queued = false;
@@ -405,11 +405,11 @@ bool VarlinkServer::offer(ConnectionId id, const Reply& reply) {
 
 /// Prepares each connection that was touched for the next round: its epoll events, its place in the queue, or
 /// its removal.
-void VarlinkServer::settle() {
+void VarlinkServer::updateTouched() {
   for (const ConnectionId id : touched_) {
     VarlinkConnection* connection = find(id);
     if (!connection) continue;
-    settle(*connection);
+    update(*connection);
     if (connection->dead) {
       connections_.erase(id);
       handler_.closed(id);
@@ -418,7 +418,7 @@ void VarlinkServer::settle() {
   touched_.clear();
 }
 
-void VarlinkServer::settle(VarlinkConnection& connection) {
+void VarlinkServer::update(VarlinkConnection& connection) {
   if (connection.dead) return;
   if (connection.gone && !connection.readyForCall()) {
     connection.dead = true;
@@ -427,14 +427,14 @@ void VarlinkServer::settle(VarlinkConnection& connection) {
     watch(epollOf(connection.caller().access), connection.descriptor(), 0, 0, EPOLL_CTL_DEL);
     linger(connection.release());
   } else {
-    if (!connection.queued && connection.wantsTurn()) standInLine(connection);
+    if (!connection.queued && connection.hasInput()) enqueue(connection);
     updateInterest(connection);
   }
 }
 
-void VarlinkServer::standInLine(VarlinkConnection& connection) {
-  Line& line = connection.caller().access == Access::control ? control_line_ : read_line_;
-  line.push_back(connection.caller().connection);
+void VarlinkServer::enqueue(VarlinkConnection& connection) {
+  Queue& queue = connection.caller().access == Access::control ? control_queue_ : read_queue_;
+  queue.push_back(connection.caller().connection);
   connection.queued = true;
 }
 

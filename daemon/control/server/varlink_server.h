@@ -75,9 +75,9 @@ struct ServerOptions {
 /// those take turns, and together they get a share of the thread's time. Replies keep the order of the calls.
 /// A message that is not a call is answered with io.hapticd.Status.MalformedCall and ends its connection. A
 /// connection beyond a limit gets io.hapticd.Status.TooManyConnections and is closed. On a socket for control
-/// a caller who is not a member of the group of its file may only read (peer.h). When the process may open no
-/// more descriptors, those who may control still get connections, and of the others those who have none.
-/// Calls that a client sent before it left are still carried out if they may change something.
+/// a caller who is not a member of the group of its file may only read (listening_socket.h). When the process
+/// may open no more descriptors, those who may control still get connections, and of the others those who
+/// have none. Calls that a client sent before it left are still carried out if they may change something.
 class VarlinkServer final : public Replies {
  public:
   /// Opens the sockets. `handler` must outlive the server.
@@ -103,22 +103,22 @@ class VarlinkServer final : public Replies {
 
  private:
   using Periodic = std::function<void()>;
-  using Line = std::deque<ConnectionId>;  // connections that wait for their turn
+  using Queue = std::deque<ConnectionId>;  // connections with input to process, in order
 
   VarlinkServer(const ServerOptions& options, CallHandler& handler);
   base::Result<void> open();
   static bool watch(const base::Descriptor& epoll, int descriptor, std::uint64_t key, std::uint32_t events,
                     int operation);
 
-  int patience_ms() const;
-  void takeEvents(const base::Descriptor& epoll, int patience_ms, const Periodic& periodic);
+  int timeout_ms() const;
+  void takeEvents(const base::Descriptor& epoll, int timeout_ms, const Periodic& periodic);
   void dispatch(std::uint64_t key, std::uint32_t events, const Periodic& periodic);
   void onTimer(const Periodic& periodic);
   void setTimer(std::chrono::milliseconds period);
   std::chrono::milliseconds idlePeriod() const;
   void serveControl();
   void serveReads(const Periodic& periodic);
-  void holdReads(bool held);
+  void pauseReads(bool paused);
 
   void accept(ListeningSocket& listener);
   std::optional<Caller> callerAt(const base::Descriptor& socket, const ListeningSocket& listener) const;
@@ -135,13 +135,13 @@ class VarlinkServer final : public Replies {
 
   void onEvents(VarlinkConnection& connection, std::uint32_t events);
   void hangUp(VarlinkConnection& connection);
-  void serveNext(Line& line);
+  void serveNext(Queue& queue);
   void serveOneCall(VarlinkConnection& connection);
   void answer(VarlinkConnection& connection, std::string_view message);
   static void reject(VarlinkConnection& connection, std::string_view reason);
-  void settle();
-  void settle(VarlinkConnection& connection);
-  void standInLine(VarlinkConnection& connection);
+  void updateTouched();
+  void update(VarlinkConnection& connection);
+  void enqueue(VarlinkConnection& connection);
   void updateInterest(VarlinkConnection& connection);
   const base::Descriptor& epollOf(Access access) const { return access == Access::control ? epoll_ : reads_; }
   VarlinkConnection* find(ConnectionId connection);
@@ -156,16 +156,16 @@ class VarlinkServer final : public Replies {
   DescriptorReserve reserve_;  // to accept clients when descriptors run out
   std::unordered_map<ConnectionId, std::unique_ptr<VarlinkConnection>> connections_;
   LingeringSockets lingering_;
-  Line control_line_;
-  Line read_line_;
+  Queue control_queue_;
+  Queue read_queue_;
   TimeShare read_time_;
   std::chrono::milliseconds period_{0};  // with connections
   std::chrono::milliseconds timer_period_{0};
-  std::vector<ConnectionId> touched_;  // to be looked at by settle()
+  std::vector<ConnectionId> touched_;  // to be looked at by updateTouched()
   ConnectionId next_id_;
   std::uint64_t refused_ = 0;
-  bool reads_wait_ = false;  // reads_ has events
-  bool reads_held_ = false;  // reads wait for the next period, because their time is used up
+  bool reads_wait_ = false;    // reads_ has events
+  bool reads_paused_ = false;  // reads wait for the next period, because their time is used up
   bool stopping_ = false;
   bool listening_paused_ = false;
 };

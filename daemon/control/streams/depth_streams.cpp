@@ -9,9 +9,7 @@
 
 #include "config/base/base64.h"
 #include "daemon/control/base/method_context.h"
-#include "daemon/control/base/pose_json.h"
 #include "daemon/control/base/status_json.h"
-#include "daemon/control/server/call_fields.h"
 #include "drivers/depth_region/depth_region.h"
 
 namespace hapticd::daemon {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "daemon/base/box.h"
-#include "daemon/control/server/call_fields.h"
+#include "daemon/control/base/method_context.h"
 
 namespace hapticd::daemon {
 

@@ -11,8 +11,8 @@
 #include <functional>
 #include <utility>
 
-#include "daemon/base/names.h"
-#include "daemon/control/server/call_fields.h"
+#include "daemon/base/journal_entry.h"
+#include "daemon/control/base/method_context.h"
 #include "rt/base/clock.h"
 
 namespace hapticd::daemon {

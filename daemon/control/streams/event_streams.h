@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "daemon/base/journal_entry.h"
-#include "daemon/control/server/call_fields.h"
+#include "daemon/control/base/method_context.h"
 
 namespace hapticd::daemon {
 

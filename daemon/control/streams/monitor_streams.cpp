@@ -7,9 +7,9 @@
 #include <string_view>
 #include <utility>
 
-#include "config/base/nearest_names.h"
+#include "config/base/value_text.h"
+#include "daemon/control/base/method_context.h"
 #include "daemon/control/base/status_json.h"
-#include "daemon/control/server/call_fields.h"
 
 namespace hapticd::daemon {
 namespace {

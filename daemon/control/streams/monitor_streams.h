@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "daemon/base/box.h"
+#include "daemon/control/base/method_context.h"
 #include "daemon/control/base/tick_window.h"
-#include "daemon/control/server/call_fields.h"
 #include "daemon/control/server/varlink_message.h"
 
 namespace hapticd::daemon {

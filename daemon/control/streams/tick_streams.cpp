@@ -12,8 +12,8 @@
 #include <string_view>
 #include <utility>
 
-#include "config/base/nearest_names.h"
-#include "daemon/control/server/call_fields.h"
+#include "config/base/value_text.h"
+#include "daemon/control/base/method_context.h"
 #include "daemon/trace/format/fields.h"
 #include "rt/base/words.h"
 

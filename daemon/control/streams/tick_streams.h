@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "daemon/control/server/call_fields.h"
+#include "daemon/control/base/method_context.h"
 #include "rt/loop/loop_state.h"
 
 namespace hapticd::daemon {

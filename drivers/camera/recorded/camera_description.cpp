@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "config/base/file_content.h"
-#include "config/base/nearest_names.h"
 #include "config/base/value_text.h"
 #include "config/yaml/yaml_reader.h"
 #include "rt/base/words.h"

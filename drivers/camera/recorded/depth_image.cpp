@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cctype>
 #include <cerrno>
 #include <csetjmp>
 #include <cstdint>
@@ -19,6 +18,7 @@
 #include <string_view>
 #include <vector>
 
+#include "config/base/pgm_header.h"
 #include "config/base/value_text.h"
 #include "drivers/camera/kinect_image.h"
 
@@ -180,43 +180,22 @@ base::Result<ImageSize> checkedSize(const fs::path& file, std::uint64_t width, s
   return ImageSize{static_cast<int>(width), static_cast<int>(height)};
 }
 
-/// Reads a number of a PGM header after spaces and comments; 0: there is none, or it is far too large.
-std::uint64_t pgmNumber(std::FILE* stream) {
-  int next = std::fgetc(stream);
-  while (next == '#' || (next != EOF && std::isspace(next) != 0)) {
-    while (next == '#' && next != EOF) {
-      do next = std::fgetc(stream);
-      while (next != '\n' && next != EOF);
-    }
-    if (next != EOF) next = std::fgetc(stream);
-  }
-  constexpr std::uint64_t kMaxNumber = 1'000'000'000;
-  std::uint64_t number = 0;
-  for (; next >= '0' && next <= '9'; next = std::fgetc(stream)) {
-    number = number * 10 + static_cast<std::uint64_t>(next - '0');
-    if (number > kMaxNumber) return 0;
-  }
-  // one white space ends the number; any other character belongs to no header
-  return next != EOF && std::isspace(next) != 0 ? number : 0;
-}
-
 /// Reads the header of a PGM image; the pixels follow.
 base::Result<ImageSize> readPgmHeader(const fs::path& file, std::FILE* stream) {
-  char magic[2] = {};
-  if (std::fread(magic, 1, sizeof magic, stream) != sizeof magic || magic[0] != 'P' || magic[1] != '5') {
+  const auto header = base::readPgmHeader([stream] { return std::fgetc(stream); });
+  if (!header && header.error() == base::PgmFault::other_format)
     return refuse(file, "is neither a PGM (P5) nor a PNG image", kFormats);
-  }
-  const std::uint64_t width = pgmNumber(stream);
-  const std::uint64_t height = pgmNumber(stream);
-  const std::uint64_t most = pgmNumber(stream);
-  if (width == 0 || height == 0 || most == 0 || most > kMaxValue) {
+  if (!header || header->width_px < 1 || header->height_px < 1 || header->maximum < 1 ||
+      header->maximum > kMaxValue) {
     return refuse(file, "has a damaged PGM header",
                   "the header is \"P5\", width, height and 65535, each followed by white space");
   }
-  if (most < kMinValues) {
-    return refuse(file, fmt::format("has 8 bits for each pixel (a maximum of {})", most), kFormats);
+  if (header->maximum < kMinValues) {
+    return refuse(file, fmt::format("has 8 bits for each pixel (a maximum of {})", header->maximum),
+                  kFormats);
   }
-  return checkedSize(file, width, height);
+  return checkedSize(file, static_cast<std::uint64_t>(header->width_px),
+                     static_cast<std::uint64_t>(header->height_px));
 }
 
 base::Result<ImageSize> readPngHeader(const fs::path& file, PngPixels& png) {

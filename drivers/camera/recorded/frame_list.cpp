@@ -9,7 +9,6 @@
 #include <cmath>
 #include <string_view>
 
-#include "config/base/csv_names.h"
 #include "config/base/file_content.h"
 #include "config/base/value_text.h"
 #include "rt/base/clock.h"

@@ -11,7 +11,7 @@
 #include <string>
 #include <thread>
 
-#include "rt/base/periodic_clock.h"
+#include "rt/base/clock.h"
 #include "rt/loop/force_loop.h"
 #include "tests/rt/loop_rig.h"
 #include "tests/rt/watch/only_clock_calls.h"

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
@@ -14,11 +15,14 @@
 #include <string>
 #include <vector>
 
-#include "config/additions/addition_fields.h"
+#include "config/additions/addition_json.h"
+#include "config/additions/addition_reader.h"
 #include "config/settings/fixture_settings.h"
 
 namespace hapticd::config {
 namespace {
+
+using Json = nlohmann::json;
 
 class RandomAdditions {
  public:
@@ -120,16 +124,45 @@ TEST(Additions, ReadBackFromTheirText) {
 }
 
 TEST(Additions, ReadBackFromJson) {
+  RandomAdditions random(23);
+  Json list = Json::array();
+  const auto readBack = [&list]<typename Owner>(const std::vector<Owner>& owners) {
+    list.clear();
+    for (const Owner& owner : owners) list.push_back(definitionOf<Json>(owner));
+    return definitionsFrom<Owner>(nodeOf(list), "json");
+  };
+  for (int i = 0; i < 20; ++i) {
+    const SceneAdditions additions = random.next();
+    const auto fixtures = readBack(additions.fixtures);
+    ASSERT_TRUE(fixtures) << allTexts(fixtures.error());
+    EXPECT_EQ(*fixtures, additions.fixtures);
+    const auto regions = readBack(additions.regions);
+    ASSERT_TRUE(regions) << allTexts(regions.error());
+    EXPECT_EQ(*regions, additions.regions);
+  }
+}
+
+TEST(Additions, JsonHoldsWholeNumbersWithoutAPoint) {
+  const FixtureSettings plate{
+      .name = "a", .kind = rt::FixtureKind::box, .position_m = {0, -1, 0.5}, .size_m = {1, 2, 3}};
+  EXPECT_EQ(definitionOf<Json>(plate).at("position_m").dump(), "[0,-1,0.5]");
+  EXPECT_EQ(definitionOf<Json>(plate).at("enabled").dump(), "true");
+  EXPECT_EQ(definitionOf<Json>(plate).at("kind").dump(), "\"box\"");
+  EXPECT_FALSE(definitionOf<Json>(plate).contains("orientation_xyzw")) << "it has rotation_deg";
+  EXPECT_FALSE(definitionOf<Json>(plate).contains("radius_m")) << "a box has none";
+}
+
+TEST(Additions, ReadBackFromLines) {
   RandomAdditions random(19);
   for (int i = 0; i < 20; ++i) {
     const SceneAdditions additions = random.next();
     std::string fixtures;
     for (const FixtureSettings& fixture : additions.fixtures) {
-      fixtures += (fixtures.empty() ? "" : ",") + jsonOf(fixture);
+      fixtures += (fixtures.empty() ? "" : ",") + lineOf(fixture);
     }
     std::string regions;
     for (const RegionSettings& region : additions.regions)
-      regions += (regions.empty() ? "" : ",") + jsonOf(region);
+      regions += (regions.empty() ? "" : ",") + lineOf(region);
     const auto read = additionsFromText(
         R"({"fixtures":[)" + fixtures + R"(],"regions":[)" + regions + R"(],"label_image":"l.pgm"})", "json");
     ASSERT_TRUE(read) << allTexts(read.error());
@@ -241,13 +274,13 @@ FixtureSettings nerve() {
 }
 
 TEST(ChangedFixture, KeepsWhatIsNotNamed) {
-  const auto change = changed(nerve(), R"({"radius_m": 0.06, "enabled": false})");
+  const auto change = changed(nerve(), nodeOf(Json{{"radius_m", 0.06}, {"enabled", false}}));
   ASSERT_TRUE(change) << allTexts(change.error());
   FixtureSettings expected = nerve();
   expected.radius_m = 0.06;
   expected.enabled = false;
   EXPECT_EQ(*change, expected);
-  EXPECT_EQ(changed(nerve(), "{}"), nerve());
+  EXPECT_EQ(changed(nerve(), nodeOf(Json::object())), nerve());
 }
 
 // The rotation of a box by a quaternion q, v' = q v q*, against the rotation by the angles that are kept.
@@ -292,21 +325,21 @@ TEST(Additions, TheOrientationOfABoxMayBeAQuaternion) {
 TEST(ChangedFixture, TakesAQuaternionInsteadOfItsAngles) {
   FixtureSettings box{
       .name = "box", .kind = rt::FixtureKind::box, .size_m = {1, 1, 1}, .rotation_deg = {1, 2, 3}};
-  const auto change = changed(box, "{orientation_xyzw: [0, 0, 1, 0]}");
+  const auto change = changed(box, nodeOf(Json{{"orientation_xyzw", {0, 0, 1, 0}}}));
   ASSERT_TRUE(change) << allTexts(change.error());
   box.rotation_deg = {0, 0, 180};
   EXPECT_LT(norm(change->rotation_deg - box.rotation_deg), 1e-9);
 }
 
 TEST(ChangedFixture, OfAnotherKindHasTheMembersOfThatKind) {
-  const auto capsule = changed(nerve(), "{kind: capsule, end_m: [0, 0, 0]}");
+  const auto capsule = changed(nerve(), nodeOf(Json{{"kind", "capsule"}, {"end_m", {0, 0, 0}}}));
   ASSERT_TRUE(capsule) << allTexts(capsule.error());
   EXPECT_EQ(capsule->radius_m, 0.05);
-  const auto point = changed(nerve(), "kind: point\ndeadband_m: 0.01\n");
+  const auto point = changed(nerve(), nodeOf(Json{{"kind", "point"}, {"deadband_m", 0.01}}));
   ASSERT_TRUE(point) << allTexts(point.error());
   EXPECT_EQ(point->radius_m, 0);
   EXPECT_EQ(point->position_m, nerve().position_m);
-  const auto incomplete = changed(nerve(), "{kind: box}");
+  const auto incomplete = changed(nerve(), nodeOf(Json{{"kind", "box"}}));
   ASSERT_FALSE(incomplete);
   EXPECT_EQ(incomplete.error().front().field, "size_m");
 }
@@ -317,10 +350,13 @@ TEST(ChangedFixture, IsRefusedWithNameFieldAndRemedy) {
     const char* field;
   };
   for (const auto& [change, field] :
-       {Case{"{radius_m: 0}", "radius_m"}, Case{"{normal: [0, 0, 1]}", "normal"},
-        Case{"{radius: 1}", "radius"}, Case{"{name: a b}", "name"}, Case{"[", ""}, Case{"7", ""},
-        Case{"", ""}}) {
-    const auto refused = changed(nerve(), change);
+       {Case{R"({"radius_m": 0})", "radius_m"}, Case{R"({"radius_m": "0.1"})", "radius_m"},
+        Case{R"({"radius_m": null})", "radius_m"}, Case{R"({"radius_m": [0.1]})", "radius_m"},
+        Case{R"({"enabled": "true"})", "enabled"}, Case{R"({"kind": 1})", "kind"},
+        Case{R"({"normal": [0, 0, 1]})", "normal"}, Case{R"({"position_m": [0, "1", 2]})", "position_m"},
+        Case{R"({"radius": 1})", "radius"}, Case{R"({"name": "a b"})", "name"}, Case{"[]", ""}, Case{"7", ""},
+        Case{"null", ""}}) {
+    const auto refused = changed(nerve(), nodeOf(Json::parse(change)));
     ASSERT_FALSE(refused) << change;
     EXPECT_EQ(refused.error().front().field, field) << change;
     EXPECT_FALSE(refused.error().front().error.remedy.empty()) << change;
@@ -329,12 +365,12 @@ TEST(ChangedFixture, IsRefusedWithNameFieldAndRemedy) {
 
 TEST(ChangedRegion, KeepsWhatIsNotNamed) {
   const RegionSettings liver{.name = "liver", .position_m = {0, 0, 1}, .radius_m = 0.1};
-  const auto layered = changed(liver, "{model: layered, layer_m: 0.003}");
+  const auto layered = changed(liver, nodeOf(Json{{"model", "layered"}, {"layer_m", 0.003}}));
   ASSERT_TRUE(layered) << allTexts(layered.error());
   EXPECT_EQ(layered->model, rt::ContactModel::layered);
   EXPECT_EQ(layered->layer_m, 0.003);
   EXPECT_EQ(layered->radius_m, 0.1);
-  const auto refused = changed(liver, "{layer_m: 0.003}");
+  const auto refused = changed(liver, nodeOf(Json{{"layer_m", 0.003}}));
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().front().field, "layer_m");
 }

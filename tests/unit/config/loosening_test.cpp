@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What counts as less protection, and that none of it is left after it was taken back.
-#include "config/loosening.h"
+#include "config/conflicts.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/isolated_cpu.h"
+#include "daemon/realtime_conditions.h"
 
 #include <gtest/gtest.h>
 

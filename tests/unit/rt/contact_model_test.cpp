@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "rt/safety/contact_damping.h"
+#include "rt/safety/stiffness_limit.h"
 #include "rt/tissue/contact_model.h"
 
 namespace hapticd::test {

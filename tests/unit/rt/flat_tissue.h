@@ -52,7 +52,8 @@ class FlatTissue {
     }
     contact = tissue.apply({.map = map.get(),
                             .model = model,
-                            .parameters = parameters,
+                            .parameters = parameters.contact,
+                            .stiffness_n_per_m = parameters.springs.stiffness_n_per_m,
                             .hip_m_in_world = hip_m,
                             .velocity_m_per_s_in_world = velocity_m_per_s,
                             .period_s = kPeriod_s},

@@ -33,7 +33,14 @@ class SmoothSpringsOnAWall {
 
   Vec3 force(const Vec3& beside_wall_m) {
     const Vec3 hip = beside_wall_m + Vec3{0, 0, -model_.depth_m(kRaw)};
-    return laws_.force({scene_.scene, hip, {}, parameters}).force_n_in_world;
+    return laws_
+        .force({.scene = scene_.scene,
+                .hip_m_in_world = hip,
+                .hip_velocity_m_per_s_in_world = {},
+                .parameters = parameters,
+                .stiffness_n_per_m = parameters.springs.stiffness_n_per_m,
+                .friction = parameters.contact.friction})
+        .force_n_in_world;
   }
 
   rt::LiveParameters parameters;

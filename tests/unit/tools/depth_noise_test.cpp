@@ -9,7 +9,6 @@
 #include <random>
 #include <vector>
 
-#include "tools/lib/depth_noise/depth_picture.h"
 #include "tools/lib/truth/any_camera.h"
 
 namespace hapticd::tools {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "tools/hapticctl/text/glance_text.h"
 #include "tools/hapticctl/text/status_text.h"
 #include "tools/hapticctl/watch.h"
 

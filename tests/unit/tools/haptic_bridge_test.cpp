@@ -19,7 +19,7 @@
 #include "rt/base/clock.h"
 #include "tests/support/program.h"
 #include "tools/haptic-bridge/bridge.h"
-#include "tools/haptic-bridge/device_force.h"
+#include "tools/haptic-bridge/device.h"
 #include "tools/haptic-bridge/device_log.h"
 
 // The bridge with a real socket, and a log whose disk stalls: a pipe that nobody reads.

@@ -3,10 +3,7 @@
 
 #include "tests/support/file_content.h"
 #include "tools/manual/generated.h"
-#include "tools/manual/help_text.h"
 #include "tools/manual/page.h"
-#include "tools/manual/roff.h"
-#include "tools/manual/sections.h"
 
 namespace hapticd::tools {
 namespace {

@@ -9,7 +9,6 @@
 #include <random>
 
 #include "rt/base/pose.h"
-#include "tools/lib/registration/model_landmarks.h"
 
 namespace hapticd::tools {
 namespace {

@@ -7,7 +7,7 @@
 #include <set>
 #include <sstream>
 
-#include "tools/hapticctl/metrics_command.h"
+#include "tools/hapticctl/commands.h"
 
 namespace hapticd::tools {
 namespace {

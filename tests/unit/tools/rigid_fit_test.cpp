@@ -10,7 +10,6 @@
 #include "rt/base/pose.h"
 #include "rt/depth/depth_frame.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/lib/registration/landmark_depth.h"
 #include "tools/lib/registration/point_files.h"
 #include "tools/lib/registration/rigid_fit.h"
 #include "tools/lib/registration/touch.h"

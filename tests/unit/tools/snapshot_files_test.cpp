@@ -8,7 +8,6 @@
 #include "config/base/base64.h"
 #include "drivers/camera/kinect_image.h"
 #include "tools/hapticctl/snapshot/depth_picture.h"
-#include "tools/hapticctl/snapshot/point_cloud.h"
 #include "tools/hapticctl/snapshot/snapshot.h"
 
 namespace hapticd::tools {

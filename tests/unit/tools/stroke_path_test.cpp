@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/lib/registration/stroke_path.h"
+#include "tools/lib/registration/touch.h"
 
 #include <gtest/gtest.h>
 

@@ -4,9 +4,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "tools/hapticctl/text/table.h"
-#include "tools/hapticctl/text/terminal_text.h"
-#include "tools/hapticctl/text/time_text.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {

@@ -9,7 +9,6 @@
 #include "tools/hapticbench/engine/study.h"
 #include "tools/hapticbench/noise.h"
 #include "tools/lib/depth_noise/depth_noise.h"
-#include "tools/lib/depth_noise/noise_text.h"
 #include "tools/lib/truth/scene_noise.h"
 
 namespace hapticd::tools {

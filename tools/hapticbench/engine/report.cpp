@@ -8,10 +8,12 @@
 #include <utility>
 #include <vector>
 
+#include "tools/lib/text/terminal_text.h"
+
 namespace hapticd::tools {
 namespace {
 
-std::string cellText(const Json& cell, const TextTable::Heading& heading) {
+std::string cellText(const Json& cell, const Figures::Heading& heading) {
   if (cell.is_discarded()) return "";
   if (cell.is_null()) return "-";
   if (cell.is_string()) return cell.get<std::string>();
@@ -30,29 +32,22 @@ void addLine(std::string& text, const std::vector<std::string>& cells) {
 
 }  // namespace
 
-std::string textOf(const TextTable& table) {
-  if (table.rows.empty()) return "";
-  std::vector<std::string> lines(table.rows.size() + 1);
-  for (std::size_t column = 0; column < table.headings.size(); ++column) {
-    const TextTable::Heading& heading = table.headings[column];
-    std::vector<std::string> cells{heading.text};
-    for (const auto& row : table.rows) cells.push_back(cellText(row[column], heading));
-    const auto longer = [](const std::string& a, const std::string& b) { return a.size() < b.size(); };
-    const std::size_t width = std::ranges::max_element(cells, longer)->size();
-    const bool words = std::ranges::any_of(table.rows, [column](const auto& row) {
+std::string textOf(const Figures& figures) {
+  if (figures.rows.empty()) return "";
+  std::vector<Table::Column> columns;
+  for (std::size_t column = 0; column < figures.headings.size(); ++column) {
+    const bool words = std::ranges::any_of(figures.rows, [column](const auto& row) {
       return row[column].is_string() || row[column].is_boolean();
     });
-    for (std::size_t i = 0; i < lines.size(); ++i) {
-      if (column > 0) lines[i] += "  ";
-      lines[i] += words ? fmt::format("{:<{}}", cells[i], width) : fmt::format("{:>{}}", cells[i], width);
-    }
+    columns.push_back({figures.headings[column].text, !words});
   }
-  std::string text;
-  for (std::string& line : lines) {
-    line.erase(line.find_last_not_of(' ') + 1);
-    text += line + "\n";
+  Table table(std::move(columns));
+  for (const auto& row : figures.rows) {
+    std::vector<std::string> cells;
+    for (std::size_t i = 0; i < row.size(); ++i) cells.push_back(cellText(row[i], figures.headings[i]));
+    table.add(std::move(cells));
   }
-  return text;
+  return table.text(TerminalSize::kNoLimit);
 }
 
 std::string markdownTable(const std::vector<std::string>& headings, std::size_t text_columns,

@@ -60,8 +60,8 @@ void addSpread(Columns<Row>& columns, const std::string& key, const std::string&
       {key + "/max", max_heading, kDecimals, [spread](const Row& row) { return spread(row).max(); }});
 }
 
-/// Cells of a text table under their headings.
-struct TextTable {
+/// Figures under the headings of a table, before they are text.
+struct Figures {
   struct Heading {
     std::string text;
     int decimals = 0;
@@ -71,8 +71,8 @@ struct TextTable {
   std::vector<std::vector<Json>> rows;
 };
 
-/// The table as lines of text, columns as wide as their widest cell: words to the left, numbers to the right.
-std::string textOf(const TextTable& table);
+/// A table as lines of text, columns as wide as their widest cell: words to the left, numbers to the right.
+std::string textOf(const Figures& figures);
 
 /// A Markdown table; the first `text_columns` are aligned to the left, the others to the right.
 std::string markdownTable(const std::vector<std::string>& headings, std::size_t text_columns,
@@ -81,7 +81,7 @@ std::string markdownTable(const std::vector<std::string>& headings, std::size_t 
 /// A line of text for each row; empty where there are no rows.
 template <typename Row, typename Rows>
 std::string tableText(const Columns<Row>& columns, const Rows& rows) {
-  TextTable table;
+  Figures table;
   for (const Column<Row>& column : columns) {
     if (!column.heading.empty()) table.headings.push_back({column.heading, column.decimals, column.scale});
   }

@@ -14,7 +14,6 @@
 #include "drivers/camera/recorded/camera_description.h"
 #include "drivers/camera/recorded/recording_reader.h"
 #include "drivers/camera/synthetic/analytic_scene.h"
-#include "tools/hapticbench/engine/temporary_folder.h"
 
 namespace hapticd::tools {
 namespace {

@@ -3,9 +3,11 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "config/base/error.h"
@@ -13,6 +15,27 @@
 #include "tools/hapticbench/engine/laws.h"
 
 namespace hapticd::tools {
+
+/// A folder below the system's temporary one that is removed with the object. Its path is empty where it
+/// could not be made.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "hapticbench-XXXXXX").string();
+    if (::mkdtemp(name.data()) != nullptr) path_ = name;
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
 
 /// Whether a camera is a Kinect v1 as in recordings in libfreenect's format.
 inline bool isKinect(const rt::DepthModelParameters& camera) {

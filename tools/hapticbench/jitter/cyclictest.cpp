@@ -14,7 +14,7 @@
 #include <optional>
 
 #include "config/base/value_text.h"
-#include "tools/hapticbench/engine/temporary_folder.h"
+#include "tools/hapticbench/engine/sequences.h"
 #include "tools/hapticbench/jitter/jitter.h"
 #include "tools/lib/child/child_process.h"
 

@@ -8,7 +8,7 @@
 
 #include "config/base/error.h"
 #include "tools/hapticbench/engine/report.h"
-#include "tools/lib/child/interrupt.h"
+#include "tools/lib/child/child_process.h"
 
 namespace hapticd::tools {
 

@@ -12,7 +12,7 @@
 #include "drivers/base/start_thread.h"
 #include "drivers/camera/synthetic/analytic_scene.h"
 #include "drivers/handle/simulated/simulated_handle.h"
-#include "rt/base/periodic_clock.h"
+#include "rt/base/clock.h"
 #include "rt/depth/depth_model.h"
 #include "rt/loop/force_loop.h"
 #include "rt/modelling/scene_builder.h"

@@ -9,14 +9,12 @@
 #include "config/additions/addition_reader.h"
 #include "config/settings/fixture_settings.h"
 #include "tools/hapticctl/additions/addition_options.h"
-#include "tools/hapticctl/additions/fixture_touch.h"
-#include "tools/hapticctl/additions/model_import.h"
 #include "tools/hapticctl/base/command_line.h"
-#include "tools/hapticctl/text/addition_text.h"
 #include "tools/hapticctl/text/error_text.h"
-#include "tools/hapticctl/text/terminal_text.h"
+#include "tools/hapticctl/text/list_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/options/option_checks.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {
@@ -36,7 +34,8 @@ int import(const CommandOptions& options, const AdditionList& list, const std::s
   auto additions =
       of_model ? config::modelAdditionsFromText(*content, file) : config::additionsFromText(*content, file);
   if (!additions) return reportProblems(additions.error(), options.json);
-  if (list.definitionsIn(*additions).empty()) {
+  Json definitions = list.definitionsIn(*additions);
+  if (definitions.empty()) {
     return report(base::Error{file, fmt::format("has no {}", list.plural),
                               fmt::format("write them below '{}:' as in the configuration", list.plural)},
                   options.json);
@@ -45,12 +44,9 @@ int import(const CommandOptions& options, const AdditionList& list, const std::s
   if (of_model) {
     auto in_world = registered(options, model, *additions);
     if (!in_world) return in_world.error();
-    *additions = std::move(in_world->additions);
     document = std::move(in_world->document);
+    definitions = list.definitionsIn(in_world->additions);
   }
-  Json definitions = Json::array();
-  for (const std::string& text : list.definitionsIn(*additions))
-    definitions.push_back(Json::parse(text, nullptr, false));
   const std::string done = fmt::format("imported {} {}", definitions.size(), list.plural);
   return addAll(options, list, definitions, replace, done, document);
 }

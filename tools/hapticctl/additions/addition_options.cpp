@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <optional>
 #include <sstream>
@@ -14,10 +13,11 @@
 #include <vector>
 
 #include "config/additions/addition_fields.h"
+#include "config/additions/addition_json.h"
 #include "config/base/file_content.h"
 #include "config/base/value_text.h"
-#include "tools/hapticctl/text/addition_text.h"
 #include "tools/hapticctl/text/error_text.h"
+#include "tools/hapticctl/text/list_text.h"
 #include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
@@ -25,18 +25,9 @@ namespace {
 
 constexpr std::size_t kMaxPointBytes = std::size_t{1} << 20;
 
-template <typename T>
-std::optional<T> read(const std::string& text) {
-  T value{};
-  const char* const end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(text.data(), end, value);
-  if (error != std::errc() || rest != end) return std::nullopt;
-  return value;
-}
-
 /// A finite number; JSON has no others.
 std::optional<double> numberIn(const std::string& text) {
-  const auto number = read<double>(text);
+  const auto number = base::numberFrom<double>(text);
   return number && std::isfinite(*number) ? number : std::nullopt;
 }
 
@@ -77,11 +68,6 @@ std::optional<Json> jsonOf(const std::optional<T>& value) {
   return value ? std::optional<Json>(*value) : std::nullopt;
 }
 
-template <typename... Handlers>
-struct Overloaded : Handlers... {
-  using Handlers::operator()...;
-};
-
 /// How the value of an option is written, and how it is read.
 struct Form {
   std::string type;
@@ -100,45 +86,46 @@ template <typename Owner>
 Form formOf(const config::AdditionField<Owner>& field) {
   const auto text_value = [](const std::string& text) -> std::optional<Json> { return text; };
   return std::visit(
-      Overloaded{[&](std::string Owner::*) -> Form {
-                   return {"TEXT", {}, text_value, ""};
-                 },
-                 [&](bool Owner::*) -> Form {
-                   return {"WORD",
-                           {"true", "false"},
-                           [](const std::string& text) -> std::optional<Json> { return text == "true"; },
-                           ""};
-                 },
-                 [&](int Owner::*) -> Form {
-                   return {helpRangeOf(field),
-                           {},
-                           [](const std::string& text) { return jsonOf(read<int>(text)); },
-                           "a whole number"};
-                 },
-                 [&](double Owner::*) -> Form {
-                   return {helpRangeOf(field),
-                           {},
-                           [](const std::string& text) { return jsonOf(numberIn(text)); },
-                           "a number"};
-                 },
-                 [&](std::vector<rt::Vec3> Owner::*) -> Form {
-                   return {"POINTS", {}, pointsIn, "a list of points, such as \"0,0,-0.8 0.1,0,-0.8\""};
-                 },
-                 [&](const config::WordMember<Owner>& member) -> Form {
-                   return {"WORD", {member.words.begin(), member.words.end()}, text_value, ""};
-                 },
-                 [&](const config::VectorMember<Owner>&) -> Form {
-                   return {"X,Y,Z",
-                           {},
-                           [](const std::string& text) { return vectorIn(text, ","); },
-                           "three numbers, such as 0,0,-0.8"};
-                 },
-                 [&](const config::QuaternionMember<Owner>&) -> Form {
-                   return {"X,Y,Z,W",
-                           {},
-                           [](const std::string& text) { return vectorIn(text, ",", 4); },
-                           "four numbers, such as 0,0,0,1"};
-                 }},
+      config::Overloaded{
+          [&](std::string Owner::*) -> Form {
+            return {"TEXT", {}, text_value, ""};
+          },
+          [&](bool Owner::*) -> Form {
+            return {"WORD",
+                    {"true", "false"},
+                    [](const std::string& text) -> std::optional<Json> { return text == "true"; },
+                    ""};
+          },
+          [&](int Owner::*) -> Form {
+            return {helpRangeOf(field),
+                    {},
+                    [](const std::string& text) { return jsonOf(base::numberFrom<int>(text)); },
+                    "a whole number"};
+          },
+          [&](double Owner::*) -> Form {
+            return {helpRangeOf(field),
+                    {},
+                    [](const std::string& text) { return jsonOf(numberIn(text)); },
+                    "a number"};
+          },
+          [&](std::vector<rt::Vec3> Owner::*) -> Form {
+            return {"POINTS", {}, pointsIn, "a list of points, such as \"0,0,-0.8 0.1,0,-0.8\""};
+          },
+          [&](const config::WordMember<Owner>& member) -> Form {
+            return {"WORD", {member.words.begin(), member.words.end()}, text_value, ""};
+          },
+          [&](const config::VectorMember<Owner>&) -> Form {
+            return {"X,Y,Z",
+                    {},
+                    [](const std::string& text) { return vectorIn(text, ","); },
+                    "three numbers, such as 0,0,-0.8"};
+          },
+          [&](const config::QuaternionMember<Owner>&) -> Form {
+            return {"X,Y,Z,W",
+                    {},
+                    [](const std::string& text) { return vectorIn(text, ",", 4); },
+                    "four numbers, such as 0,0,0,1"};
+          }},
       field.member);
 }
 
@@ -232,10 +219,10 @@ void addRegionMembers(CLI::App& command, const std::shared_ptr<Json>& members) {
 namespace {
 
 template <auto kMember>
-std::vector<std::string> definitionsIn(const config::SceneAdditions& additions) {
-  std::vector<std::string> texts;
-  for (const auto& item : additions.*kMember) texts.push_back(config::jsonOf(item));
-  return texts;
+Json definitionsIn(const config::SceneAdditions& additions) {
+  Json definitions = Json::array();
+  for (const auto& item : additions.*kMember) definitions.push_back(config::definitionOf<Json>(item));
+  return definitions;
 }
 
 }  // namespace

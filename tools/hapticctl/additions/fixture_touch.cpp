@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticctl/additions/fixture_touch.h"
+#include "tools/hapticctl/additions/addition_options.h"
 
 #include <fmt/format.h>
 
@@ -9,14 +9,15 @@
 #include <string>
 #include <vector>
 
+#include "config/additions/addition_json.h"
+#include "config/additions/addition_reader.h"
 #include "config/base/program.h"
-#include "tools/hapticctl/additions/addition_options.h"
 #include "tools/hapticctl/additions/handle_touch.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/options/option_checks.h"
 #include "tools/lib/registration/shape_fit.h"
-#include "tools/lib/registration/stroke_path.h"
+#include "tools/lib/registration/touch.h"
 
 namespace hapticd::tools {
 namespace {
@@ -168,11 +169,10 @@ Json anyShape(const std::string& kind) {
 
 /// Checks a definition as the daemon does. Errors: reported, with the exit code.
 std::expected<void, int> check(const CommandOptions& options, const Json& definition) {
-  const std::string text = Json::object({{"fixtures", Json::array({definition})}})
-                               .dump(-1, ' ', false, Json::error_handler_t::replace);
-  const auto additions = config::additionsFromText(text, kCommand);
-  if (additions) return {};
-  return std::unexpected(reportProblems(additions.error(), options.json));
+  const auto fixtures =
+      config::definitionsFrom<config::FixtureSettings>(config::nodeOf(Json::array({definition})), kCommand);
+  if (fixtures) return {};
+  return std::unexpected(reportProblems(fixtures.error(), options.json));
 }
 
 /// Whether the name is free, or may be replaced; before the person has touched anything.

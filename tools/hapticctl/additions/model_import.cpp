@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticctl/additions/model_import.h"
+#include "tools/hapticctl/additions/addition_options.h"
 
 #include <fmt/format.h>
 
 #include "config/base/whole_file.h"
-#include "tools/hapticctl/additions/addition_options.h"
 #include "tools/hapticctl/additions/handle_touch.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/options/option_checks.h"
-#include "tools/lib/registration/model_landmarks.h"
 #include "tools/lib/registration/model_registration.h"
 
 namespace hapticd::tools {

@@ -2,11 +2,16 @@
 #include "tools/hapticctl/base/calls.h"
 
 #include <fmt/format.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <initializer_list>
 
 #include "config/settings/settings.h"
 #include "tools/hapticctl/text/error_text.h"
@@ -54,6 +59,37 @@ int callAndPrint(const CommandOptions& options, const Call& call,
     fmt::print("{}", text(*reply));
   }
   return kOk;
+}
+
+bool mayPass(const ClientError& error) {
+  using Kind = ClientError::Kind;
+  if (error.kind != Kind::error_reply) return true;
+  return error.what == "io.hapticd.Status.TooManyConnections";
+}
+
+bool Reconnection::waited(std::chrono::milliseconds wait) const {
+  const Clock::time_point end = Clock::now() + wait;
+  if (end > deadline_) return false;
+  for (;;) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
+    if (left.count() <= 0) return true;
+    pollfd signal{signals_, POLLIN, 0};
+    if (::poll(&signal, 1, static_cast<int>(left.count())) > 0 && !goesOn_()) return false;
+  }
+}
+
+int takeSignals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGWINCH, SIGTSTP}) sigaddset(&signals, number);
+  ::sigprocmask(SIG_BLOCK, &signals, nullptr);
+  ::signal(SIGPIPE, SIG_IGN);
+  return ::signalfd(-1, &signals, SFD_CLOEXEC | SFD_NONBLOCK);
+}
+
+int nextSignal(int descriptor) {
+  signalfd_siginfo signal{};
+  return ::read(descriptor, &signal, sizeof signal) == sizeof signal ? static_cast<int>(signal.ssi_signo) : 0;
 }
 
 }  // namespace hapticd::tools

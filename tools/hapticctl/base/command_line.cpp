@@ -10,11 +10,11 @@
 #include <string_view>
 #include <vector>
 
-#include "config/base/nearest_names.h"
 #include "config/base/program.h"
+#include "config/base/value_text.h"
 #include "tools/hapticctl/text/error_text.h"
-#include "tools/hapticctl/text/terminal_text.h"
 #include "tools/lib/client/reply_reader.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "tools/hapticctl/doctor/camera_list.h"
 #include "tools/hapticctl/doctor/checks.h"
+#include "tools/hapticctl/doctor/devices.h"
 #include "tools/hapticctl/doctor/findings.h"
-#include "tools/hapticctl/doctor/usb_device.h"
 
 namespace hapticd::tools {
 namespace {

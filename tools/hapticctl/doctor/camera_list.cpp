@@ -13,7 +13,7 @@
 #include "config/base/value_text.h"
 #include "drivers/camera/v4l2/capture_stream.h"
 #include "drivers/camera/v4l2/system_calls.h"
-#include "tools/hapticctl/doctor/usb_device.h"
+#include "tools/hapticctl/doctor/devices.h"
 
 namespace hapticd::tools {
 namespace {

@@ -11,10 +11,9 @@
 #include <vector>
 
 #include "tools/hapticctl/doctor/checks.h"
+#include "tools/hapticctl/doctor/devices.h"
 #include "tools/hapticctl/doctor/findings.h"
 #include "tools/hapticctl/doctor/machine.h"
-#include "tools/hapticctl/doctor/named_device.h"
-#include "tools/hapticctl/doctor/usb_device.h"
 
 namespace hapticd::tools {
 namespace {

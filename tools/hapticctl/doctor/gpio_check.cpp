@@ -6,8 +6,8 @@
 #include <system_error>
 
 #include "tools/hapticctl/doctor/checks.h"
+#include "tools/hapticctl/doctor/devices.h"
 #include "tools/hapticctl/doctor/findings.h"
-#include "tools/hapticctl/doctor/named_device.h"
 
 namespace hapticd::tools {
 namespace {

@@ -9,7 +9,6 @@
 
 #include "tools/hapticctl/doctor/checks.h"
 #include "tools/hapticctl/doctor/findings.h"
-#include "tools/hapticctl/doctor/memory_need.h"
 
 namespace hapticd::tools {
 namespace {

@@ -16,6 +16,8 @@
 #include <memory>
 #include <sstream>
 
+#include "config/base/value_text.h"
+
 namespace hapticd::tools {
 namespace {
 
@@ -93,10 +95,8 @@ Reading<std::string> Machine::read(const std::string& path) const {
 Reading<std::int64_t> Machine::readNumber(const std::string& path) const {
   const Reading<std::string> text = read(path);
   if (!text) return std::unexpected(text.error());
-  std::int64_t number = 0;
-  const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), number);
-  if (error != std::errc() || end != text->data() + text->size()) return unread(EINVAL);
-  return number;
+  if (const auto number = base::numberFrom<std::int64_t>(*text)) return *number;
+  return unread(EINVAL);
 }
 
 Reading<Names> Machine::list(const std::string& path) const {

@@ -8,8 +8,8 @@
 #include <limits>
 #include <string_view>
 
-#include "tools/hapticctl/text/table.h"
 #include "tools/lib/client/reply_reader.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {

@@ -5,7 +5,9 @@
 #include <string_view>
 #include <vector>
 
+#include "tools/lib/client/reply_reader.h"
 #include "tools/lib/client/varlink_client.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 
@@ -48,5 +50,16 @@ std::string latencyText(const Json& status, const std::string& path);
 
 /// "force loop    1000.0 Hz": one row of a status, without a line's end.
 std::string statusRow(std::string_view title, const std::string& text);
+
+/// Size and colours of a glance.
+struct GlanceStyle {
+  TerminalSize size;  ///< nothing is wider, and it takes one row less, for the prompt
+  bool colours = false;
+};
+
+/// Returns the state on one screen: warnings with their remedies, then the most important values of each
+/// part. Lines that do not fit are omitted from the end; statusText() has all of it. The line of the mode is
+/// green only if the force loop is engaged and nothing is wrong.
+std::vector<std::string> glanceLines(const Json& status, const GlanceStyle& style);
 
 }  // namespace hapticd::tools

@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "config/base/descriptor.h"
 #include "tools/lib/client/varlink_client.h"
@@ -93,6 +94,30 @@ class LastingStream {
   VarlinkStream::Handler handler_;
   std::shared_ptr<VarlinkStream> stream_;
   bool open_ = false;
+};
+
+/// Asks a box whether it shows its depth image to everybody (control.depth_for_everyone).
+/// Thread: the io_context's.
+class OpenToEverybody {
+ public:
+  using Answer = std::function<void(bool)>;
+
+  OpenToEverybody(boost::asio::io_context& context, std::string socket);
+
+  /// Answers at once if the box was asked within the last seconds, else when it has answered; false where it
+  /// does not.
+  void ask(Answer answer);
+
+ private:
+  void answerAll();
+
+  boost::asio::io_context& context_;
+  std::string socket_;
+  std::vector<Answer> waiting_;
+  std::shared_ptr<VarlinkStream> call_;
+  std::chrono::steady_clock::time_point asked_{};
+  bool known_ = false;
+  bool is_open_ = false;
 };
 
 }  // namespace hapticd::tools::view

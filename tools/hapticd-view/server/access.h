@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-/// Decides who may look. Pure functions of a request's header, in the order in which refusalOf() applies
-/// them.
+#include "config/base/error.h"
+
+/// Decides who may look: pure functions of a request's header, in the order in which refusalOf() applies
+/// them; and the secret that a client shows, which members of the group haptic-view read from its file.
 namespace hapticd::tools::view {
 
 /// What the decision depends on.
@@ -57,5 +60,17 @@ std::optional<Refusal> refusalOf(const RequestHead& head, const AccessRules& rul
 
 /// The name of the cookie that holds the token.
 inline constexpr std::string_view kTokenCookie = "hapticd-view";
+
+inline constexpr std::size_t kTokenDigits = 32;  ///< hexadecimal: 128 bits
+
+/// A new token from the kernel's random numbers.
+base::Result<std::string> newToken();
+
+/// The token in that file. Where there is no file it is made, with a new token from the kernel's random
+/// numbers, readable for its owner and, where it exists, the group haptic-view.
+base::Result<std::string> tokenOf(const std::filesystem::path& file);
+
+/// Whether both are equal. The time it takes depends on the lengths alone.
+bool isSameToken(std::string_view given, std::string_view expected) noexcept;
 
 }  // namespace hapticd::tools::view

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <sys/socket.h>
+#include <systemd/sd-daemon.h>
 
 #include <charconv>
 #include <chrono>
@@ -14,6 +15,22 @@
 #include "tools/hapticd-view/server/http_connection.h"
 
 namespace hapticd::tools::view {
+
+std::vector<int> socketsFromServiceManager() {
+  std::vector<int> sockets;
+  const int count = ::sd_listen_fds(/*unset_environment=*/1);
+  for (int i = 0; i < count; ++i) sockets.push_back(SD_LISTEN_FDS_START + i);
+  return sockets;
+}
+
+void notifyReady() {
+  ::sd_notify(0, "READY=1");
+}
+
+void notifyStopping() {
+  ::sd_notify(0, "STOPPING=1");
+}
+
 namespace {
 
 using boost::asio::ip::tcp;

@@ -3,13 +3,23 @@
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
+
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "config/base/error.h"
 #include "tools/hapticd-view/server/server.h"
 
+/// Sockets that listen, also those of the service manager (sd_listen_fds(3), sd_notify(3)); where there is
+/// none nothing happens.
 namespace hapticd::tools::view {
+
+/// The listening sockets that the service manager has passed. The caller owns them.
+std::vector<int> socketsFromServiceManager();
+
+void notifyReady();
+void notifyStopping();
 
 /// Accepts connections on one socket.  Thread: the io_context's.
 class Listener {

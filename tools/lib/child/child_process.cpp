@@ -8,8 +8,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <initializer_list>
 #include <thread>
 #include <utility>
 
@@ -114,6 +116,32 @@ std::optional<ChildEnding> ChildProcess::waitFor(std::chrono::milliseconds limit
   const auto deadline = std::chrono::steady_clock::now() + limit;
   while (!ending() && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(kBetween);
   return ending();
+}
+
+namespace {
+
+std::atomic<bool> interrupted{false};
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+void handle(int signal, void (*handler)(int)) {
+  struct sigaction action {};
+  action.sa_handler = handler;
+  ::sigaction(signal, &action, nullptr);
+}
+
+}  // namespace
+
+Interrupt::Interrupt() {
+  interrupted = false;
+  for (const int signal : {SIGINT, SIGTERM}) handle(signal, [](int) { interrupted = true; });
+}
+
+Interrupt::~Interrupt() {
+  for (const int signal : {SIGINT, SIGTERM}) handle(signal, SIG_DFL);
+}
+
+bool Interrupt::requested() const noexcept {
+  return interrupted;
 }
 
 }  // namespace hapticd::tools

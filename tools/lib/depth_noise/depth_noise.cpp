@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/lib/depth_noise/depth_noise.h"
 
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <string_view>
 #include <vector>
 
 namespace hapticd::tools {
@@ -329,6 +334,97 @@ double DepthNoise::correlation_px() const {
     length_px += 2 * correlation;
   }
   return length_px;
+}
+
+namespace {
+
+constexpr std::string_view kFarToNear = ".:-=+*#%@";
+
+/// Mean depth of a part of the image; 0 where most of it is holes.
+double meanOf(const std::vector<double>& depth_m, int width_px, int left, int right, int top, int bottom) {
+  double sum_m = 0;
+  int count = 0;
+  for (int row = top; row < bottom; ++row) {
+    for (int column = left; column < right; ++column) {
+      const double z_m = depth_m[static_cast<std::size_t>(row * width_px + column)];
+      sum_m += z_m;
+      if (z_m > 0) ++count;
+    }
+  }
+  return 2 * count >= (right - left) * (bottom - top) && count > 0 ? sum_m / count : 0;
+}
+
+}  // namespace
+
+std::string depthPicture(const std::vector<double>& depth_m, int width_px, int height_px, int columns) {
+  columns = std::clamp(columns, 1, width_px);
+  const int lines = std::max(1, height_px * columns / (2 * width_px));
+  std::vector<double> parts;
+  double nearest_m = std::numeric_limits<double>::infinity();
+  double farthest_m = 0;
+  for (int line = 0; line < lines; ++line) {
+    for (int column = 0; column < columns; ++column) {
+      parts.push_back(meanOf(depth_m, width_px, column * width_px / columns,
+                             (column + 1) * width_px / columns, line * height_px / lines,
+                             (line + 1) * height_px / lines));
+      if (parts.back() > 0) nearest_m = std::min(nearest_m, parts.back());
+      farthest_m = std::max(farthest_m, parts.back());
+    }
+  }
+  if (!(farthest_m > 0)) return "";
+  const double span_m = std::max(farthest_m - nearest_m, 1e-9);
+  std::string text;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const double nearness = (farthest_m - parts[i]) / span_m;
+    const auto letter = static_cast<std::size_t>(nearness * (kFarToNear.size() - 1) + 0.5);
+    text += parts[i] > 0 ? kFarToNear[std::min(letter, kFarToNear.size() - 1)] : ' ';
+    if ((i + 1) % static_cast<std::size_t>(columns) == 0) text += '\n';
+  }
+  return text;
+}
+
+namespace {
+
+/// Largest value that the configuration takes.
+constexpr double kMaxCorrelation_px = 32;
+
+}  // namespace
+
+std::string textOf(const DepthNoiseReport& report, rt::DepthPrinciple principle) {
+  if (report.at_depths.empty())
+    return "noise        not measured: too few frames, or nothing within camera.near_m and camera.far_m\n";
+  std::string text = "noise        depth_m  changing_mm  standing_mm  pixels\n";
+  for (const NoiseAtDepth& at : report.at_depths) {
+    text += fmt::format("             {:>7.3f}  {:>11.3f}  {:>11.3f}  {:>6}\n", at.depth_m,
+                        at.changing_m * 1e3, at.standing_m * 1e3, at.pixels);
+  }
+  const auto fit = fittedNoise(report.at_depths, principle);
+  if (!fit) return text;
+  text += fmt::format("correlation  {:.1f} px\nstanding     {:.0f} % of the variance\n",
+                      report.correlation_px, 100 * fit->standing_share);
+  return text + fmt::format(
+                    "\ncamera:\n  noise_c0_m: {:.6f}\n  noise_c1: {:.6f}\n  noise_c2_per_m: {:.6f}\n"
+                    "  noise_standing_share: {:.2f}\n  noise_correlation_px: {:.1f}\n",
+                    fit->c0_m, fit->c1, fit->c2_per_m, fit->standing_share,
+                    std::clamp(report.correlation_px, 1.0, kMaxCorrelation_px));
+}
+
+void addTo(nlohmann::ordered_json& document, const DepthNoiseReport& report, rt::DepthPrinciple principle) {
+  using Json = nlohmann::ordered_json;
+  Json& depths = document["noiseAtDepths"] = Json::array();
+  for (const NoiseAtDepth& at : report.at_depths) {
+    depths.push_back({{"depthM", at.depth_m},
+                      {"changingM", at.changing_m},
+                      {"standingM", at.standing_m},
+                      {"pixels", at.pixels}});
+  }
+  const auto fit = fittedNoise(report.at_depths, principle);
+  document["noise"] = fit ? Json{{"c0M", fit->c0_m},
+                                 {"c1", fit->c1},
+                                 {"c2PerM", fit->c2_per_m},
+                                 {"standingShare", fit->standing_share},
+                                 {"correlationPx", report.correlation_px}}
+                          : Json();
 }
 
 }  // namespace hapticd::tools

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "rt/base/parameters.h"
@@ -133,5 +136,18 @@ class DepthNoise {
   std::array<double, kLags + 1> products_{};
   std::array<double, kLags + 1> squares_{};
 };
+
+/// Draws depths in metres, row by row and 0 for a hole, as lines of `columns` letters: '@' for the nearest,
+/// '.' for the farthest, ' ' for holes. A letter stands for the mean of its part of the image, whose height
+/// is twice its width, as letters are. Empty without any depth.
+std::string depthPicture(const std::vector<double>& depth_m, int width_px, int height_px, int columns);
+
+/// The noise for people: a line for each depth, the correlation length, the standing share, and the lines for
+/// the configuration. Says so where nothing was measured.
+std::string textOf(const DepthNoiseReport& report, rt::DepthPrinciple principle);
+
+/// The noise for programs: adds the members "noiseAtDepths" and "noise", which is null where nothing was
+/// measured.
+void addTo(nlohmann::ordered_json& document, const DepthNoiseReport& report, rt::DepthPrinciple principle);
 
 }  // namespace hapticd::tools

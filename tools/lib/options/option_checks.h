@@ -5,26 +5,15 @@
 #include <CLI/Validators.hpp>
 
 #include <array>
-#include <charconv>
 #include <concepts>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <system_error>
 
 #include "config/base/value_text.h"
 #include "config/base/whole_file.h"
 
 namespace hapticd::tools {
-
-/// Returns `text` as a number; nothing if it is not one as a whole.
-template <typename Number>
-std::optional<Number> wholeNumber(std::string_view text) {
-  Number number{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
 
 /// Returns the check of a numeric option: a finite number, or for whole numbers one without a fraction, from
 /// `lowest` to `highest`. Every numeric option of the programs has it. CLI11's own Range lets NaN pass, for
@@ -33,7 +22,7 @@ template <typename Number>
 requires std::integral<Number> || std::floating_point<Number> CLI::Validator within(Number lowest,
                                                                                     Number highest) {
   const auto refusal = [lowest, highest](std::string& text) {
-    const std::optional<Number> number = wholeNumber<Number>(text);
+    const std::optional<Number> number = base::numberFrom<Number>(text);
     // written so that NaN is out of range
     if (number && *number >= lowest && *number <= highest) return std::string();
     const char* const kinds = std::integral<Number> ? "whole numbers" : "numbers";

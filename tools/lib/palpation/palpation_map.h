@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "rt/base/vec3.h"
@@ -112,5 +113,11 @@ class Palpation {
 /// Returns the place that stands out by at least Palpation::kMinExcess, if there is one: the centroid of
 /// the cells, weighted by how much their lower stiffness exceeds the median's.
 std::optional<Nodule> findNodule(const std::vector<PalpatedCell>& cells);
+
+/// Returns a table of the cells and a line about the nodule, for people.
+std::string palpationText(const PalpationMap& map);
+
+/// Returns the same as JSON, in SI units: `cells` and `nodule` (null: none).
+std::string palpationJson(const PalpationMap& map);
 
 }  // namespace hapticd::tools

@@ -50,9 +50,9 @@ std::string nameOf(const Part& part) {
 
 base::Result<Part> parsePart(const std::string& text) {
   const std::size_t slash = text.find('/');
-  const auto number = wholeNumber<std::size_t>(text.substr(0, slash));
+  const auto number = base::numberFrom<std::size_t>(text.substr(0, slash));
   const auto count =
-      slash == std::string::npos ? std::nullopt : wholeNumber<std::size_t>(text.substr(slash + 1));
+      slash == std::string::npos ? std::nullopt : base::numberFrom<std::size_t>(text.substr(slash + 1));
   if (number && count && *number >= 1 && *number <= *count && *count <= kMaxParts)
     return Part{*number, *count};
   return refuse("",

@@ -2,9 +2,12 @@
 #pragma once
 
 #include <chrono>
+#include <span>
 #include <vector>
 
+#include "config/base/error.h"
 #include "rt/base/vec3.h"
+#include "tools/lib/registration/shape_fit.h"
 
 namespace hapticd::tools {
 
@@ -32,5 +35,23 @@ class Touch {
  private:
   std::vector<rt::Vec3> readings_m_;
 };
+
+/// A path along a stroke of the handle.
+struct StrokePath {
+  std::vector<rt::Vec3> points_m;  ///< at most rt::kMaxPathPoints
+  double length_m = 0;
+  double tolerance_m = 0;  ///< no place of the stroke that was left out is farther than this from the path
+  Residuals residuals;     ///< of the readings
+};
+
+/// Distance along a stroke at which it is resampled. Shorter motions of the hand are trembling.
+inline constexpr double kStrokeStep_m = 0.001;
+inline constexpr double kMinStroke_m = 0.005;
+
+/// The path through `readings_m`, in their order: resampled every kStrokeStep_m of its length and simplified
+/// to `tolerance_m` > 0, or to as much more as it takes to need rt::kMaxPathPoints only.
+/// Errors: readings that are not finite, a stroke shorter than kMinStroke_m.
+/// Source of the simplification: Ramer 1972; Douglas and Peucker 1973.
+base::Result<StrokePath> pathOf(std::span<const rt::Vec3> readings_m, double tolerance_m);
 
 }  // namespace hapticd::tools

@@ -86,9 +86,9 @@ std::uint64_t BoxUnderTest::applyAdditions(const config::SceneAdditions& additio
   return counted(box_->applyAdditions(additions));
 }
 
-void BoxUnderTest::applyStiffness(const std::vector<config::RegionSettings>& regions) {
+void BoxUnderTest::setMeasuredStiffness(const std::vector<MeasuredStiffness>& measured) {
   const std::lock_guard lock(mutex_);
-  box_->applyStiffness(regions);
+  box_->setMeasuredStiffness(measured);
 }
 
 std::optional<std::size_t> BoxUnderTest::regionAt(const rt::Vec3& position_m_in_world) const {

@@ -37,7 +37,7 @@ class BoxUnderTest final : public Box {
   const config::SceneAdditions& additions() const override { return box_->additions(); }
   AdditionGenerations additionGenerations() const override;
   std::uint64_t applyAdditions(const config::SceneAdditions& additions) override;
-  void applyStiffness(const std::vector<config::RegionSettings>& regions) override;
+  void setMeasuredStiffness(const std::vector<MeasuredStiffness>& measured) override;
   std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const override;
   std::uint64_t engage(bool engaged, bool inside) override;
   bool engaged() override;

@@ -61,10 +61,13 @@ TEST_F(ControlServiceTest, ReadsOnTheControlSocketToo) {
   EXPECT_TRUE(askControl("io.hapticd.Status.GetParameters")["parameters"]["parameters"].is_array());
 }
 
-TEST_F(ControlServiceTest, SetsParametersAndReturnsTheGeneration) {
+TEST_F(ControlServiceTest, SetsParametersAndReturnsTheGenerationAndWhatChanged) {
   start();
-  EXPECT_EQ(json({{"parameters", {{"generation", kFirstChange}}}}),
-            set(R"({"force.stiffness_n_per_m":800,"force.min_points":7,"force.law":"nearest_springs"})"));
+  const json changes{{{"name", "force.law"}, {"before", "nearest_springs"}, {"after", "proxy"}, {"unit", ""}},
+                     {{"name", "force.min_points"}, {"before", 10}, {"after", 7}, {"unit", ""}},
+                     {{"name", "force.stiffness_n_per_m"}, {"before", 500}, {"after", 800}, {"unit", "N/m"}}};
+  EXPECT_EQ(json({{"parameters", {{"generation", kFirstChange}, {"changes", changes}}}}),
+            set(R"({"force.stiffness_n_per_m":800,"force.min_points":7,"force.law":"proxy"})"));
   EXPECT_EQ(800, box.appliedSettings().live.springs.stiffness_n_per_m);
   EXPECT_EQ(7, box.appliedSettings().live.springs.min_points);
   EXPECT_EQ(0.04, box.appliedSettings().live.springs.radius_m);
@@ -163,7 +166,7 @@ TEST_F(ControlServiceTest, AnswersAChangeOnlyAfterTheLoopHasTakenIt) {
   EXPECT_EQ("idle", askControl("io.hapticd.Status.GetStatus")["parameters"]["status"]["mode"]);
   EXPECT_TRUE(changer.silent());
   box.acknowledge();
-  EXPECT_EQ(json({{"parameters", {{"generation", kFirstChange}}}}), changer.json());
+  EXPECT_EQ(kFirstChange, changer.json()["parameters"]["generation"]);
   EXPECT_EQ("org.varlink.service.MethodNotFound", changer.json()["error"]);
 }
 

@@ -9,7 +9,7 @@
 #include <numeric>
 
 #include "control_fixture.h"
-#include "daemon/control/server/peer.h"
+#include "daemon/control/server/listening_socket.h"
 
 namespace hapticd::daemon::test {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reading the settings again without waiting for the disk.
-#include "daemon/state/settings_reader.h"
+#include "daemon/state/start_settings.h"
 
 #include <gtest/gtest.h>
 

@@ -11,8 +11,8 @@
 
 #include "boards.h"
 #include "doctor_fixture.h"
-#include "tools/hapticctl/doctor/memory_need.h"
-#include "tools/hapticctl/doctor/named_device.h"
+#include "tools/hapticctl/doctor/checks.h"
+#include "tools/hapticctl/doctor/devices.h"
 
 // What `hapticctl doctor` says of memory: what is left, and what the configuration takes.
 namespace hapticd::tools {

@@ -22,7 +22,6 @@
 #include "tests/support/recordings/made_up_scene.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/haptic-replay/trace_replay.h"
-#include "tools/haptic-replay/trace_report.h"
 
 namespace hapticd::tools {
 namespace {

@@ -10,7 +10,6 @@
 
 #include "daemon/trace/format/messages.h"
 #include "tests/support/made_up_trace.h"
-#include "tools/hapticd-view/foxglove/client_request.h"
 #include "tools/hapticd-view/foxglove/foxglove_session.h"
 
 // The Foxglove protocol without sockets: what comes from the box goes in, messages come out.

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <expected>
+#include <functional>
+#include <future>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "daemon/base/reloads.h"
+#include "daemon/control/base/addition_change.h"
+#include "daemon/control/base/method_context.h"
+#include "daemon/control/methods/stiffness_feed.h"
+#include "daemon/state/profile_folder.h"
+#include "daemon/state/registration.h"
+#include "daemon/state/state_worker.h"
+
+namespace hapticd::daemon {
+
+/// Methods for what people add to the scene: virtual fixtures and tissue regions.
+/// Thread: control thread only.
+class AdditionMethods {
+ public:
+  explicit AdditionMethods(MethodContext& context) : context_(context), feed_(context.box) {}
+  std::vector<Method> methods();
+
+  /// To be called every few milliseconds.
+  void periodic() { feed_.periodic(StiffnessFeed::Clock::now()); }
+  const FeedStatus& feedStatus() const { return feed_.status(); }
+
+ private:
+  void listFixtures(const Call&, const Caller&, Replies&);
+  void listRegions(const Call&, const Caller&, Replies&);
+  void changeList(AdditionList list, const Call& call, const Caller& caller, Replies& replies);
+  void setStiffness(const Call&, const Caller&, Replies&);
+  void feedStiffness(const Call&, const Caller&, Replies&);
+
+  /// Applies and logs the change, and answers when the force loop has taken it over.
+  void apply(AdditionList list, const AdditionChange& change, const Call& call, const Caller& caller,
+             Replies& replies);
+  std::uint64_t generationOf(AdditionList list) const;
+
+  MethodContext& context_;
+  StiffnessFeed feed_;
+};
+
+/// The camera's pose at the start of the daemon.
+struct CalibrationAtStart {
+  rt::PoseParameters configured_T_world_camera;
+  std::optional<Registration> registration;  ///< the registration in use instead of the configured pose
+};
+
+/// Methods for the camera's pose: the one in use, and the one that takes effect at the next start.
+/// Thread: control thread only; the file is written by the worker.
+class CalibrationMethods {
+ public:
+  CalibrationMethods(MethodContext& context, StateWorker& worker, const CalibrationAtStart& at_start);
+  std::vector<Method> methods();
+
+  /// A warning that a pose waits for the next start, with its remedy.
+  std::vector<std::string> warnings() const;
+
+ private:
+  void getCalibration(const Call&, const Caller&, Replies&);
+  void setCalibration(const Call&, const Caller&, Replies&);
+  void write(const Call&, const Caller&, Replies&, const std::optional<Registration>& registration);
+  /// Remembers what was written.
+  Reply written(const Caller& caller, const std::optional<Registration>& registration);
+
+  const rt::PoseParameters& poseOf(const std::optional<Registration>& registration) const;
+  bool waits() const;
+
+  MethodContext& context_;
+  StateWorker& worker_;
+  const CalibrationAtStart at_start_;
+  std::optional<Registration> registered_;  ///< as it is on the disk
+};
+
+/// Methods for parameters, engaging and disengaging.
+/// Thread: control thread only.
+class ParameterMethods {
+ public:
+  explicit ParameterMethods(MethodContext& context) : context_(context) {}
+  std::vector<Method> methods();
+
+ private:
+  void getParameters(const Call&, const Caller&, Replies&);
+  void setParameters(const Call&, const Caller&, Replies&);
+  void engage(const Call&, const Caller&, Replies&);
+  void disengage(const Call&, const Caller&, Replies&);
+  void clearFault(const Call&, const Caller&, Replies&);
+
+  void answerWhenApplied(const Call& call, const Caller& caller, Replies& replies, std::uint64_t generation,
+                         std::move_only_function<Reply()> reply);
+  /// The mode at the time of the reply. `engaged`: the call requested force, so idle means that it was
+  /// refused.
+  Reply modeReply(bool engaged);
+
+  MethodContext& context_;
+};
+
+/// Methods for profiles, which are named sets of live parameters.
+/// Thread: control thread only; files are read and written by the worker.
+class ProfileMethods {
+ public:
+  ProfileMethods(MethodContext& context, StateWorker& worker);
+  std::vector<Method> methods();
+
+  using Loaded = std::expected<config::SettingsPart, std::vector<base::Error>>;
+
+ private:
+  /// The log entry for a finished job.
+  using Done = base::Result<JournalFields>;
+
+  void listProfiles(const Call&, const Caller&, Replies&);
+  void saveProfile(const Call&, const Caller&, Replies&);
+  void loadProfile(const Call&, const Caller&, Replies&);
+  void deleteProfile(const Call&, const Caller&, Replies&);
+  void setBootProfile(const Call&, const Caller&, Replies&);
+
+  /// Refuses the call where too many wait already; true if it did.
+  bool refused(const Caller& caller, Replies& replies);
+  /// Waits for `job`, then logs `change` with the fields of both and answers with `parameters`.
+  void answerWhenDone(const Call& call, const Caller& caller, Replies& replies, std::function<Done()> job,
+                      const std::string& change, const JournalFields& fields,
+                      const OrderedJson& parameters = OrderedJson::object());
+  /// Sets the parameters of a profile. Returns the Poll that waits for the force loop.
+  std::expected<PendingAnswers::Poll, Reply> apply(const Caller& caller, const std::string& name,
+                                                   const Loaded& loaded);
+
+  MethodContext& context_;
+  StateWorker& worker_;
+  ProfileFolder folder_;
+};
+
+/// The method that reads the configuration again, and confirms what that has held back.
+/// Thread: control thread only.
+class ReloadMethods {
+ public:
+  /// `reloads`: null where there is no configuration that could be read again.
+  ReloadMethods(MethodContext& context, Reloads* reloads) : context_(context), reloads_(reloads) {}
+  std::vector<Method> methods();
+
+ private:
+  void reload(const Call&, const Caller&, Replies&);
+  void confirm(const Json& number, const Call&, const Caller&, Replies&);
+  /// Waits for the force loop, then answers with what was done.
+  PendingAnswers::Poll answerTo(const Reloads::Outcome& outcome);
+
+  MethodContext& context_;
+  Reloads* const reloads_;
+};
+
+/// Starting, finishing, listing, keeping, noting, marking and deleting traces.
+/// Thread: control thread only.
+class TraceMethods {
+ public:
+  explicit TraceMethods(MethodContext& context) : context_(context) {}
+  std::vector<Method> methods();
+
+ private:
+  using Done = std::future<base::Result<void>>;
+  using Named = std::future<base::Result<std::string>>;
+
+  void listTraces(const Call&, const Caller&, Replies&);
+  void startTrace(const Call&, const Caller&, Replies&);
+  void stopTrace(const Call&, const Caller&, Replies&);
+  void dumpTrace(const Call&, const Caller&, Replies&);
+  void deleteTrace(const Call&, const Caller&, Replies&);
+  void keepTrace(const Call&, const Caller&, Replies&);
+  void noteTrace(const Call&, const Caller&, Replies&);
+  void markTrace(const Call&, const Caller&, Replies&);
+
+  /// Refuses the call where too many wait already; true if it did.
+  bool refused(const Caller& caller, Replies& replies);
+  /// Logs what was done and answers with the trace's name.
+  void answerWhenDone(const Call& call, const Caller& caller, Replies& replies, Named named,
+                      const char* action, const char* change);
+  /// Logs what was done and answers without fields; `name`: of the trace.
+  void answerWhenDone(const Call& call, const Caller& caller, Replies& replies, Done done,
+                      const std::string& name, const char* action, const char* change);
+
+  MethodContext& context_;
+};
+
+}  // namespace hapticd::daemon
