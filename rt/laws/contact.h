@@ -50,7 +50,7 @@ inline Vec3 contactForce(const LawInput& input, const Vec3& proxy_m, const Vec3&
   const Vec3 to_proxy = proxy_m - input.hip_m_in_world;
   const double depth = depthBelow(proxy_m, input.hip_m_in_world, normal, offset_m);
   const Vec3 tangential = to_proxy - dot(to_proxy, normal) * normal;
-  const double stiffness = input.parameters.springs.stiffness_n_per_m;
+  const double stiffness = input.parameters.force.stiffness_n_per_m;
   const double damping = input.parameters.contact.damping_n_s_per_m;
   const double along_normal_n =
       std::max(0.0, stiffness * depth - damping * dot(input.hip_velocity_m_per_s_in_world, normal));

@@ -43,10 +43,10 @@ inline constexpr std::array kForceLaws{
         .reads_filtered = true,
         .has_proxy = false,
         .looks_in_radius = true,
-        .reach_m = [](const LiveParameters& parameters) noexcept { return parameters.springs.radius_m; },
+        .reach_m = [](const LiveParameters& parameters) noexcept { return parameters.force.radius_m; },
         .force = [](const LawInput& input, LawMemory& memory) HAPTICD_RT -> ForceSample {
           ForceSample sample =
-              nearestSprings(input.scene, input.hip_m_in_world, input.parameters.springs, memory.search);
+              nearestSprings(input.scene, input.hip_m_in_world, input.parameters.force, memory.search);
           sample.proxy_m_in_world = input.hip_m_in_world;
           return sample;
         }},
@@ -60,7 +60,7 @@ inline constexpr std::array kForceLaws{
         .reads_filtered = true,
         .has_proxy = false,
         .looks_in_radius = true,
-        .reach_m = [](const LiveParameters& parameters) noexcept { return parameters.springs.radius_m; },
+        .reach_m = [](const LiveParameters& parameters) noexcept { return parameters.force.radius_m; },
         .force = [](const LawInput& input, LawMemory& memory)
                      HAPTICD_RT { return smoothSprings(input, memory.search); }},
     ForceLawRow{

@@ -26,7 +26,7 @@ ForceSample HapticCore::lawForce(const Scene& scene, const Vec3& hip_m_in_world,
 /// Evaluates the law at the handle's position, with the friction of the tissue where the proxy is.
 ForceSample HapticCore::forceOfLaw(const Input& input) HAPTICD_RT {
   const LiveParameters& parameters = input.directive.parameters;
-  const double age_s = frameAge_s(input.scene, input.now_ns, parameters);
+  const double age_s = frameAge_s(input.scene, input.now_ns, input.start.camera_latency_s);
   const Vec3& hip = input.handle.position_m_in_world;
   const Vec3& velocity = input.handle.velocity_m_per_s_in_world;
   if (!TissueContact::isActive(input.tissue)) {
@@ -99,7 +99,7 @@ FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const Eva
   output.proxy_m_in_world = input.handle.position_m_in_world;
   if (input.fixtures != nullptr) {
     const LiveParameters& parameters = input.directive.parameters;
-    const double scale = parameters.handle.motion_scale * parameters.handle.force_scale;
+    const double scale = input.start.handle.motion_scale * input.start.handle.force_scale;
     const double of_law = tick.stiffness_gain * rules.damping_n_s_per_m;
     const bool engaged = memory_.supervisor.mode() == Mode::engaged;
     output = fixtures_.step(
@@ -110,7 +110,7 @@ FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const Eva
          .parameters = parameters,
          .law = evaluation.sample,
          .surface_law = laws_.law() == ForceLaw::surface,
-         .frame_age_s = frameAge_s(input.scene, input.now_ns, parameters),
+         .frame_age_s = frameAge_s(input.scene, input.now_ns, input.start.camera_latency_s),
          .depth_share = tick.depth_share,
          .now_ns = input.now_ns,
          .period_s = input.period_s,
@@ -145,12 +145,12 @@ void HapticCore::blend(const Input& input, const Evaluation& evaluation,
       fixtures.holds ? sample.force_n_in_world + to_law * fixtures.spring_force_n : sample.force_n_in_world;
   const double fixture_stiffness = to_law * fixtures.steepest_n_per_m;
   const double stiffness =
-      std::max(parameters.springs.stiffness_n_per_m, contact.tangent_n_per_m) + fixture_stiffness;
+      std::max(parameters.force.stiffness_n_per_m, contact.tangent_n_per_m) + fixture_stiffness;
   const double length = norm(force_n_in_world);
-  const double limit = parameters.safety.max_force_n / (parameters.handle.force_scale * tick.stiffness_gain);
+  const double limit = parameters.safety.max_force_n / (input.start.handle.force_scale * tick.stiffness_gain);
   const Vec3 cut =
       std::isfinite(length) && length > limit ? (limit / length) * force_n_in_world : force_n_in_world;
-  SpringParameters springs = parameters.springs;
+  SpringParameters springs = parameters.force;
   if (memory_.stiffness.on()) springs.stiffness_n_per_m = 0;
   const Origin now{.model = input.scene.model,
                    .law = laws_.law(),
@@ -166,7 +166,7 @@ void HapticCore::blend(const Input& input, const Evaluation& evaluation,
   memory_.surface_moved = memory_.changed || unexplained > 0;
   memory_.origin = now;
   const double share = length > limit ? limit / length : 1;
-  const double tissue_n2 = 2 * parameters.springs.stiffness_n_per_m * contact.energy_j;
+  const double tissue_n2 = 2 * parameters.force.stiffness_n_per_m * contact.energy_j;
   const Vec3& law_n = sample.force_n_in_world;
   memory_.before = {.hip_m_in_world = input.handle.position_m_in_world,
                     .velocity_m_per_s_in_world = input.handle.velocity_m_per_s_in_world,
@@ -182,7 +182,7 @@ void HapticCore::blend(const Input& input, const Evaluation& evaluation,
                     .standoff_power_w = fixtures.standoff_power_w,
                     .spring_n2 = contact.in_tissue ? share * share * tissue_n2 : dot(cut, cut),
                     .law_spring_n2 = contact.in_tissue ? tissue_n2 : dot(law_n, law_n),
-                    .stiffness_n_per_m = memory_.stiffness.on() ? parameters.springs.stiffness_n_per_m : 0};
+                    .stiffness_n_per_m = memory_.stiffness.on() ? parameters.force.stiffness_n_per_m : 0};
   const Vec3 blended = memory_.blend.apply(cut, changed, parameters.blend, stiffness, input.period_s,
                                            changed ? 0 : unexplained);
   tick.blending = !(blended == cut);
@@ -197,19 +197,19 @@ HapticCore::LagRules HapticCore::lagRules(const Input& input, const Evaluation& 
   const LocalContact& contact = evaluation.contact;
   const bool in_contact = isHeld(evaluation.sample.state) || evaluation.sample.points_used > 0;
   const LiveParameters& parameters = input.directive.parameters;
-  const double scale = parameters.handle.motion_scale * parameters.handle.force_scale;
+  const double scale = input.start.handle.motion_scale * input.start.handle.force_scale;
   const double stiffness = contact.largest_n_per_m;
   const double damping_of_law = hasProxy(parameters.law) ? contact.damping_n_s_per_m : 0;
   const bool automatic = parameters.safety.contact_damping == ContactDamping::automatic;
   LagRules rules;
   const double held_s = input.loop_period_s > 0 ? input.loop_period_s : input.period_s;
   rules.lag_s = loopLag_s(held_s, memory_.latency.delay_s(input.handle), parameters.safety.force_filter_hz);
-  rules.largest_damping_n_s_per_m = largestDamping_n_s_per_m(parameters.handle.device_mass_kg, rules.lag_s);
+  rules.largest_damping_n_s_per_m = largestDamping_n_s_per_m(input.start.device_mass_kg, rules.lag_s);
 
   const bool by_mass = automatic && !input.handle.damps;
   const double limit_at_hand =
-      by_mass ? stiffnessOfMass_n_per_m(parameters.handle.device_mass_kg, rules.lag_s)
-              : largestStableStiffness_n_per_m(parameters.handle.damping_n_s_per_m,
+      by_mass ? stiffnessOfMass_n_per_m(input.start.device_mass_kg, rules.lag_s)
+              : largestStableStiffness_n_per_m(input.start.handle.damping_n_s_per_m,
                                                scale * parameters.contact.damping_n_s_per_m, rules.lag_s);
   tick.stiffness_limit_n_per_m = limit_at_hand / scale;
   const bool limited = stiffness > tick.stiffness_limit_n_per_m;
@@ -270,9 +270,9 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
                                             const Evaluation& evaluation) const HAPTICD_RT {
   const Vec3& surface_velocity_m_per_s = evaluation.sample.surface_velocity_m_per_s_in_world;
   const LiveParameters& parameters = input.directive.parameters;
-  const HandleScaleParameters& scale = parameters.handle;
+  const HandleScaleParameters& scale = input.start.handle;
   const double to_hand = 1 / scale.motion_scale;
-  const double stiffness = parameters.springs.stiffness_n_per_m;
+  const double stiffness = parameters.force.stiffness_n_per_m;
   const double gain = memory_.before.gain;
   const Vec3 hip_motion_m = input.handle.position_m_in_world - before.hip_m_in_world;
   SafetyChain::Motion motion;
@@ -319,13 +319,13 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Input& i
 bool HapticCore::isInDebt(const Input& input) HAPTICD_RT {
   constexpr double kHandSpeed_m_per_s = 1;
   const LiveParameters& parameters = input.directive.parameters;
-  const HandleScaleParameters& scale = parameters.handle;
+  const HandleScaleParameters& scale = input.start.handle;
   const double max_n = parameters.safety.max_force_n;
   const double spring_j =
-      max_n * max_n / (2 * scale.motion_scale * scale.force_scale * parameters.springs.stiffness_n_per_m);
+      max_n * max_n / (2 * scale.motion_scale * scale.force_scale * parameters.force.stiffness_n_per_m);
   const double stored_j = hasProxy(laws_.law())
                               ? spring_j
-                              : std::max(spring_j, max_n * parameters.springs.radius_m / scale.motion_scale);
+                              : std::max(spring_j, max_n * parameters.force.radius_m / scale.motion_scale);
   const double allowed_j = std::max(stored_j, EnergyDebt::kMin_j) +
                            max_n * kHandSpeed_m_per_s * memory_.latency.delay_s(input.handle);
   const bool at_zero = memory_.supervisor.gain() == 0 && memory_.safety.lastForce_n_in_world() == Vec3{};
@@ -336,7 +336,7 @@ bool HapticCore::isInDebt(const Input& input) HAPTICD_RT {
 Vec3 HapticCore::knock(const Input& input) HAPTICD_RT {
   return memory_.latency.step({.handle = input.handle,
                                .engaged = memory_.supervisor.mode() == Mode::engaged,
-                               .motion_scale = input.directive.parameters.handle.motion_scale,
+                               .motion_scale = input.start.handle.motion_scale,
                                .command_n_in_world = memory_.safety.lastForce_n_in_world(),
                                .period_s = input.period_s});
 }
@@ -376,15 +376,16 @@ SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervi
   memory_.before.gain = gain;
   memory_.before.mode_gain = mode_gain;
   tick.gain = gain;
-  const HandleScaleParameters& scale = parameters.handle;
+  const HandleScaleParameters& scale = input.start.handle;
   tick.contact_damping_n_s_per_m = gain * scale.motion_scale * scale.force_scale * rules.damping_n_s_per_m;
   if (fixtures.holds) {
     tick.contact_damping_n_s_per_m +=
         mode_gain * scale.motion_scale * scale.force_scale * fixtures.damping_n_s_per_m;
   }
   tick.scaled_force_n_in_world = gain * scale.force_scale * damped_n;
-  memory_.stiffness.follow(StiffnessRules::of(parameters, tick.stiffness_limit_n_per_m, input.scene.noise),
-                           inContact(tick) || fixtures.holds, input.period_s);
+  memory_.stiffness.follow(
+      StiffnessRules::of(parameters, scale, tick.stiffness_limit_n_per_m, input.scene.noise),
+      inContact(tick) || fixtures.holds, input.period_s);
   SafetyChain::Motion motion;
   if (comparable) motion = motionSince(before, input, evaluation);
   motion.max_damping_n_s_per_m =
@@ -398,12 +399,13 @@ Tick HapticCore::step(const Input& input) HAPTICD_RT {
   const double stiffness_n_per_m = memory_.stiffness.begin(input.directive.parameters);
   if (!memory_.stiffness.on()) return stepWith(input);
   Directive directive = input.directive;
-  directive.parameters.springs.stiffness_n_per_m = stiffness_n_per_m;
+  directive.parameters.force.stiffness_n_per_m = stiffness_n_per_m;
   return stepWith({.now_ns = input.now_ns,
                    .period_s = input.period_s,
                    .scene = input.scene,
                    .handle = input.handle,
                    .directive = directive,
+                   .start = input.start,
                    .overran = input.overran,
                    .release = input.release,
                    .loop_period_s = input.loop_period_s,
@@ -417,7 +419,7 @@ Tick HapticCore::stepWith(const Input& input) HAPTICD_RT {
   tick.hip_m_in_world = input.handle.position_m_in_world;
   tick.proxy_m_in_world = tick.hip_m_in_world;
   tick.fixture_proxy_m_in_world = tick.hip_m_in_world;
-  tick.stiffness_n_per_m = input.directive.parameters.springs.stiffness_n_per_m;
+  tick.stiffness_n_per_m = input.directive.parameters.force.stiffness_n_per_m;
   tick.handle = input.handle;
   tick.directive_generation = input.directive.generation;
   tick.after_overrun = input.overran;

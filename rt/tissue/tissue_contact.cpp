@@ -70,7 +70,7 @@ TissueRegion inEffect(const TissueRegion& region, const TissueContact::Following
 MixedContact mixedAt(const TissueMap& map, const TissueContact::Memory& memory,
                      const LiveParameters& parameters, const TissueShares& shares, double depth_m) noexcept {
   MixedContact mixed;
-  const double stiffness = parameters.springs.stiffness_n_per_m;
+  const double stiffness = parameters.force.stiffness_n_per_m;
   if (shares.rest.share > 0) {
     mixed.add(shares.rest, linearContact(stiffness, parameters.contact.damping_n_s_per_m, depth_m), stiffness,
               parameters.contact.friction, 0);
@@ -129,7 +129,7 @@ double followed(double current, double aim, double step) noexcept {
 
 /// Returns the contact of the law alone, a spring of k_s.
 LocalContact withoutTissue(const LiveParameters& parameters) noexcept {
-  const double stiffness = parameters.springs.stiffness_n_per_m;
+  const double stiffness = parameters.force.stiffness_n_per_m;
   LocalContact contact;
   contact.tangent_n_per_m = contact.secant_n_per_m = stiffness;
   contact.steepest_n_per_m = contact.largest_n_per_m = stiffness;
@@ -200,7 +200,7 @@ LocalContact TissueContact::apply(const Input& input, ForceSample& sample) HAPTI
     follow(*input.map, memory_.in_contact, input.period_s);
     return memory_.contact;
   }
-  const double stiffness = parameters.springs.stiffness_n_per_m;
+  const double stiffness = parameters.force.stiffness_n_per_m;
   const bool in_contact =
       isHeld(sample.state) && sample.depth_m > 0 && !(sample.normal_in_world == Vec3{}) && stiffness > 0;
   // What was not in contact yet exerts no force that could step.

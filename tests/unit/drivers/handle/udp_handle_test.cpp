@@ -142,7 +142,7 @@ struct Rig {
 
 TEST(UdpHandle, TransformsMeasurementsAndForcesByThePose) {
   config::HandleSettings turned = settings();
-  turned.pose.yaw_rad = std::numbers::pi / 2;
+  turned.yaw_rad = std::numbers::pi / 2;
   turned.pose.position_m = {10, 20, 30};
   Rig rig(turned);
   ASSERT_TRUE(rig.handle.start(*rig.channels));

@@ -73,8 +73,8 @@ struct Sets {
 
   void change(const config::SceneAdditions& to) {
     const config::Settings settings;
-    config::toFixtureSet(to.fixtures, current.fixtures, settings.camera.pose, *fixtures);
-    config::toTissueMap(to.regions, current.regions, {}, settings.camera.pose, *tissue);
+    config::toFixtureSet(to.fixtures, current.fixtures, settings.camera.pose(), *fixtures);
+    config::toTissueMap(to.regions, current.regions, {}, settings.camera.pose(), *tissue);
     current = to;
   }
   drivers::AdditionsRecord record(std::int64_t time_ns) const {
@@ -101,8 +101,8 @@ TEST(AdditionsRecord, GivesBackTheSetsOfTheForceLoopWithAllTheirNumbers) {
   const config::Settings settings;
   const auto fixtures = std::make_unique<rt::FixtureSet>();
   const auto tissue = std::make_unique<rt::TissueMap>();
-  ASSERT_TRUE(drivers::restore(record, settings.camera.pose, "a.mcap", *fixtures));
-  ASSERT_TRUE(drivers::restore(record, settings.camera.pose, "a.mcap", *tissue));
+  ASSERT_TRUE(drivers::restore(record, settings.camera.pose(), "a.mcap", *fixtures));
+  ASSERT_TRUE(drivers::restore(record, settings.camera.pose(), "a.mcap", *tissue));
   EXPECT_EQ(fixtures->generation, 2U);
   ASSERT_EQ(fixtures->count, 3U);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -132,8 +132,8 @@ TEST(AdditionsRecord, IsRefusedWhereItsPartsDoNotAgree) {
   const auto fixtures = std::make_unique<rt::FixtureSet>();
   const auto tissue = std::make_unique<rt::TissueMap>();
   const auto refusal = [&](const drivers::AdditionsRecord& record) {
-    auto restored = drivers::restore(record, settings.camera.pose, "a.mcap", *fixtures);
-    if (restored) restored = drivers::restore(record, settings.camera.pose, "a.mcap", *tissue);
+    auto restored = drivers::restore(record, settings.camera.pose(), "a.mcap", *fixtures);
+    if (restored) restored = drivers::restore(record, settings.camera.pose(), "a.mcap", *tissue);
     return restored ? "" : restored.error().text();
   };
   const drivers::AdditionsRecord whole = sets.record(0);
@@ -158,11 +158,11 @@ struct RecordedLabels {
     config::LabelImage image{width_px, height_px,
                              std::string(static_cast<std::size_t>(width_px * height_px), 0)};
     for (std::size_t i = 0; i < image.labels.size(); ++i) image.labels[i] = static_cast<char>(i % 7);
-    config::toTissueMap({}, {}, image, settings.camera.pose, *sent);
+    config::toTissueMap({}, {}, image, settings.camera.pose(), *sent);
     record = drivers::recordOf({}, *std::make_unique<rt::FixtureSet>(), *sent, 0);
   }
   base::Result<void> restore() const {
-    return drivers::restore(record, settings.camera.pose, "a.mcap", *back);
+    return drivers::restore(record, settings.camera.pose(), "a.mcap", *back);
   }
 
   config::Settings settings;
@@ -196,7 +196,7 @@ TEST(AdditionsRecord, RefusesLabelsThatDoNotFitTheirSize) {
 /// A session of an engaged core in front of a wall: the hand presses into the ball, later through the floor.
 test::MadeUpRecords session(const config::Settings& settings) {
   test::MadeUpRecords records;
-  const rt::DepthModel model(settings.camera.effectiveDepthModel(), settings.camera.pose);
+  const rt::DepthModel model(settings.camera.effectiveDepthModel(), settings.camera.pose());
   rt::SceneBuilder builder(model, settings.grid);
   rt::SceneStorage storage(builder.shape(), builder.pointCapacity(), builder.model());
   rt::Scene scene;
@@ -237,6 +237,7 @@ test::MadeUpRecords session(const config::Settings& settings) {
   Sets sets;
   sets.change(firstAdditions());
   records.additions.push_back(sets.record(kBegin_ns));
+  const rt::StartParameters start = settings.startParameters();
   records.snapshots.push_back({.time_ns = kBegin_ns, .snapshot = {1, 1, core.memory()}});
   for (std::uint64_t number = 1; number <= kTicks; ++number) {
     const std::int64_t now_ns = kBegin_ns + static_cast<std::int64_t>(number) * kTick_ns;
@@ -252,6 +253,7 @@ test::MadeUpRecords session(const config::Settings& settings) {
                                .scene = scene,
                                .handle = handle,
                                .directive = directive,
+                               .start = start,
                                .fixtures = sets.fixtures.get(),
                                .tissue = sets.tissue.get()});
     tick.number = number;
