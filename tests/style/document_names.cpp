@@ -95,10 +95,13 @@ std::vector<Word> wordsOf(const std::string& line) {
   return words;
 }
 
-bool isPlaceholder(std::string_view text) {
-  static const std::regex capitals("(^|[^A-Za-z])[A-Z][A-Z_]+($|[^A-Za-z.])");
-  return text.find("...") != text.npos || text.find("…") != text.npos || text.find('<') != text.npos ||
-         std::regex_search(text.begin(), text.end(), capitals);
+/// Whether a name stands for any of its kind: `drivers/camera/NAME/`, `hapticctl COMMAND`.
+bool isPlaceholder(const std::string& text) {
+  static const std::regex capitals("(?:^|[^A-Za-z])([A-Z][A-Z_]+)(?![A-Za-z])");
+  static const std::set<std::string> files{"README", "CHANGELOG", "CONTRIBUTING", "LICENSE", "INDEX"};
+  bool found = text.find("...") != text.npos || text.find("…") != text.npos || text.find('<') != text.npos;
+  forEach(capitals, text, [&](const std::smatch& word) { found = found || !files.contains(word[1]); });
+  return found;
 }
 
 /// Expands `a.{h,cpp}`.
@@ -183,7 +186,7 @@ class DocumentNames::Check {
     static const std::set<std::string> endings{"h",    "cpp",  "yaml", "csv", "json", "conf",
                                                "md",   "mcap", "js",   "txt", "png",  "inc",
                                                "html", "mjs",  "py",   "in",  "ply"};
-    static const std::regex dotted("(^|[^\\w./$-])([a-z_]+)\\.([a-z][a-z0-9_]*)(?![\\w(/])(?!\\.\\w)");
+    static const std::regex dotted("(^|[^\\w./$-])([a-z_]+)\\.([a-z][a-z0-9_]*)(?![\\w(/*])(?!\\.\\w)");
     forEach(dotted, text, [&](const std::smatch& found) {
       const std::string name = fmt::format("{}.{}", found.str(2), found.str(3));
       if (!groups.contains(found.str(2)) || endings.contains(found[3])) return;
@@ -207,73 +210,34 @@ class DocumentNames::Check {
     });
   }
 
-  /// Programs with their subcommands and options. `prose`: a word behind a program need not be a subcommand.
+  /// Programs and scripts with their subcommands and options. In prose only the first word behind a program
+  /// is taken for a subcommand.
   void commands(const std::string& line, std::size_t offset, bool prose) {
-    const KnownCommand* command = nullptr;
-    std::string script, said;
-    std::vector<const KnownCommand*> above;
-    bool value = false, found_all = false;
-    for (const auto& [at, raw] : wordsOf(line)) {
-      std::string word = raw;
-      const bool ends = std::string_view(";|&,.:").find(word.back()) != std::string_view::npos;
-      while (!word.empty() && std::string_view(";|&,.:").find(word.back()) != std::string_view::npos)
-        word.pop_back();
-      const auto end = [&] {
-        if (ends) command = nullptr, script.clear();
-      };
-      const std::string name = word.substr(word.rfind('/') + 1);
-      if (word.empty()) {
-        end();
-      } else if (const auto program = known_.programs_.find(name);
-                 program != known_.programs_.end() && (command == nullptr || !prose)) {
-        command = &program->second;
-        above = {command};
-        said = name;
-        script.clear();
+    std::vector<const KnownCommand*> path;  // the program and its subcommands so far; empty: none
+    std::string said;                       // the same in words, or a script
+    bool complete = false;                  // no subcommand follows
+    bool value = false;                     // the value of an option follows
+    for (auto [at, word] : wordsOf(line)) {
+      const std::size_t end = word.find_last_not_of(";|&,.:");
+      const bool ends = end + 1 != word.size();
+      word.resize(end + 1);
+      const auto program = known_.programs_.find(word.substr(word.rfind('/') + 1));
+      if (program != known_.programs_.end() && !value) {
+        path = {&program->second};
+        said = program->first;
+        complete = program->second.commands.empty();
+      } else if (!value && isScript(word)) {
+        path.clear();
+        said = word;
+      } else if (word.starts_with('-')) {
+        value = !said.empty() && option(word, path, said, offset + at, prose);
+      } else if (value) {
         value = false;
-        found_all = command->commands.empty();
-        end();
-      } else if (known_.files_.contains(word) && word.find('/') != std::string::npos &&
-                 !word.ends_with(".md")) {
-        script = word;
-        command = nullptr;
-        end();
-      } else if (word.starts_with("-")) {
-        const std::string option = word.substr(0, word.find_first_of("=/"));
-        static const std::regex whole("--[a-z][a-z0-9-]*|-[A-Za-z]");
-        if (!std::regex_match(option, whole)) continue;
-        if (command != nullptr) {
-          const auto owner =
-              std::ranges::find_if(above, [&](const auto* c) { return c->options.contains(option); });
-          // where a text leaves the subcommand out, the option is one of any
-          const bool below = prose && hasOption(*command, option);
-          if (owner == above.end() && !below)
-            wrong(offset + at, said + " " + option, "the program has no such option");
-          value = owner != above.end() && (*owner)->options.at(option) && word.find('=') == std::string::npos;
-        } else if (!script.empty() && option.starts_with("--")) {
-          if (contentOf(known_.root_ / script).find(option) == std::string::npos)
-            wrong(offset + at, script + " " + option, "the script has no such option");
-        }
-        end();
-      } else if (command != nullptr && value) {
-        value = false;
-        end();
-      } else if (command != nullptr && !found_all) {
-        if (const auto below = command->commands.find(word); below != command->commands.end()) {
-          command = &below->second;
-          above.push_back(command);
-          said += " " + word;
-          found_all = command->commands.empty();
-        } else {
-          static const std::regex lower("[a-z][a-z-]*");
-          if (!prose && std::regex_match(word, lower))
-            wrong(offset + at, said + " " + word, "the program has no such command");
-          found_all = true;
-        }
-        end();
-      } else {
-        end();
+      } else if (!path.empty() && !complete && !word.empty()) {
+        const bool below = subcommand(word, path, said, offset + at);
+        complete = prose || !below || path.back()->commands.empty();
       }
+      if (ends || word == "-") path.clear(), said.clear(), value = false;
     }
   }
 
@@ -283,8 +247,7 @@ class DocumentNames::Check {
     std::smatch found;
     if (!std::regex_match(span, found, lone)) return;
     const std::string option = found[1];
-    if (std::ranges::any_of(known_.programs_, [&](const auto& p) { return hasOption(p.second, option); }))
-      return;
+    if (ofAnyProgram(option)) return;
     static const std::set<std::string> scripts = [&] {
       std::set<std::string> options;
       static const std::regex any("--[a-z][a-z0-9-]*");
@@ -302,12 +265,19 @@ class DocumentNames::Check {
   /// Names of types, functions and source files that are all of a span.
   void identifiers(const std::string& span, std::size_t offset) {
     static const std::regex file("[\\w-]+\\.(h|cpp|cmake|inc|md|py|bash|txt|varlink|mjs|js)");
+    static const std::regex below(
+        "[\\w.-]+(/[\\w.-]+)+\\.(h|cpp|cmake|inc|md|py|bash|txt|varlink|yaml|mjs|js)");
+    static const std::regex in_room(fmt::format("{}/.*", kRooms));
     static const std::regex name("(?:~?\\w+(?:<[^>]*>)?::)*~?\\w+(?:<[^>]*>)?(\\([^)]*\\))?");
     static const std::regex humps("[A-Z]+[a-z0-9]+(?:[A-Z]+[a-z0-9]*)+|[a-z]+[a-z0-9]*(?:[A-Z]+[a-z0-9]*)+");
     std::smatch found;
     if (std::regex_match(span, file)) {
       if (!known_.names_.contains(span) && !isPlaceholder(span))
         wrong(offset, span, "there is no file of this name");
+      return;
+    }
+    if (std::regex_match(span, below) && !std::regex_match(span, in_room)) {
+      if (!isPlaceholder(span) && !exists(span)) wrong(offset, span, "there is no file of this path");
       return;
     }
     if (!std::regex_match(span, found, name) || isPlaceholder(span)) return;
@@ -331,9 +301,53 @@ class DocumentNames::Check {
   std::vector<std::string> take() { return std::move(wrong_); }
 
  private:
+  bool isScript(const std::string& word) const {
+    static const std::set<fs::path> endings{"", ".py", ".bash", ".mjs"};
+    return word.find('/') != std::string::npos && known_.files_.contains(word) &&
+           endings.contains(fs::path(word).extension());
+  }
+
+  /// Returns whether the value of the option is another word.
+  bool option(const std::string& word, const std::vector<const KnownCommand*>& path, const std::string& said,
+              std::size_t offset, bool prose) {
+    static const std::regex whole("--[a-z][a-z0-9-]*|-[A-Za-z]");
+    const std::string name = word.substr(0, word.find_first_of("=/"));
+    if (!std::regex_match(name, whole)) return false;
+    for (const KnownCommand* const command : path) {
+      const auto found = command->options.find(name);
+      if (found != command->options.end()) return found->second && word.find('=') == std::string::npos;
+    }
+    if (path.empty()) {  // a script passes on options of programs
+      const bool known = contentOf(known_.root_ / said).find(name) != std::string::npos || ofAnyProgram(name);
+      if (!known) wrong(offset, said + " " + name, "the script has no such option");
+    } else if (!prose || !hasOption(*path.front(), name)) {
+      wrong(offset, said + " " + name, "the program has no such option");
+    }
+    return false;
+  }
+
+  /// Returns whether a subcommand was added to the path.
+  bool subcommand(const std::string& word, std::vector<const KnownCommand*>& path, std::string& said,
+                  std::size_t offset) {
+    static const std::regex lower("[a-z][a-z-]*");
+    const auto below = path.back()->commands.find(word);
+    said += " " + word;
+    if (below != path.back()->commands.end()) {
+      path.push_back(&below->second);
+      return true;
+    }
+    if (std::regex_match(word, lower)) wrong(offset, said, "the program has no such command");
+    return false;
+  }
+
+  bool ofAnyProgram(const std::string& option) const {
+    return std::ranges::any_of(known_.programs_,
+                               [&](const auto& program) { return hasOption(program.second, option); });
+  }
+
   bool exists(const std::string& name) const {
     if (name.find('*') == std::string::npos) {
-      return fs::exists(known_.root_ / name) || fs::exists((known_.root_ / file_).parent_path() / name);
+      return isThere(name) || isThere((fs::path(file_).parent_path() / name).lexically_normal());
     }
     std::string pattern;
     for (const char c : name)
@@ -341,6 +355,13 @@ class DocumentNames::Check {
     return std::ranges::any_of(known_.files_, [expression = std::regex(pattern)](const std::string& file) {
       return std::regex_match(file, expression);
     });
+  }
+
+  /// A file or folder, or the files of this name with any ending.
+  bool isThere(const std::string& path) const {
+    const auto ending = known_.files_.lower_bound(path + ".");
+    return fs::exists(known_.root_ / path) ||
+           (ending != known_.files_.end() && ending->starts_with(path + "."));
   }
 
   void wrong(std::size_t offset, const std::string& name, std::string_view what) {
@@ -363,7 +384,9 @@ std::vector<std::string> DocumentNames::wrongIn(const std::string& file, std::st
   Check check(*this, file, whole);
   const std::vector<Code> code = codeOf(read);
   if (kind == TextKind::markdown) {
+    static const std::regex statistics(" [^ ]+ +\\| +[0-9]+ [+-]+");  // of a change, which may add files
     for (const Code& part : code) {
+      if (std::regex_match(part.text, statistics)) continue;
       check.parameters(part.text, part.offset);
       check.paths(part.text, part.offset);
       check.commands(part.text, part.offset, false);

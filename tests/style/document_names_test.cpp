@@ -17,9 +17,15 @@ namespace {
 
 const std::filesystem::path kRoot = HAPTICD_SOURCE_FOLDER;
 
-/// Names of others, and patterns.
+/// Names that are no mistake although nothing here has them, and why.
 constexpr NameException kExceptions[] = {
-    {"none", ""},
+    {"UpperCamel", "the form of names, in CONTRIBUTING.md"},
+    {"lowerCamel", "the form of names, in CONTRIBUTING.md"},
+    {"kMaxName", "the form of names, in CONTRIBUTING.md"},
+    {"kMinName", "the form of names, in CONTRIBUTING.md"},
+    {"INDEX.txt", "a file of libfreenect's recordings"},
+    {"SystemMaxUse", "a setting of journald"},
+    {"bInterval", "a field of USB descriptors"},
 };
 
 /// The tree and the help of all programs, read once.
@@ -114,9 +120,10 @@ TEST(WrongName, OfAParameterIsFound) {
 
 TEST(WrongName, OfACommandIsFound) {
   expectWrong("Run `hapticctl engages`.", "hapticctl engages");
-  expectWrong("Run `hapticctl trace begin --depth`.", "hapticctl trace begin");
+  expectWrong("Run `hapticctl trace begin`.", "hapticctl trace begin");
   expectWrong("    sudo hapticctl --socket /run/a stats", "hapticctl stats");
   expectWrong("`hapticctl status | hapticbench tables`", "hapticbench tables");
+  expectWrong("# see hapticctl stats", "hapticctl stats", TextKind::comments);
   expectRight(
       wrongIn("`hapticctl trace start`, `hapticctl`, `hapticctl COMMAND`, `hapticctl status | grep x`"));
 }
@@ -126,8 +133,8 @@ TEST(WrongName, OfAnOptionIsFound) {
   expectWrong("Run `hapticd --configuration FILE`.", "hapticd --configuration");
   expectWrong("Run `tools/figures --hapticbenches X`.", "tools/figures --hapticbenches");
   expectWrong("The option `--full-models`.", "--full-models");
-  expectRight(
-      wrongIn("`hapticctl trace start --depth`, `--set`, `hapticd --config FILE`, `systemctl --user`"));
+  expectRight(wrongIn(
+      "`hapticctl trace start --depth`, `--set`, `hapticd --config FILE --set a=b`, `systemctl --user`"));
 }
 
 TEST(WrongName, OfAFileIsFound) {
@@ -135,16 +142,18 @@ TEST(WrongName, OfAFileIsFound) {
   expectWrong("See `rt/base/parameters.{h,cpp}`.", "rt/base/parameters.cpp");
   expectWrong("See `tests/stile/`.", "tests/stile");
   expectWrong("See `parameterz.h`.", "parameterz.h");
+  expectWrong("See `examples/depths.py`.", "examples/depths.py");
   expectWrong("# written by tools/figure", "tools/figure", TextKind::comments);
   expectRight(
-      wrongIn("`rt/base/parameters.h`, `tests/`, `drivers/camera/NAME/`, `/etc/config/none`, `rt/*/*.h`"));
+      wrongIn("`rt/base/parameters.h`, `tests/`, `drivers/camera/NAME/`, `/etc/config/none`, `rt/*/*.h`, "
+              "`examples/depth.py`"));
 }
 
 TEST(WrongName, OfCodeIsFound) {
   expectWrong("The class `HapticKernel`.", "HapticKernel");
   expectWrong("It calls `computeForces()`.", "computeForces()");
   expectWrong("`rt::HapticCore::stepping()`", "rt::HapticCore::stepping()");
-  expectWrong("`Mode::parameterTable`", "Mode::parameterTable");
+  expectWrong("`HapticCore::linesOfParameter`", "HapticCore::linesOfParameter");
   expectRight(
       wrongIn("`HapticCore`, `rt::HapticCore::step()`, `TripleBuffer<T>`, `std::expected`, `kMaxFixtures`"));
 }
