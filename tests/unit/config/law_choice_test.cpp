@@ -232,6 +232,25 @@ TEST(EffectiveMaxError, IsSevenPercentOfTheForceLimitUnlessOneIsSet) {
   EXPECT_DOUBLE_EQ(settings.effectiveMaxError_n(), 0.5);
 }
 
+TEST(StartParameters, AreThoseOfHandleAndCamera) {
+  Settings settings;
+  settings.handle.motion_scale = 2;
+  settings.handle.force_scale = 0.5;
+  settings.handle.device_damping_n_s_per_m = 0.1;
+  settings.handle.damping_n_s_per_m = 3;
+  settings.camera.latency_s = 0.06;
+  settings.handle.simulated.mass_kg = 0.3;
+  EXPECT_EQ(settings.startParameters().device_mass_kg, 0.3) << "the stiffness limit depends on it";
+  settings.handle.device_mass_kg = 0.2;
+  const rt::StartParameters start = settings.startParameters();
+  EXPECT_EQ(start.handle.motion_scale, 2);
+  EXPECT_EQ(start.handle.force_scale, 0.5);
+  EXPECT_EQ(start.handle.device_damping_n_s_per_m, 0.1);
+  EXPECT_EQ(start.handle.damping_n_s_per_m, 3);
+  EXPECT_EQ(start.device_mass_kg, 0.2);
+  EXPECT_EQ(start.camera_latency_s, 0.06);
+}
+
 TEST(LiveWith, TakesLawAndFilterAndLeavesTheRest) {
   Settings settings;
   settings.live.force.stiffness_n_per_m = 321;

@@ -34,7 +34,7 @@ class Automatic {
       box->setLoopPeriod(kLoop_s);
     }
     rt::LiveParameters& parameters = box_.parameters();
-    parameters.automatic_stiffness = {.on = true, .ceiling_n_per_m = 1000};
+    parameters.force.stiffness_is_automatic = true;
     parameters.force.stiffness_n_per_m = 1000;
     parameters.safety.continuous_force_n = 1000;
   }
@@ -219,7 +219,7 @@ TEST(AutomaticStiffness, NeverRisesInContactAndFallsThere) {
 TEST(AutomaticStiffness, RisesByATenthAndFallsByHalfASecond) {
   rt::AutomaticStiffness stiffness;
   rt::LiveParameters parameters;
-  parameters.automatic_stiffness = {.on = true, .ceiling_n_per_m = 1000};
+  parameters.force.stiffness_is_automatic = true;
   EXPECT_EQ(stiffness.begin(parameters), rt::kModestStiffness_n_per_m);
   rt::StiffnessRules rules;
   rules.ceiling_n_per_m = 1000;

@@ -38,7 +38,7 @@ TEST_F(ProfileMethodsTest, BringsBackWhatWasSaved) {
   EXPECT_EQ(json({"force.law", "force.stiffness_n_per_m"}), loaded["changed"]);
   EXPECT_GT(loaded["generation"], 3);
   EXPECT_EQ(800, box.appliedSettings().live.force.stiffness_n_per_m);
-  EXPECT_EQ(rt::ForceLaw::proxy, box.appliedSettings().force.law);
+  EXPECT_EQ(rt::ForceLaw::proxy, box.appliedSettings().live.force.law);
 }
 
 TEST_F(ProfileMethodsTest, SavesAllLiveParametersAndNoOthers) {

@@ -34,8 +34,7 @@ HandleMeasurement at(const Vec3& position_m, std::int64_t tick, std::uint32_t bu
 // A quarter turn about z maps the handle's x to the world's y.
 TEST(HandleFrame, TransformsPositionsToTheWorld) {
   config::HandleSettings settings;
-  settings.yaw_rad = std::numbers::pi / 2;
-  settings.pose.position_m = {1, 2, 3};
+  settings.setPose({{1, 2, 3}, 0, 0, std::numbers::pi / 2});
   HandleFrame frame = frameOf(settings, 2);
   const rt::HandleState state = frame.stateOf(at({0.1, 0, 0.05}, 1));
   EXPECT_LT(norm(state.position_m_in_world - Vec3{1, 2.2, 3.1}), kRounding);
