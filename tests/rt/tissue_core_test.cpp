@@ -123,6 +123,7 @@ TEST_F(TissueCore, ChangesNothingWithoutRegions) {
                                            .scene = rig.wall.scene,
                                            .handle = rig.handle,
                                            .directive = rig.directive,
+                                           .start = rig.start,
                                            .fixtures = nullptr,
                                            .tissue = map_.get()});
       ASSERT_EQ(with.command_force_n_in_world, without.command_force_n_in_world);
