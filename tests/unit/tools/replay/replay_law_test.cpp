@@ -59,7 +59,7 @@ std::size_t expectBruteForce(const config::Settings& settings, const rt::SpringP
 TEST(ReplayLaw, FollowsTheFourParametersOfThePaper) {
   config::Settings settings = papersLaw();
   settings.live.force = {{.stiffness_n_per_m = 1234, .radius_m = 0.02, .min_points = 40, .max_points = 70},
-                         {}};
+                         settings.live.force.law};
   const std::size_t with_force = expectBruteForce(
       settings, {.stiffness_n_per_m = 1234, .radius_m = 0.02, .min_points = 40, .max_points = 70});
   EXPECT_GT(with_force, 50U);               // so that N_max is tested
