@@ -36,7 +36,7 @@ void add(std::vector<Conflict>& conflicts, std::vector<std::string_view> paramet
 }
 
 void checkPointCounts(const Settings& settings, std::vector<Conflict>& conflicts) {
-  const rt::SpringParameters& springs = settings.live.springs;
+  const rt::SpringParameters& springs = settings.live.force;
   if (springs.min_points <= springs.max_points) return;
   add(conflicts, {"force.min_points", "force.max_points"},
       fmt::format("{} is above force.max_points, {}", springs.min_points, springs.max_points),
@@ -113,10 +113,10 @@ void checkDepthUnit(const Settings& settings, std::vector<Conflict>& conflicts) 
   constexpr double kMaxRaw = 65535;
   const double farthest_m = kMaxRaw * camera.v4l2.unit_um * 1e-6;
   if (!camera.deliversDepth() || camera.v4l2.unit_um == 0) return;
-  if (camera.depth_model.near_m <= farthest_m) return;
+  if (camera.near_m <= farthest_m) return;
   add(conflicts, {"camera.unit_um", "camera.near_m"},
       fmt::format("16 bits of {} um end at {} m, nearer than camera.near_m, {} m", camera.v4l2.unit_um,
-                  base::numberText(farthest_m), base::numberText(camera.depth_model.near_m)),
+                  base::numberText(farthest_m), base::numberText(camera.near_m)),
       "set camera.unit_um to 100 or 1000, or to 0");
 }
 
@@ -143,7 +143,7 @@ void checkReachInUnits(const Settings& settings, std::vector<Conflict>& conflict
           "a scene holds {:.4g} m of depth in units of {:.4g} um, but the law {}{} needs {:.4g} m: {:.4g} m "
           "on each side that it looks at, and what the HIP moves until the next frame",
           2 * holds_m, unit_m * 1e6, nameOf(farthest.law),
-          settings.force.law ? "" : ", which auto may choose,", 2 * reach_m,
+          settings.live.force.law ? "" : ", which auto may choose,", 2 * reach_m,
           rt::rowOf(farthest.law).reach_m(farthest)),
       fmt::format("set camera.unit_um to at least {:.0f}, or lower force.radius_m",
                   std::ceil(1e6 * reach_m / rt::largestReachOfUnit_m(1))));
@@ -157,10 +157,10 @@ void checkRecording(const Settings& settings, std::vector<Conflict>& conflicts) 
 
 void checkStandoff(const Settings& settings, std::vector<Conflict>& conflicts) {
   const FixtureSettings* const standoff = widestStandoff(settings.additions.fixtures);
-  if (standoff == nullptr || settings.force.namedLaw() == rt::ForceLaw::surface) return;
+  if (standoff == nullptr || settings.namedLaw() == rt::ForceLaw::surface) return;
   add(conflicts, {"force.law", "fixtures"},
       fmt::format("{} has no surface from which the stand-off fixture {} could keep its clearance",
-                  rt::wordOf(settings.force.namedLaw()), standoff->name),
+                  rt::wordOf(settings.namedLaw()), standoff->name),
       fmt::format("set force.law to surface or auto, or disable the fixture {}", standoff->name));
 }
 

@@ -27,8 +27,9 @@ void addCamera(const drivers::CameraStatus& camera, Warnings& list) {
 }
 
 /// Adds a warning if the set stiffness is above the one that can be rendered stably.
-void addStiffness(const rt::Tick& tick, const rt::LiveParameters& live, Warnings& list) {
-  const double stiffness = live.springs.stiffness_n_per_m;
+void addStiffness(const rt::Tick& tick, const WarningSources& sources, Warnings& list) {
+  const rt::LiveParameters& live = sources.live;
+  const double stiffness = live.force.stiffness_n_per_m;
   if (live.safety.stiffness_limit == rt::StiffnessLimit::off) return;
   if (tick.stiffness_limit_n_per_m <= 0 || stiffness <= tick.stiffness_limit_n_per_m) return;
   const bool by_mass = tick.stiffness_rule == rt::StiffnessRule::mass;
@@ -37,7 +38,8 @@ void addStiffness(const rt::Tick& tick, const rt::LiveParameters& live, Warnings
       "force.stiffness_n_per_m is {:.0f}, and {} lets {:.0f} be stable{} (shorten the delay, {}lower the "
       "stiffness)",
       stiffness,
-      by_mass ? fmt::format("the delay of the handle with a device of {:g} kg", live.handle.device_mass_kg)
+      by_mass ? fmt::format("the delay of the handle with a device of {:g} kg",
+                            sources.settings.handle.effectiveDeviceMass_kg())
               : "the delay of the handle",
       tick.stiffness_limit_n_per_m, reduced ? ": the force is reduced to that" : "",
       by_mass ? "set handle.device_mass_kg if the device is heavier, or " : "or "));
@@ -64,12 +66,12 @@ void addClaims(const rt::Tick& tick, Warnings& list) {
   }
 }
 
-void addHandle(const drivers::HandleStatus& handle, const rt::Tick& tick, const rt::LiveParameters& live,
+void addHandle(const drivers::HandleStatus& handle, const rt::Tick& tick, const WarningSources& sources,
                Warnings& list) {
   if (handle.state != drivers::HandlePresence::present && !handle.detail.empty()) {
     list.push_back(fmt::format("handle {}: {}", nameOf(handle.state), handle.detail));
   }
-  addStiffness(tick, live, list);
+  addStiffness(tick, sources, list);
   addClaims(tick, list);
   if (!handle.advice.empty()) list.push_back("handle: " + handle.advice);
 }
@@ -146,7 +148,7 @@ std::vector<std::string> warningsOf(const BoxStatus& status, const WarningSource
   Warnings list;
   addFault(status.loop.state.tick, list);
   addCamera(status.camera, list);
-  addHandle(status.handle, status.loop.state.tick, sources.live, list);
+  addHandle(status.handle, status.loop.state.tick, sources, list);
   addLateness(sources, list);
   addLeds(status.leds.panel, list);
   addTrace(status.trace, list);

@@ -170,7 +170,7 @@ void Reloader::periodic(Clock::time_point now, const std::function<void()>& on_b
 /// lines of the file.
 config::Settings Reloader::comparable(const StartSettings& loaded) const {
   config::Settings settings = loaded.settings;
-  if (pose_registered_ || loaded.registration) settings.camera.pose = box_.settings().camera.pose;
+  if (pose_registered_ || loaded.registration) settings.camera.setPose(box_.settings().camera.pose());
   return settings;
 }
 

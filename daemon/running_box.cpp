@@ -58,7 +58,7 @@ trace::DirectiveRecord recordOf(const rt::Directive& directive, const config::Se
   record.standoff_clearance_m = directive.parameters.standoff_clearance_m;
   config::Settings used = settings;
   used.live = directive.parameters;
-  used.force.law = directive.parameters.law;
+  used.live.force.law = directive.parameters.law;
   for (const config::Parameter& parameter : config::parameterTable()) {
     if (parameter.effect != config::Effect::live) continue;
     record.parameters.emplace_back(parameter.name, config::toText(parameter.get(used)));
@@ -80,13 +80,13 @@ const std::string& kernelRelease() {
 RunningBox::RunningBox(const config::Settings& settings, std::unique_ptr<FaultInjector> faults)
     : settings_(settings),
       faults_(std::move(faults)),
-      depth_model_(settings.camera.effectiveDepthModel(), settings.camera.pose),
+      depth_model_(settings.camera.effectiveDepthModel(), settings.camera.pose()),
       control_(std::make_unique<rt::ControlChannels>()),
-      added_scene_(*control_, depth_model_, settings.camera.pose),
-      scene_thread_(settings.camera.effectiveDepthModel(), settings.camera.pose, settings.grid,
+      added_scene_(*control_, depth_model_, settings.camera.pose()),
+      scene_thread_(settings.camera.effectiveDepthModel(), settings.camera.pose(), settings.grid,
                     rt::SceneNeeds::of(settings.effectiveLive()), scenes_, focus_),
       camera_(drivers::makeCamera(settings.camera, settings.synthetic)),
-      handle_(drivers::makeHandle(settings.handle, settings.live.handle, handleThreadPolicy(settings))),
+      handle_(drivers::makeHandle(settings.handle, settings.handle, handleThreadPolicy(settings))),
       leds_(drivers::makeLedPanel(settings.leds)),
       trace_(settings,
              {control_->trace, scene_thread_, core_memory_, [this] { return describeTrace(); },
@@ -124,7 +124,7 @@ base::Result<void> RunningBox::startForceThread() {
   rt::LoopParameters loop_parameters = settings_.loop;
   loop_parameters.cpu = forceCpu(settings_);
   loop_ = std::make_unique<rt::ForceLoop>(
-      loop_parameters, scene_thread_.pointCapacity(),
+      loop_parameters, settings_.startParameters(), scene_thread_.pointCapacity(),
       rt::ForceLoopChannels{scenes_, handle_channels_.state, handle_channels_.command, focus_, *control_,
                             faults_ ? &stall_ns_ : nullptr, &core_memory_});
   idle_latency_.emplace();
@@ -189,9 +189,7 @@ std::uint64_t RunningBox::sendDirective() {
 }
 
 std::uint64_t RunningBox::apply(const config::Settings& settings) {
-  settings_.force = settings.force;
   settings_.live = settings.live;
-  settings_.proximity = settings.proximity;
   return applyAdditions(settings.additions);
 }
 
@@ -223,7 +221,7 @@ void RunningBox::setMeasuredStiffness(const std::vector<MeasuredStiffness>& meas
 }
 
 rt::LiveParameters RunningBox::live() const {
-  return !settings_.force.law ? config::liveWith(settings_, law_decision_) : settings_.effectiveLive();
+  return !settings_.live.force.law ? config::liveWith(settings_, law_decision_) : settings_.effectiveLive();
 }
 
 void RunningBox::decideLaw() {
@@ -237,7 +235,7 @@ void RunningBox::adaptToDistance() {
   const rt::Tick& tick = loopState().tick;
   if (tick.scene_frame == 0 || !rt::inWorkspace(tick.proxy_m_in_world)) return;
   distance_m_ = std::max(0.0, -depth_model_.positionInCamera(tick.proxy_m_in_world).z);
-  if (settings_.force.law || distance_m_ <= 0) return;
+  if (settings_.live.force.law || distance_m_ <= 0) return;
   const config::SurfaceAsSeen seen = config::asSeenBy(scene_thread_.camera(), distance_m_);
   const config::SurfaceAsSeen steady = config::steady(seen, surface_seen_.value_or(config::SurfaceAsSeen{}));
   if (steady == surface_seen_) return;
@@ -251,11 +249,11 @@ LawStatus RunningBox::lawStatus(const rt::LoopState& loop) const {
   LawStatus status;
   status.law = live.law;
   status.filtered = rt::rowOf(live.law).reads_filtered && !live.filter.isOff();
-  status.max_error_n = settings_.force.effectiveMaxError_n(settings_.live.safety);
+  status.max_error_n = settings_.effectiveMaxError_n();
   status.distance_m = distance_m_;
-  status.hand_stiffness_n_per_m = loop.tick.stiffness_gain * live.springs.stiffness_n_per_m *
-                                  live.handle.motion_scale * live.handle.force_scale;
-  if (settings_.force.law) {
+  status.hand_stiffness_n_per_m = loop.tick.stiffness_gain * live.force.stiffness_n_per_m *
+                                  settings_.handle.motion_scale * settings_.handle.force_scale;
+  if (settings_.live.force.law) {
     status.reason = "named in force.law";
     return status;
   }
@@ -344,7 +342,7 @@ BoxStatus RunningBox::condition() {
   status.handle = handle_->status();
   status.leds = {leds_->status(), led_patterns_};
   status.trace = trace_.status();
-  status.fixtures = added_scene_.fixtureStatus(status.loop.state, settings_.proximity.warning_m);
+  status.fixtures = added_scene_.fixtureStatus(status.loop.state, settings_.live.proximity.warning_m);
   status.tissue = added_scene_.tissueStatus(status.loop.state.tick);
   status.tissue.feed = feed_status_;
   status.warnings = warnings(status);
@@ -441,7 +439,7 @@ std::future<base::Result<void>> RunningBox::noteTrace(const std::string& name, c
 std::future<base::Result<SceneSnapshot>> RunningBox::takeSnapshot() {
   auto promise = std::make_shared<std::promise<base::Result<SceneSnapshot>>>();
   auto future = promise->get_future();
-  scene_thread_.requestFrame([promise, pose = settings_.camera.pose,
+  scene_thread_.requestFrame([promise, pose = settings_.camera.pose(),
                               tick = loopState().tick](std::unique_ptr<rt::DepthFrame> frame) {
     if (frame) {
       const rt::DepthModelParameters camera = frame->camera;

@@ -21,9 +21,8 @@ std::unique_ptr<Camera> makeCamera(const config::CameraSettings& settings,
     case config::CameraDriver::freenect:
       return std::make_unique<FreenectCamera>(settings.serial);
     case config::CameraDriver::recorded:
-      return std::make_unique<RecordedCamera>(
-          settings.recording, settings.loop, settings.speed,
-          DepthLimits{settings.depth_model.near_m, settings.depth_model.far_m});
+      return std::make_unique<RecordedCamera>(settings.recording, settings.loop, settings.speed,
+                                              DepthLimits{settings.near_m, settings.far_m});
     case config::CameraDriver::synthetic:
       return std::make_unique<SyntheticCamera>(synthetic, settings.effectiveDepthModel());
     case config::CameraDriver::v4l2:

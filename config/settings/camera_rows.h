@@ -14,14 +14,12 @@ inline constexpr double kHalfTurn = 3.1416;
 /// The rows of the group `camera`.
 inline constexpr auto kCameraRows = [] {
   constexpr Effect kRestart = Effect::restart;
-  // Columns: name, effect, unit, {minimum, maximum}, the paper's symbol, help. All rows have the same shape.
+  // Columns: the member, unit, {minimum, maximum}, the paper's symbol, help. All rows have the same shape.
   // clang-format off
   return std::to_array<Parameter>({
-    row<HAPTICD_MEMBER(camera.driver)>(
-        "camera.driver", kRestart, "", {}, "",
+    HAPTICD_PARAMETER(camera.driver, "", {}, "",
         "source of the depth frames"),
-    row<HAPTICD_MEMBER(camera.serial)>(
-        "camera.serial", kRestart, "", {}, "",
+    HAPTICD_PARAMETER(camera.serial, "", {}, "",
         "serial number of the camera to use; empty: the first one found"),
     row<HAPTICD_MEMBER(camera.v4l2.device)>(
         "camera.device", kRestart, "", {}, "",
@@ -53,68 +51,47 @@ inline constexpr auto kCameraRows = [] {
     row<HAPTICD_MEMBER(camera.v4l2.sync_role)>(
         "camera.sync_role", kRestart, "", {}, "",
         "role of the camera among those that are synchronised by cable, for the driver v4l2; unchanged: left as it is"),
-    row<HAPTICD_MEMBER(live.camera.latency_s)>(
-        "camera.latency_s", kRestart, "s", {0, 0.2}, "",
+    HAPTICD_PARAMETER(camera.latency_s, "s", {0, 0.2}, "",
         "time from exposure to arrival of a frame; laws that predict motion extrapolate the surface by it"),
-    row<HAPTICD_MEMBER(camera.depth_law)>(
-        "camera.depth_law", kRestart, "", {}, "",
+    HAPTICD_PARAMETER(camera.depth_law, "", {}, "",
         "coefficients of the depth conversion: Table I, libfreenect's, or depth_a_per_m and depth_b_per_m"),
-    row<HAPTICD_MEMBER(camera.depth_model.a_per_m)>(
-        "camera.depth_a_per_m", kRestart, "1/m", {-1, 1}, "a",
+    HAPTICD_PARAMETER(camera.depth_a_per_m, "1/m", {-1, 1}, "a",
         "change of 1/Z per raw unit, for the depth law custom"),
-    row<HAPTICD_MEMBER(camera.depth_model.b_per_m)>(
-        "camera.depth_b_per_m", kRestart, "1/m", {-10, 10}, "b",
+    HAPTICD_PARAMETER(camera.depth_b_per_m, "1/m", {-10, 10}, "b",
         "1/Z at the raw value 0, for the depth law custom"),
-    row<HAPTICD_MEMBER(camera.depth_model.near_m)>(
-        "camera.near_m", kRestart, "m", {0.07, 10}, "",
+    HAPTICD_PARAMETER(camera.near_m, "m", {0.07, 10}, "",
         "nearer measurements are rejected"),
-    row<HAPTICD_MEMBER(camera.depth_model.far_m)>(
-        "camera.far_m", kRestart, "m", {0.1, 10}, "",
+    HAPTICD_PARAMETER(camera.far_m, "m", {0.1, 10}, "",
         "farther measurements are rejected"),
-    row<HAPTICD_MEMBER(camera.depth_model.fx_px)>(
-        "camera.fx_px", kRestart, "px", {100, 2000}, "f_x",
+    HAPTICD_PARAMETER(camera.fx_px, "px", {100, 2000}, "f_x",
         "focal length, horizontal"),
-    row<HAPTICD_MEMBER(camera.depth_model.fy_px)>(
-        "camera.fy_px", kRestart, "px", {100, 2000}, "f_y",
+    HAPTICD_PARAMETER(camera.fy_px, "px", {100, 2000}, "f_y",
         "focal length, vertical"),
-    row<HAPTICD_MEMBER(camera.depth_model.cx_px)>(
-        "camera.cx_px", kRestart, "px", {0, 1280}, "c_x",
+    HAPTICD_PARAMETER(camera.cx_px, "px", {0, 1280}, "c_x",
         "optical centre, from the left"),
-    row<HAPTICD_MEMBER(camera.depth_model.cy_px)>(
-        "camera.cy_px", kRestart, "px", {0, 800}, "c_y",
+    HAPTICD_PARAMETER(camera.cy_px, "px", {0, 800}, "c_y",
         "optical centre, from the top"),
-    row<HAPTICD_MEMBER(camera.depth_model.noise.c0_m)>(
-        "camera.noise_c0_m", kRestart, "m", {0, 0.1}, "",
+    HAPTICD_PARAMETER(camera.noise_c0_m, "m", {0, 0.1}, "",
         "part of the noise of Z that is the same at each depth: sigma(Z) = c0 + c1 Z + c2 Z^2; all three 0: from the camera's model"),
-    row<HAPTICD_MEMBER(camera.depth_model.noise.c1)>(
-        "camera.noise_c1", kRestart, "", {0, 0.1}, "",
+    HAPTICD_PARAMETER(camera.noise_c1, "", {0, 0.1}, "",
         "part of the noise of Z that grows with the depth"),
-    row<HAPTICD_MEMBER(camera.depth_model.noise.c2_per_m)>(
-        "camera.noise_c2_per_m", kRestart, "1/m", {0, 0.1}, "",
+    HAPTICD_PARAMETER(camera.noise_c2_per_m, "1/m", {0, 0.1}, "",
         "part of the noise of Z that grows with the square of the depth, as of every camera that triangulates"),
-    row<HAPTICD_MEMBER(camera.depth_model.noise.standing_share)>(
-        "camera.noise_standing_share", kRestart, "", {0, 1}, "",
+    HAPTICD_PARAMETER(camera.noise_standing_share, "", {0, 1}, "",
         "share of the noise's variance that is the same in each frame of a resting scene"),
-    row<HAPTICD_MEMBER(camera.depth_model.noise.correlation_px)>(
-        "camera.noise_correlation_px", kRestart, "px", {1, 32}, "",
+    HAPTICD_PARAMETER(camera.noise_correlation_px, "px", {1, 32}, "",
         "distance over which the errors of neighbouring pixels are alike; a smaller one expects less noise in means over pixels"),
-    row<HAPTICD_MEMBER(camera.pose.position_m.x)>(
-        "camera.position_x_m", kRestart, "m", {-10, 10}, "",
+    HAPTICD_PARAMETER(camera.position_x_m, "m", {-10, 10}, "",
         "camera's position in the world, x"),
-    row<HAPTICD_MEMBER(camera.pose.position_m.y)>(
-        "camera.position_y_m", kRestart, "m", {-10, 10}, "",
+    HAPTICD_PARAMETER(camera.position_y_m, "m", {-10, 10}, "",
         "camera's position in the world, y"),
-    row<HAPTICD_MEMBER(camera.pose.position_m.z)>(
-        "camera.position_z_m", kRestart, "m", {-10, 10}, "",
+    HAPTICD_PARAMETER(camera.position_z_m, "m", {-10, 10}, "",
         "camera's position in the world, z"),
-    row<HAPTICD_MEMBER(camera.pose.roll_rad)>(
-        "camera.roll_rad", kRestart, "rad", {-kHalfTurn, kHalfTurn}, "",
+    HAPTICD_PARAMETER(camera.roll_rad, "rad", {-kHalfTurn, kHalfTurn}, "",
         "camera's rotation about the world's x axis, applied first"),
-    row<HAPTICD_MEMBER(camera.pose.pitch_rad)>(
-        "camera.pitch_rad", kRestart, "rad", {-kHalfTurn, kHalfTurn}, "",
+    HAPTICD_PARAMETER(camera.pitch_rad, "rad", {-kHalfTurn, kHalfTurn}, "",
         "camera's rotation about the world's y axis, applied second"),
-    row<HAPTICD_MEMBER(camera.pose.yaw_rad)>(
-        "camera.yaw_rad", kRestart, "rad", {-kHalfTurn, kHalfTurn}, "",
+    HAPTICD_PARAMETER(camera.yaw_rad, "rad", {-kHalfTurn, kHalfTurn}, "",
         "camera's rotation about the world's z axis, applied last"),
   });
   // clang-format on

@@ -142,8 +142,8 @@ LawDecision chooseLaw(double max_error_n, double stiffness_n_per_m, const Surfac
 }
 
 LawDecision chooseLaw(const Settings& settings, const SurfaceAsSeen& seen) {
-  const double max_error_n = settings.force.effectiveMaxError_n(settings.live.safety);
-  const double stiffness_n_per_m = settings.live.springs.stiffness_n_per_m;
+  const double max_error_n = settings.effectiveMaxError_n();
+  const double stiffness_n_per_m = settings.live.force.stiffness_n_per_m;
   const FixtureSettings* const standoff = widestStandoff(settings.additions.fixtures);
   if (standoff == nullptr) return chooseLaw(max_error_n, stiffness_n_per_m, seen);
   LawDecision decision{
@@ -162,7 +162,7 @@ rt::LiveParameters liveWith(const Settings& settings, const LawDecision& decisio
 }
 
 std::vector<rt::LiveParameters> lawsThatMayAct(const Settings& settings) {
-  if (settings.force.law) return {settings.effectiveLive()};
+  if (settings.live.force.law) return {settings.effectiveLive()};
   std::set<std::pair<rt::ForceLaw, bool>> chosen;
   std::vector<rt::LiveParameters> laws;
   const std::vector<double> pitches_m = valuesOf(&MeasuredLaw::pitch_m);

@@ -11,8 +11,8 @@
 #include "rt/base/words.h"
 #include "rt/laws/law_table.h"
 
-/// Makes a row of the parameter table from a member of Settings: kind, getter, setter and choices follow from
-/// the member's type, the default from its initialiser.
+/// Makes a row of the parameter table from a member of Settings: name and effect follow from the member's
+/// path, kind, getter, setter and choices from its type, the default from its initialiser.
 ///
 /// The rows of the stiffness stand here too, which is a number or chosen automatically. While it is
 /// automatic, the stiffness of the springs is the ceiling, in whichever order the two are set.
@@ -113,6 +113,23 @@ struct Range {
   double maximum = 0;
 };
 
+/// The path of a parameter's member in Settings: `live.group.name` or `group.name`. Any other does not
+/// compile.
+struct MemberPath {
+  std::string_view name;  ///< "group.name"
+  Effect effect;
+
+  consteval explicit MemberPath(std::string_view path)
+      : name(path.substr(path.starts_with(kLive) ? kLive.size() : 0)),
+        effect(path.starts_with(kLive) ? Effect::live : Effect::restart) {
+    if (std::ranges::count(name, '.') != 1)
+      throw "the member must be settings.group.name or settings.live.group.name";
+  }
+
+ private:
+  static constexpr std::string_view kLive = "live.";
+};
+
 /// Makes a row. `Access` maps Settings& to a reference to the member.
 template <auto Access>
 constexpr Parameter row(std::string_view name, Effect effect, std::string_view unit, Range range,
@@ -133,6 +150,13 @@ constexpr Parameter row(std::string_view name, Effect effect, std::string_view u
           .looser = looser};
 }
 
+/// Makes the row of the member at this path.
+template <auto Access>
+constexpr Parameter rowAt(MemberPath path, std::string_view unit, Range range, std::string_view symbol,
+                          std::string_view help, Looser looser = Looser::never) {
+  return row<Access>(path.name, path.effect, unit, range, symbol, help, looser);
+}
+
 }  // namespace hapticd::config
 
 /// The accessor of `settings.path` for row().
@@ -140,46 +164,39 @@ constexpr Parameter row(std::string_view name, Effect effect, std::string_view u
   [](auto& settings) -> auto& { \
     return settings.path;       \
   }
+/// The row of `settings.path`: unit, {minimum, maximum}, the paper's symbol, help, and of limits which value
+/// is looser.
+#define HAPTICD_PARAMETER(path, ...) \
+  hapticd::config::rowAt<HAPTICD_MEMBER(path)>(hapticd::config::MemberPath(#path), __VA_ARGS__)
 
 namespace hapticd::config {
 
 inline constexpr std::string_view kAutomaticStiffness = "auto";
 inline constexpr std::array kStiffnessWords{kAutomaticStiffness};
 
-constexpr Parameter stiffnessRow(std::string_view name, Range range, std::string_view help) {
-  return {.name = name,
-          .kind = Kind::number,
-          .effect = Effect::live,
-          .unit = "N/m",
-          .minimum = range.minimum,
-          .maximum = range.maximum,
-          .choices = kStiffnessWords,
-          .choice_help = {},
-          .symbol = "k_s",
-          .help = help,
-          .get = [](const Settings& settings) -> Value {
-            if (settings.live.automatic_stiffness.on) return std::string(kAutomaticStiffness);
-            return settings.live.springs.stiffness_n_per_m;
-          },
-          .set =
-              [](Settings& settings, const Value& value) {
-                const auto* const number = std::get_if<double>(&value);
-                rt::AutomaticStiffnessParameters& automatic = settings.live.automatic_stiffness;
-                automatic.on = number == nullptr;
-                settings.live.springs.stiffness_n_per_m =
-                    number != nullptr ? *number : automatic.ceiling_n_per_m;
-              }};
+/// Makes the row of the stiffness one of a number or `auto`.
+constexpr Parameter orAutomatic(Parameter stiffness) {
+  stiffness.choices = kStiffnessWords;
+  stiffness.get = [](const Settings& settings) -> Value {
+    if (settings.live.force.stiffness_is_automatic) return std::string(kAutomaticStiffness);
+    return settings.live.force.stiffness_n_per_m;
+  };
+  stiffness.set = [](Settings& settings, const Value& value) {
+    const auto* const number = std::get_if<double>(&value);
+    rt::ForceParameters& force = settings.live.force;
+    force.stiffness_is_automatic = number == nullptr;
+    force.stiffness_n_per_m = number != nullptr ? *number : force.stiffness_ceiling_n_per_m;
+  };
+  return stiffness;
 }
 
-constexpr Parameter stiffnessCeilingRow(std::string_view name, Range range, std::string_view help) {
-  Parameter ceiling = row<HAPTICD_MEMBER(live.automatic_stiffness.ceiling_n_per_m)>(name, Effect::live, "N/m",
-                                                                                    range, "", help);
+/// Makes the row of the ceiling one that an automatic stiffness follows.
+constexpr Parameter ofAutomatic(Parameter ceiling) {
   ceiling.set = [](Settings& settings, const Value& value) {
-    rt::AutomaticStiffnessParameters& automatic = settings.live.automatic_stiffness;
-    automatic.ceiling_n_per_m = std::get<double>(value);
-    if (automatic.on) settings.live.springs.stiffness_n_per_m = automatic.ceiling_n_per_m;
+    rt::ForceParameters& force = settings.live.force;
+    force.stiffness_ceiling_n_per_m = std::get<double>(value);
+    if (force.stiffness_is_automatic) force.stiffness_n_per_m = force.stiffness_ceiling_n_per_m;
   };
-  ceiling.looser = Looser::higher;
   return ceiling;
 }
 

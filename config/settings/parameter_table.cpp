@@ -12,179 +12,124 @@
 namespace hapticd::config {
 namespace {
 
-constexpr Effect kLive = Effect::live;
 constexpr Effect kRestart = Effect::restart;
 using enum Looser;
 
-// Columns: name, effect, unit, {minimum, maximum}, the paper's symbol, help, and of limits which value is
+// Columns: the member, unit, {minimum, maximum}, the paper's symbol, help, and of limits which value is
 // looser. All rows have the same shape.
 // clang-format off
 constexpr auto kRowsBeforeCamera = std::to_array<Parameter>({
-    row<HAPTICD_MEMBER(force.law)>(
-        "force.law", kLive, "", {}, "",
+    HAPTICD_PARAMETER(live.force.law, "", {}, "",
         "how depth becomes force; auto: the cheapest law and filter within force.max_error_n"),
-    row<HAPTICD_MEMBER(force.max_error_n)>(
-        "force.max_error_n", kLive, "N", {0, 10}, "",
+    HAPTICD_PARAMETER(live.force.max_error_n, "N", {0, 10}, "",
         "largest force error of the law chosen by auto; 0: 7 % of safety.max_force_n, just noticeable to a hand"),
-    stiffnessRow(
-        "force.stiffness_n_per_m", {0, 5000},
-        "stiffness of the spring of each point, or of the spring to the proxy; auto: as stiff as is stable and calm"),
-    stiffnessCeilingRow(
-        "force.stiffness_ceiling_n_per_m", {1, 5000},
-        "largest stiffness that the automatic choice of force.stiffness_n_per_m may take"),
-    row<HAPTICD_MEMBER(live.springs.radius_m)>(
-        "force.radius_m", kLive, "m", {0.005, 0.1}, "D_thresh",
+    orAutomatic(HAPTICD_PARAMETER(live.force.stiffness_n_per_m, "N/m", {0, 5000}, "k_s",
+        "stiffness of the spring of each point, or of the spring to the proxy; auto: as stiff as is stable and calm")),
+    ofAutomatic(HAPTICD_PARAMETER(live.force.stiffness_ceiling_n_per_m, "N/m", {1, 5000}, "",
+        "largest stiffness that the automatic choice of force.stiffness_n_per_m may take", higher)),
+    HAPTICD_PARAMETER(live.force.radius_m, "m", {0.005, 0.1}, "D_thresh",
         "points within this distance of the HIP act on it"),
-    row<HAPTICD_MEMBER(live.springs.min_points)>(
-        "force.min_points", kLive, "", {1, 1000}, "N_min",
+    HAPTICD_PARAMETER(live.force.min_points, "", {1, 1000}, "N_min",
         "with fewer points within the radius there is no force"),
-    row<HAPTICD_MEMBER(live.springs.max_points)>(
-        "force.max_points", kLive, "", {1, 1000}, "N_max",
+    HAPTICD_PARAMETER(live.force.max_points, "", {1, 1000}, "N_max",
         "with more points within the radius only the nearest count"),
-    row<HAPTICD_MEMBER(live.contact.friction)>(
-        "contact.friction", kLive, "", {0, 2}, "",
+    HAPTICD_PARAMETER(live.contact.friction, "", {0, 2}, "",
         "Coulomb friction coefficient of the laws proxy and surface; 0: the proxy slides freely"),
-    row<HAPTICD_MEMBER(live.contact.damping_n_s_per_m)>(
-        "contact.damping_n_s_per_m", kLive, "N s/m", {0, 50}, "",
+    HAPTICD_PARAMETER(live.contact.damping_n_s_per_m, "N s/m", {0, 50}, "",
         "damping along the surface normal in the laws proxy and surface"),
-    row<HAPTICD_MEMBER(live.contact.proxy_radius_m)>(
-        "contact.proxy_radius_m", kLive, "m", {0.002, 0.03}, "",
+    HAPTICD_PARAMETER(live.contact.proxy_radius_m, "m", {0.002, 0.03}, "",
         "radius of the smallest patch that the law proxy treats as a plane; finer features are rounded off"),
-    row<HAPTICD_MEMBER(live.surface.fusion_frames)>(
-        "surface.fusion_frames", kLive, "", {1, 64}, "",
+    HAPTICD_PARAMETER(live.surface.fusion_frames, "", {1, 64}, "",
         "number of frames averaged for a surface at rest; 1: only the newest"),
-    row<HAPTICD_MEMBER(live.surface.shell_m)>(
-        "surface.shell_m", kLive, "m", {0.02, 0.2}, "",
+    HAPTICD_PARAMETER(live.surface.shell_m, "m", {0.02, 0.2}, "",
         "thickness of the solid behind the visible surface; beyond it: what was last seen there, otherwise free"),
-    row<HAPTICD_MEMBER(live.filter.temporal_frames)>(
-        "filter.temporal_frames", kLive, "", {1, 100}, "",
+    HAPTICD_PARAMETER(live.filter.temporal_frames, "", {1, 100}, "",
         "number of frames averaged for a pixel at rest; 1: off"),
-    row<HAPTICD_MEMBER(live.filter.hold_frames)>(
-        "filter.hold_frames", kLive, "", {0, 30}, "",
+    HAPTICD_PARAMETER(live.filter.hold_frames, "", {0, 30}, "",
         "number of frames for which a pixel without measurement keeps its last value; 0: off"),
-    row<HAPTICD_MEMBER(live.filter.spatial_radius_px)>(
-        "filter.spatial_radius_px", kLive, "px", {0, 4}, "",
+    HAPTICD_PARAMETER(live.filter.spatial_radius_px, "px", {0, 4}, "",
         "radius of the edge-preserving spatial mean; 0: off"),
-    row<HAPTICD_MEMBER(live.blend.duration_s)>(
-        "blend.duration_s", kLive, "s", {0, 0.5}, "",
+    HAPTICD_PARAMETER(live.blend.duration_s, "s", {0, 0.5}, "",
         "time over which a change of frame, law or parameters is blended in; half of it is added latency"),
-    row<HAPTICD_MEMBER(proximity.warning_m)>(
-        "proximity.warning_m", kLive, "m", {0, 0.1}, "",
+    HAPTICD_PARAMETER(live.proximity.warning_m, "m", {0, 0.1}, "",
         "width of the band before a forbidden region in which status and LEDs warn; 0: none", lower),
-    row<HAPTICD_MEMBER(live.safety.max_force_n)>(
-        "safety.max_force_n", kLive, "N", {0, 40}, "",
+    HAPTICD_PARAMETER(live.safety.max_force_n, "N", {0, 40}, "",
         "largest commanded force", higher),
-    row<HAPTICD_MEMBER(live.safety.max_slew_n_per_s)>(
-        "safety.max_slew_n_per_s", kLive, "N/s", {1, 20000}, "",
+    HAPTICD_PARAMETER(live.safety.max_slew_n_per_s, "N/s", {1, 20000}, "",
         "fastest change of the commanded force", higher),
-    row<HAPTICD_MEMBER(live.safety.engage_ramp_s)>(
-        "safety.engage_ramp_s", kLive, "s", {0.01, 10}, "",
+    HAPTICD_PARAMETER(live.safety.engage_ramp_s, "s", {0.01, 10}, "",
         "time over which the force ramps up after engaging", lower),
-    row<HAPTICD_MEMBER(live.safety.engage_inside)>(
-        "safety.engage_inside", kLive, "", {}, "",
+    HAPTICD_PARAMETER(live.safety.engage_inside, "", {}, "",
         "engage even if the HIP is already in contact, without this being part of the request", higher),
-    row<HAPTICD_MEMBER(live.safety.depth_timeout_s)>(
-        "safety.depth_timeout_s", kLive, "s", {0.05, 5}, "",
+    HAPTICD_PARAMETER(live.safety.depth_timeout_s, "s", {0.05, 5}, "",
         "depth older than this is stale: the force goes to zero", higher),
-    row<HAPTICD_MEMBER(live.safety.depth_ramp_s)>(
-        "safety.depth_ramp_s", kLive, "s", {0.01, 5}, "",
+    HAPTICD_PARAMETER(live.safety.depth_ramp_s, "s", {0.01, 5}, "",
         "time over which the force goes to zero when the depth is stale", higher),
-    row<HAPTICD_MEMBER(live.safety.handle_timeout_s)>(
-        "safety.handle_timeout_s", kLive, "s", {0.002, 1}, "",
+    HAPTICD_PARAMETER(live.safety.handle_timeout_s, "s", {0.002, 1}, "",
         "handle measurements older than this are stale: the force goes to zero within 3 ticks", higher),
-    row<HAPTICD_MEMBER(live.safety.continuous_force_n)>(
-        "safety.continuous_force_n", kLive, "N", {0.1, 40}, "",
+    HAPTICD_PARAMETER(live.safety.continuous_force_n, "N", {0.1, 40}, "",
         "force that the device can exert indefinitely; more is allowed only until it has warmed up", higher),
-    row<HAPTICD_MEMBER(live.safety.thermal_time_s)>(
-        "safety.thermal_time_s", kLive, "s", {0.1, 600}, "",
+    HAPTICD_PARAMETER(live.safety.thermal_time_s, "s", {0.1, 600}, "",
         "time constant of the device's heating", higher),
-    row<HAPTICD_MEMBER(live.safety.force_filter_hz)>(
-        "safety.force_filter_hz", kLive, "Hz", {0, 500}, "",
+    HAPTICD_PARAMETER(live.safety.force_filter_hz, "Hz", {0, 500}, "",
         "cut-off frequency of the low-pass filter of the force; 0: off", higher_or_zero),
-    row<HAPTICD_MEMBER(live.safety.passivity_control)>(
-        "safety.passivity_control", kLive, "", {}, "",
+    HAPTICD_PARAMETER(live.safety.passivity_control, "", {}, "",
         "damp the hand when the handle has given it more energy than it got", lower),
-    row<HAPTICD_MEMBER(live.safety.stiffness_limit)>(
-        "safety.stiffness_limit", kLive, "", {}, "",
+    HAPTICD_PARAMETER(live.safety.stiffness_limit, "", {}, "",
         "action when the stiffness exceeds what is stable with the loop's delay and the device", lower),
-    row<HAPTICD_MEMBER(live.safety.contact_damping)>(
-        "safety.contact_damping", kLive, "", {}, "",
+    HAPTICD_PARAMETER(live.safety.contact_damping, "", {}, "",
         "automatic: damp contact as the loop's delay requires; off: only by contact.damping_n_s_per_m", lower),
-    row<HAPTICD_MEMBER(live.safety.overrun_burst)>(
-        "safety.overrun_burst", kLive, "", {1, 65}, "",
+    HAPTICD_PARAMETER(live.safety.overrun_burst, "", {1, 65}, "",
         "number of late ticks among the last 64 at which the force goes to zero for a second; 65: never", higher),
-    row<HAPTICD_MEMBER(live.safety.workspace_radius_m)>(
-        "safety.workspace_radius_m", kLive, "m", {0.01, 20}, "",
+    HAPTICD_PARAMETER(live.safety.workspace_radius_m, "m", {0.01, 20}, "",
         "largest distance of the HIP from the world's origin; beyond it there is no force", higher),
-    row<HAPTICD_MEMBER(live.safety.max_handle_speed_m_per_s)>(
-        "safety.max_handle_speed_m_per_s", kLive, "m/s", {0, 100}, "",
+    HAPTICD_PARAMETER(live.safety.max_handle_speed_m_per_s, "m/s", {0, 100}, "",
         "faster motion of the hand is treated as a fault of the handle; 0: no limit", higher_or_zero),
 });
 
 constexpr auto kRowsAfterCamera = std::to_array<Parameter>({
-    row<HAPTICD_MEMBER(grid.point_capacity)>(
-        "grid.point_capacity", kRestart, "", {1024, 1024000}, "",
+    HAPTICD_PARAMETER(grid.point_capacity, "", {1024, 1024000}, "",
         "largest number of points in a scene, for the extent reach"),
-    row<HAPTICD_MEMBER(loop.rate_hz)>(
-        "loop.rate_hz", kRestart, "Hz", {100, 4000}, "",
+    HAPTICD_PARAMETER(loop.rate_hz, "Hz", {100, 4000}, "",
         "ticks per second"),
-    row<HAPTICD_MEMBER(loop.cpu)>(
-        "loop.cpu", kRestart, "", {-1, 1023}, "",
+    HAPTICD_PARAMETER(loop.cpu, "", {-1, 1023}, "",
         "CPU that the force thread is pinned to; -1: an isolated one, otherwise the last one available"),
-    row<HAPTICD_MEMBER(loop.priority)>(
-        "loop.priority", kRestart, "", {1, 98}, "",
+    HAPTICD_PARAMETER(loop.priority, "", {1, 98}, "",
         "SCHED_FIFO priority of the force thread; 99 is reserved for the kernel"),
-    row<HAPTICD_MEMBER(handle.driver)>(
-        "handle.driver", kRestart, "", {}, "",
+    HAPTICD_PARAMETER(handle.driver, "", {}, "",
         "driver of the haptic handle"),
-    row<HAPTICD_MEMBER(handle.serial)>(
-        "handle.serial", kRestart, "", {}, "",
+    HAPTICD_PARAMETER(handle.serial, "", {}, "",
         "serial number of the handle to use; empty: the first one found"),
-    row<HAPTICD_MEMBER(live.handle.motion_scale)>(
-        "handle.motion_scale", kRestart, "", {0.05, 20}, "",
+    HAPTICD_PARAMETER(handle.motion_scale, "", {0.05, 20}, "",
         "displacement of the HIP per displacement of the hand"),
-    row<HAPTICD_MEMBER(live.handle.force_scale)>(
-        "handle.force_scale", kRestart, "", {0.01, 10}, "",
+    HAPTICD_PARAMETER(handle.force_scale, "", {0.01, 10}, "",
         "newtons at the hand per newton of the law"),
-    row<HAPTICD_MEMBER(live.handle.device_damping_n_s_per_m)>(
-        "handle.device_damping_n_s_per_m", kRestart, "N s/m", {0, 100}, "",
+    HAPTICD_PARAMETER(handle.device_damping_n_s_per_m, "N s/m", {0, 100}, "",
         "viscous damping of the device alone, which passivity control relies on"),
-    row<HAPTICD_MEMBER(handle.device_mass_kg)>(
-        "handle.device_mass_kg", kRestart, "kg", {0, 20}, "",
+    HAPTICD_PARAMETER(handle.device_mass_kg, "kg", {0, 20}, "",
         "moving mass of the device alone at the hand, which limits the stiffness; 0: that of the driver's lightest device"),
-    row<HAPTICD_MEMBER(live.handle.damping_n_s_per_m)>(
-        "handle.damping_n_s_per_m", kRestart, "N s/m", {0.01, 100}, "",
+    HAPTICD_PARAMETER(handle.damping_n_s_per_m, "N s/m", {0.01, 100}, "",
         "damping of the device in the lightest grip that must be stable"),
-    row<HAPTICD_MEMBER(handle.pose.position_m.x)>(
-        "handle.position_x_m", kRestart, "m", {-10, 10}, "",
+    HAPTICD_PARAMETER(handle.position_x_m, "m", {-10, 10}, "",
         "position of the handle's origin in the world, x"),
-    row<HAPTICD_MEMBER(handle.pose.position_m.y)>(
-        "handle.position_y_m", kRestart, "m", {-10, 10}, "",
+    HAPTICD_PARAMETER(handle.position_y_m, "m", {-10, 10}, "",
         "position of the handle's origin in the world, y"),
-    row<HAPTICD_MEMBER(handle.pose.position_m.z)>(
-        "handle.position_z_m", kRestart, "m", {-10, 10}, "",
+    HAPTICD_PARAMETER(handle.position_z_m, "m", {-10, 10}, "",
         "position of the handle's origin in the world, z"),
-    row<HAPTICD_MEMBER(handle.pose.roll_rad)>(
-        "handle.roll_rad", kRestart, "rad", {-kHalfTurn, kHalfTurn}, "",
+    HAPTICD_PARAMETER(handle.roll_rad, "rad", {-kHalfTurn, kHalfTurn}, "",
         "handle's rotation about the world's x axis, applied first"),
-    row<HAPTICD_MEMBER(handle.pose.pitch_rad)>(
-        "handle.pitch_rad", kRestart, "rad", {-kHalfTurn, kHalfTurn}, "",
+    HAPTICD_PARAMETER(handle.pitch_rad, "rad", {-kHalfTurn, kHalfTurn}, "",
         "handle's rotation about the world's y axis, applied second"),
-    row<HAPTICD_MEMBER(handle.pose.yaw_rad)>(
-        "handle.yaw_rad", kRestart, "rad", {-kHalfTurn, kHalfTurn}, "",
+    HAPTICD_PARAMETER(handle.yaw_rad, "rad", {-kHalfTurn, kHalfTurn}, "",
         "handle's rotation about the world's z axis, applied last"),
-    row<HAPTICD_MEMBER(handle.clutch_button)>(
-        "handle.clutch_button", kRestart, "", {-1, 31}, "",
+    HAPTICD_PARAMETER(handle.clutch_button, "", {-1, 31}, "",
         "while this button is held the handle moves and the HIP does not; -1: no clutch"),
-    row<HAPTICD_MEMBER(handle.resolution_m)>(
-        "handle.resolution_m", kRestart, "m", {1e-6, 0.005}, "",
+    HAPTICD_PARAMETER(handle.resolution_m, "m", {1e-6, 0.005}, "",
         "smallest motion of the hand above the device's noise; used to estimate the velocity"),
-    row<HAPTICD_MEMBER(handle.device_latency_s)>(
-        "handle.device_latency_s", kRestart, "s", {0, 0.1}, "",
+    HAPTICD_PARAMETER(handle.device_latency_s, "s", {0, 0.1}, "",
         "time by which the device exerts a command later, or measures its position earlier, than its driver can tell; added to "
         "the delay that stiffness limit and contact damping follow from"),
-    row<HAPTICD_MEMBER(handle.measure_latency)>(
-        "handle.measure_latency", kRestart, "", {}, "",
+    HAPTICD_PARAMETER(handle.measure_latency, "", {}, "",
         "drivers udp and falcon: measure how late forces act with a knock of 0.5 N for 0.16 s when the box first engages, and "
         "reckon with what the driver cannot tell"),
     row<HAPTICD_MEMBER(handle.udp.address)>(
@@ -232,44 +177,31 @@ constexpr auto kRowsAfterCamera = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(leds.fault_line)>(
         "leds.fault_line", kRestart, "", {}, "",
         "line of the fault LED: blinks slowly for a warning, two flashes while holding, blinks fast when faulted"),
-    row<HAPTICD_MEMBER(control.status_socket)>(
-        "control.status_socket", kRestart, "", {}, "",
+    HAPTICD_PARAMETER(control.status_socket, "", {}, "",
         "path of the read-only status socket"),
-    row<HAPTICD_MEMBER(control.control_socket)>(
-        "control.control_socket", kRestart, "", {}, "",
+    HAPTICD_PARAMETER(control.control_socket, "", {}, "",
         "path of the control socket"),
-    row<HAPTICD_MEMBER(control.depth_for_everyone)>(
-        "control.depth_for_everyone", kRestart, "", {}, "",
+    HAPTICD_PARAMETER(control.depth_for_everyone, "", {}, "",
         "let every local user read the depth image, not only the groups haptic and haptic-view"),
-    row<HAPTICD_MEMBER(control.engage_at_start)>(
-        "control.engage_at_start", kRestart, "", {}, "",
+    HAPTICD_PARAMETER(control.engage_at_start, "", {}, "",
         "engage as soon as the loop runs, without waiting for a command"),
-    row<HAPTICD_MEMBER(state.folder)>(
-        "state.folder", kRestart, "", {}, "",
+    HAPTICD_PARAMETER(state.folder, "", {}, "",
         "folder of traces, profiles and the registration"),
-    row<HAPTICD_MEMBER(trace.at_start)>(
-        "trace.at_start", kRestart, "", {}, "",
+    HAPTICD_PARAMETER(trace.at_start, "", {}, "",
         "write a trace from the start, without waiting for a command"),
-    row<HAPTICD_MEMBER(trace.depth)>(
-        "trace.depth", kRestart, "", {}, "",
+    HAPTICD_PARAMETER(trace.depth, "", {}, "",
         "record raw depth in each trace (about 2 MB/s), so that haptic-replay --trace can recompute its forces"),
-    row<HAPTICD_MEMBER(trace.scene)>(
-        "trace.scene", kRestart, "", {}, "",
+    HAPTICD_PARAMETER(trace.scene, "", {}, "",
         "what traces hold for the 3D picture in Foxglove or Lichtblick; scene: HIP, proxy, force and camera, 30 times a second; cloud: with depth, the points within reach too"),
-    row<HAPTICD_MEMBER(trace.compression)>(
-        "trace.compression", kRestart, "", {}, "",
+    HAPTICD_PARAMETER(trace.compression, "", {}, "",
         "compression of the chunks of a trace"),
-    row<HAPTICD_MEMBER(trace.max_file_mb)>(
-        "trace.max_file_mb", kRestart, "MB", {1, 100'000}, "",
+    HAPTICD_PARAMETER(trace.max_file_mb, "MB", {1, 100'000}, "",
         "size including depth at which a trace continues in another file; limited to a quarter of trace.max_folder_mb if that is set"),
-    row<HAPTICD_MEMBER(trace.max_folder_mb)>(
-        "trace.max_folder_mb", kRestart, "MB", {0, 1e8}, "",
+    HAPTICD_PARAMETER(trace.max_folder_mb, "MB", {0, 1e8}, "",
         "size of the folder above which the oldest finished traces are deleted, except those marked to be kept, dumps of the flight recorder and the newest one; 0: nothing is deleted"),
-    row<HAPTICD_MEMBER(trace.min_free_mb)>(
-        "trace.min_free_mb", kRestart, "MB", {0, 1e6}, "",
+    HAPTICD_PARAMETER(trace.min_free_mb, "MB", {0, 1e6}, "",
         "free space on the disk below which nothing is written"),
-    row<HAPTICD_MEMBER(trace.flight_recorder_s)>(
-        "trace.flight_recorder_s", kRestart, "s", {0, 60}, "",
+    HAPTICD_PARAMETER(trace.flight_recorder_s, "s", {0, 60}, "",
         "duration of the newest ticks kept in memory, written on a fault or by hapticctl trace dump; 0: none"),
 });
 // clang-format on

@@ -24,25 +24,24 @@ FrameSize sizeOf(const V4l2Settings& v4l2, FrameSize usual) {
 /// open is that of the usual camera of its kind.
 rt::DepthModelParameters playedModel(const CameraSettings& camera) {
   const V4l2Settings& v4l2 = camera.v4l2;
-  const rt::DepthModelParameters& configured = camera.depth_model;
   const bool is_stereo = camera.played == PlayedCamera::stereo;
   const FrameSize size = sizeOf(v4l2, is_stereo ? kStereoSize : kFlightSize);
   rt::DepthModelParameters model =
       is_stereo ? stereoCamera(size, kD435FieldOfView_deg, kD435Baseline_m) : timeOfFlightCamera(size);
-  model.near_m = configured.near_m;
-  model.far_m = configured.far_m;
+  model.near_m = camera.near_m;
+  model.far_m = camera.far_m;
   if (v4l2.intrinsics == IntrinsicsSource::configured) {
-    model.fx_px = configured.fx_px;
-    model.fy_px = configured.fy_px;
-    model.cx_px = configured.cx_px;
-    model.cy_px = configured.cy_px;
+    model.fx_px = camera.fx_px;
+    model.fy_px = camera.fy_px;
+    model.cx_px = camera.cx_px;
+    model.cy_px = camera.cy_px;
   }
   if (v4l2.unit_um > 0) {
     model.unit_m = v4l2.unit_um * 1e-6;
   } else if (is_stereo && model.far_m <= kFineUnit_m * (model.raw_values - 1)) {
     model.unit_m = kFineUnit_m;
   }
-  if (configured.noise.isKnown()) model.noise = configured.noise;
+  if (camera.noise().isKnown()) model.noise = camera.noise();
   return model;
 }
 
@@ -50,8 +49,7 @@ rt::DepthModelParameters playedModel(const CameraSettings& camera) {
 
 rt::LiveParameters Settings::effectiveLive() const {
   rt::LiveParameters effective = live;
-  effective.law = force.namedLaw();
-  effective.handle.device_mass_kg = handle.effectiveDeviceMass_kg();
+  effective.law = namedLaw();
   effective.standoff_clearance_m = standoffClearance_m(additions.fixtures);
   return effective;
 }
@@ -89,8 +87,16 @@ bool CameraSettings::deliversDepth() const {
 }
 
 rt::DepthModelParameters CameraSettings::effectiveDepthModel() const {
+  if (stated_model) return *stated_model;
   if (driver == CameraDriver::synthetic && played != PlayedCamera::kinect) return playedModel(*this);
-  rt::DepthModelParameters model = depth_model;
+  rt::DepthModelParameters model;
+  model.near_m = near_m;
+  model.far_m = far_m;
+  model.fx_px = fx_px;
+  model.fy_px = fy_px;
+  model.cx_px = cx_px;
+  model.cy_px = cy_px;
+  model.noise = noise();
   if (driver == CameraDriver::v4l2) {
     const FrameSize size = sizeOf(v4l2, kStereoSize);
     model.width_px = size.width_px;
@@ -104,14 +110,14 @@ rt::DepthModelParameters CameraSettings::effectiveDepthModel() const {
   }
   switch (depth_law) {
     case DepthLaw::paper:  // Table I, which the defaults are
-      model.a_per_m = rt::DepthModelParameters{}.a_per_m;
-      model.b_per_m = rt::DepthModelParameters{}.b_per_m;
       break;
     case DepthLaw::factory:
       model.a_per_m = kFactoryAPerM;
       model.b_per_m = kFactoryBPerM;
       break;
     case DepthLaw::custom:
+      model.a_per_m = depth_a_per_m;
+      model.b_per_m = depth_b_per_m;
       break;
   }
   return model;

@@ -80,21 +80,6 @@ constexpr auto wordsOf(TraceScene) {
   return rt::words<TraceScene>("off", "scene", "cloud");
 }
 
-/// Live. Choice of the force law; the law in use is LiveParameters::law.
-struct ForceSettings {
-  LawChoice law{};
-  double max_error_n = 0;  ///< while `law` is auto; 0: as effectiveMaxError_n()
-
-  /// Returns the allowed error; the default is seven percent of the force limit, the smallest force
-  /// difference that a hand can detect (Pang, Tan, Durlach).
-  double effectiveMaxError_n(const rt::SafetyParameters& safety) const {
-    constexpr double kJustNoticeable = 0.07;
-    return max_error_n > 0 ? max_error_n : kJustNoticeable * safety.max_force_n;
-  }
-  /// Returns the configured law; for auto, the one that works in every scene, until the scene is known.
-  rt::ForceLaw namedLaw() const { return law.value_or(rt::ForceLaw::surface); }
-};
-
 /// A camera that the kernel drives, for the driver `v4l2`. The driver `synthetic` reads size, intrinsics and
 /// unit too, unless it plays a Kinect v1.
 struct V4l2Settings {
@@ -110,8 +95,29 @@ struct V4l2Settings {
   SyncRole sync_role = SyncRole::unchanged;
 };
 
-/// The camera: driver, depth conversion and pose.
-struct CameraSettings {
+/// The pose of a device in the world, as rt::PoseParameters has it.
+struct PoseSettings {
+  double position_x_m = 0;
+  double position_y_m = 0;
+  double position_z_m = 0;
+  double roll_rad = 0;
+  double pitch_rad = 0;
+  double yaw_rad = 0;
+
+  rt::PoseParameters pose() const {
+    return {{position_x_m, position_y_m, position_z_m}, roll_rad, pitch_rad, yaw_rad};
+  }
+  void setPose(const rt::PoseParameters& pose) {
+    const auto& [position_m, roll, pitch, yaw] = pose;
+    *this = {position_m.x, position_m.y, position_m.z, roll, pitch, yaw};
+  }
+};
+
+/// The camera: driver, depth conversion, noise and T_world_camera. What rt::DepthModelParameters has too is
+/// explained there.
+struct CameraSettings : PoseSettings {
+  static constexpr rt::DepthModelParameters kKinect{};
+
   CameraDriver driver = CameraDriver::freenect;
   std::string serial;     ///< empty: the first camera found
   std::string recording;  ///< folder with INDEX.txt or camera.yaml, for the driver `recorded`
@@ -119,16 +125,33 @@ struct CameraSettings {
   double speed = 1;       ///< playback speed relative to real time, for the driver `recorded`
   V4l2Settings v4l2;
   PlayedCamera played = PlayedCamera::kinect;  ///< for the driver `synthetic`
+  double latency_s = 0;                        ///< rt::StartParameters::camera_latency_s
   DepthLaw depth_law = DepthLaw::paper;
-  rt::DepthModelParameters depth_model;  ///< a and b are those of the depth law `custom`
-  rt::PoseParameters pose;               ///< T_world_camera
+  double depth_a_per_m = kKinect.a_per_m;  ///< of the depth law `custom`
+  double depth_b_per_m = kKinect.b_per_m;  ///< of the depth law `custom`
+  double near_m = kKinect.near_m;
+  double far_m = kKinect.far_m;
+  double fx_px = kKinect.fx_px;
+  double fy_px = kKinect.fy_px;
+  double cx_px = kKinect.cx_px;
+  double cy_px = kKinect.cy_px;
+  double noise_c0_m = kKinect.noise.c0_m;
+  double noise_c1 = kKinect.noise.c1;
+  double noise_c2_per_m = kKinect.noise.c2_per_m;
+  double noise_standing_share = kKinect.noise.standing_share;
+  double noise_correlation_px = kKinect.noise.correlation_px;
+  /// The model that a recording states, which replaces the configured one; no parameter.
+  std::optional<rt::DepthModelParameters> stated_model;
 
   /// Returns true if the configuration describes a camera that delivers depth instead of raw disparities: for
   /// the driver `v4l2`, and for `synthetic` unless it plays a Kinect v1.
   bool deliversDepth() const;
-  /// Returns depth_model with the coefficients selected by depth_law. For the driver `v4l2`: the model of the
-  /// camera as far as the configuration determines it; the driver completes it with what the camera reports.
-  /// For the driver `synthetic`: the model of the camera that it plays.
+  rt::DepthNoiseParameters noise() const {
+    return {noise_c0_m, noise_c1, noise_c2_per_m, noise_standing_share, noise_correlation_px};
+  }
+  /// Returns the configured model with the coefficients selected by depth_law. For the driver `v4l2`: the
+  /// model of the camera as far as the configuration determines it; the driver completes it with what the
+  /// camera reports. For the driver `synthetic`: the model of the camera that it plays.
   rt::DepthModelParameters effectiveDepthModel() const;
 };
 
@@ -186,11 +209,10 @@ struct FalconHandleSettings {
   double force_share = 0.25;  ///< fraction of the motor counts per newton that other drivers send
 };
 
-/// The haptic handle.
-struct HandleSettings {
+/// The haptic handle and T_world_handle.
+struct HandleSettings : PoseSettings, rt::HandleScaleParameters {
   HandleDriver driver = HandleDriver::simulated;
   std::string serial;          ///< of the device to use; empty: the first one found
-  rt::PoseParameters pose;     ///< T_world_handle
   int clutch_button = -1;      ///< while it is held the handle moves and the HIP does not; -1: none
   double resolution_m = 5e-5;  ///< smallest motion of the hand above the device's noise
   /// From a command's arrival at the device to the force, beyond what its driver measures.
@@ -243,16 +265,10 @@ struct TraceSettings {
   double flight_recorder_s = 10;
 };
 
-/// Live. Distances at which people are warned of a forbidden region.
-struct ProximitySettings {
-  double warning_m = 0.01;  ///< 0: no warning before contact
-};
-
-/// The complete configuration. The parameter table (parameter_table.h) defines name, unit, range and default
-/// of each member, except the additions.
+/// The complete configuration. Each row of the parameter table (parameter_table.h) names a member as YAML
+/// files do, those in `live` without this prefix, and defines unit and range; the additions have no rows.
 struct Settings {
-  ForceSettings force;
-  rt::LiveParameters live;  ///< except the law: see effectiveLive()
+  rt::LiveParameters live;  ///< as configured: see effectiveLive()
   CameraSettings camera;
   SyntheticSettings synthetic;
   rt::GridParameters grid;
@@ -262,12 +278,23 @@ struct Settings {
   ControlSettings control;
   StateSettings state;
   TraceSettings trace;
-  ProximitySettings proximity;
   SceneAdditions additions;  ///< live
 
-  /// Returns `live` with the law configured in `force`, the mass of the device and the clearance of the
-  /// stand-off fixtures.
+  /// Returns the configured law; for auto, the one that works in every scene, until the scene is known.
+  rt::ForceLaw namedLaw() const { return live.force.law.value_or(rt::ForceLaw::surface); }
+  /// Returns the largest error of a law chosen automatically; by default seven percent of the force limit,
+  /// the smallest force difference that a hand can detect (Pang, Tan, Durlach).
+  double effectiveMaxError_n() const {
+    constexpr double kJustNoticeable = 0.07;
+    const double configured_n = live.force.max_error_n;
+    return configured_n > 0 ? configured_n : kJustNoticeable * live.safety.max_force_n;
+  }
+  /// Returns `live` with the configured law and the clearance of the stand-off fixtures.
   rt::LiveParameters effectiveLive() const;
+  /// Returns what a tick depends on of the handle, with the mass of the device, and of the camera.
+  rt::StartParameters startParameters() const {
+    return {handle, handle.effectiveDeviceMass_kg(), camera.latency_s};
+  }
 };
 
 }  // namespace hapticd::config

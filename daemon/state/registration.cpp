@@ -60,7 +60,7 @@ bool isCameraPose(const config::Parameter& parameter) {
 std::vector<base::Error> problemsOf(const rt::PoseParameters& T_world_camera,
                                     const config::Settings& settings) {
   config::Settings posed = settings;
-  posed.camera.pose = T_world_camera;
+  posed.camera.setPose(T_world_camera);
   std::vector<base::Error> problems;
   for (const std::string_view name : kPoseParameters) {
     const config::Parameter& parameter = *config::findParameter(name);
@@ -86,7 +86,7 @@ std::expected<std::optional<Registration>, std::vector<base::Error>> readRegistr
   }
   config::Settings settings;
   for (const auto& [parameter, value] : *assignments) parameter->set(settings, value);
-  Registration registration{settings.camera.pose, {}, {}};
+  Registration registration{settings.camera.pose(), {}, {}};
   if (const auto residual = restOfLine(**content, kResidualLine))
     registration.residual_m = base::numberFrom<double>(*residual);
   if (const auto time = restOfLine(**content, kTimeLine); time && isTime(*time)) registration.time = *time;
@@ -97,7 +97,7 @@ base::Result<void> writeRegistration(const std::filesystem::path& state_folder,
                                      const std::optional<Registration>& registration) {
   if (!registration) return removeFile(fileIn(state_folder));
   config::Settings settings;
-  settings.camera.pose = registration->T_world_camera;
+  settings.camera.setPose(registration->T_world_camera);
   std::string text = "# The camera's pose as it was registered; it goes before that of the configuration.\n";
   if (!registration->time.empty()) text += fmt::format("{}{}\n", kTimeLine, registration->time);
   if (registration->residual_m) {

@@ -52,7 +52,7 @@ class Layers {
 
 Assignments poseAssignments(const rt::PoseParameters& pose) {
   config::Settings settings;
-  settings.camera.pose = pose;
+  settings.camera.setPose(pose);
   Assignments assignments;
   for (const config::Parameter& parameter : config::parameterTable()) {
     if (isCameraPose(parameter)) assignments.push_back({&parameter, parameter.get(settings)});
@@ -88,7 +88,7 @@ std::expected<StartSettings, std::vector<base::Error>> startSettings(const std::
   auto loaded = config::loadConfiguration(file, overrides, kind);
   if (!loaded) return std::unexpected(std::move(loaded.error()));
   const config::Settings& configured = loaded->settings;
-  StartSettings start{configured,       configured.camera.pose, {}, {}, {}, config::summaryOf(*loaded),
+  StartSettings start{configured,       configured.camera.pose(), {}, {}, {}, config::summaryOf(*loaded),
                       loaded->has_marks};
   Layers layers(start, overrides);
   addRegistration(start, layers, configured.state.folder);

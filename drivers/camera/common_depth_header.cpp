@@ -31,8 +31,8 @@ rt::DepthFrameHeader commonDepthHeader(const config::CameraSettings& camera, std
   header.fy_px = model.fy_px;
   header.cx_px = model.cx_px;
   header.cy_px = model.cy_px;
-  header.rotation_world_camera = rt::rotationOf(camera.pose);
-  const rt::Vec3& position = camera.pose.position_m;
+  header.rotation_world_camera = rt::rotationOf(camera.pose());
+  const rt::Vec3 position = camera.pose().position_m;
   header.position_m_in_world = {position.x, position.y, position.z};
   header.noise = rt::DepthNoiseKind::polynomial;
   // DZ = a Z^2 draw, with draw the deviation of the raw disparity.

@@ -47,8 +47,8 @@ using rt::Vec3;
 }  // namespace
 
 HandleFrame::HandleFrame(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale)
-    : rotation_world_handle_(rt::rotationOf(settings.pose)),
-      origin_m_in_world_(settings.pose.position_m),
+    : rotation_world_handle_(rt::rotationOf(settings.pose())),
+      origin_m_in_world_(settings.pose().position_m),
       motion_scale_(scale.motion_scale),
       clutch_button_(settings.clutch_button),
       device_latency_s_(settings.device_latency_s),

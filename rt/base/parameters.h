@@ -2,14 +2,15 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <type_traits>
 
 #include "rt/base/vec3.h"
 #include "rt/base/words.h"
 
-/// Plain data that configures the core. Values are checked where they enter (`config/`); ranges and defaults
-/// are in the parameter table there. "Live" sets may change while the loop runs; the others are fixed at
-/// start.
+/// Plain data that configures the core. Values are checked where they enter (`config/`); ranges are in the
+/// parameter table there, which names each parameter after its member. LiveParameters may change while the
+/// loop runs; all others are fixed at start.
 namespace hapticd::rt {
 
 /// The force laws.
@@ -23,7 +24,7 @@ constexpr auto wordsOf(ForceLaw) {
   return words<ForceLaw>("nearest_springs", "smooth_springs", "proxy", "surface");
 }
 
-/// Live. The paper's four parameters, eq. (6)-(11).
+/// The paper's four parameters, eq. (6)-(11).
 struct SpringParameters {
   double stiffness_n_per_m = 500;  ///< k_s
   double radius_m = 0.04;          ///< D_thresh
@@ -33,7 +34,16 @@ struct SpringParameters {
   friend bool operator==(const SpringParameters&, const SpringParameters&) = default;
 };
 
-/// Live. Parameters of the two constraint laws, `proxy` and `surface`; their stiffness is k_s.
+/// The group `force`.
+struct ForceParameters : SpringParameters {
+  std::optional<ForceLaw> law;  ///< empty: chosen automatically; see LiveParameters::law
+  double max_error_n = 0;       ///< of a law chosen automatically; 0: just noticeable to a hand
+  /// Automatic choice of k_s (automatic_stiffness.h), which then never exceeds the ceiling.
+  bool stiffness_is_automatic = false;
+  double stiffness_ceiling_n_per_m = 1000;
+};
+
+/// Parameters of the two constraint laws, `proxy` and `surface`; their stiffness is k_s.
 struct ContactParameters {
   double friction = 0;            ///< Coulomb's coefficient of friction; 0: the proxy slides freely
   double damping_n_s_per_m = 0;   ///< opposes the HIP's velocity along the normal while in contact
@@ -42,7 +52,7 @@ struct ContactParameters {
   friend bool operator==(const ContactParameters&, const ContactParameters&) = default;
 };
 
-/// Live. Surface estimation of the law `surface`.
+/// Surface estimation of the law `surface`.
 struct SurfaceParameters {
   int fusion_frames = 16;  ///< number of frames averaged for a surface at rest; 1: only the newest
   double shell_m = 0.035;  ///< a place up to this far behind the visible surface is inside the solid
@@ -50,7 +60,7 @@ struct SurfaceParameters {
   friend bool operator==(const SurfaceParameters&, const SurfaceParameters&) = default;
 };
 
-/// Live. Filtering of raw disparities before the scene is modelled.
+/// Filtering of raw disparities before the scene is modelled.
 struct FilterParameters {
   int temporal_frames = 1;  ///< number of frames averaged for a pixel at rest; 1: off
   /// Number of frames for which a pixel without measurement keeps its last value; 0: off.
@@ -61,7 +71,7 @@ struct FilterParameters {
   friend bool operator==(const FilterParameters&, const FilterParameters&) = default;
 };
 
-/// Live. Transition of the force from one frame, law or parameter set to the next.
+/// Transition of the force from one frame, law or parameter set to the next.
 struct BlendParameters {
   double duration_s = 1.0 / 30;  ///< 0: no blending
 };
@@ -80,7 +90,7 @@ constexpr auto wordsOf(ContactDamping) {
   return words<ContactDamping>("off", "automatic");
 }
 
-/// Live. The safety chain between the law's force and the device.
+/// The safety chain between the law's force and the device.
 struct SafetyParameters {
   double max_force_n = 4.0;
   double max_slew_n_per_s = 2000;
@@ -100,40 +110,40 @@ struct SafetyParameters {
   double max_handle_speed_m_per_s = 5;  ///< of the hand; faster motion is treated as a fault; 0: no limit
 };
 
-/// Fixed at start. Scaling between handle and world, and the dynamics of the device.
+/// Distances at which people are warned of a forbidden region; the core does not read them.
+struct ProximityParameters {
+  double warning_m = 0.01;  ///< 0: no warning before contact
+};
+
+/// All parameters that may change while the force loop runs, as one consistent set: each group under its
+/// name, and what follows from them.
+struct LiveParameters {
+  ForceParameters force;
+  ContactParameters contact;
+  SurfaceParameters surface;
+  FilterParameters filter;
+  BlendParameters blend;
+  SafetyParameters safety;
+  ProximityParameters proximity;
+
+  ForceLaw law = ForceLaw::nearest_springs;  ///< in use: `force.law`, or the one that was chosen
+  /// Largest clearance of the enabled stand-off fixtures: the surface is modelled that much farther.
+  double standoff_clearance_m = 0;
+};
+
+/// Scaling between handle and world, and the damping of the device.
 struct HandleScaleParameters {
   double motion_scale = 1;                 ///< displacement of the HIP per displacement of the hand
   double force_scale = 1;                  ///< newtons at the hand per newton of the law
   double device_damping_n_s_per_m = 0.05;  ///< device alone, at the hand
   double damping_n_s_per_m = 4;            ///< device in the lightest grip, at the hand
-  double device_mass_kg = 0.045;           ///< device alone, at the hand; > 0
 };
 
-/// Live. Automatic choice of k_s (automatic_stiffness.h).
-struct AutomaticStiffnessParameters {
-  bool on = false;
-  double ceiling_n_per_m = 1000;  ///< k_s never exceeds it
-};
-
-/// Fixed at start. Timing of the camera.
-struct CameraTimingParameters {
-  double latency_s = 0;  ///< from mid-exposure to the arrival of the frame
-};
-
-/// All parameters that may change while the force loop runs, as one consistent set.
-struct LiveParameters {
-  ForceLaw law = ForceLaw::nearest_springs;
-  SpringParameters springs;
-  ContactParameters contact;
-  SurfaceParameters surface;
-  CameraTimingParameters camera;
-  FilterParameters filter;
-  BlendParameters blend;
-  SafetyParameters safety;
+/// What a tick depends on of the handle and the camera.
+struct StartParameters {
   HandleScaleParameters handle;
-  AutomaticStiffnessParameters automatic_stiffness;
-  /// Largest clearance of the enabled stand-off fixtures: the surface is modelled that much farther.
-  double standoff_clearance_m = 0;
+  double device_mass_kg = 0.045;  ///< device alone, at the hand; > 0
+  double camera_latency_s = 0;    ///< from mid-exposure to the arrival of the frame
 };
 
 /// Principle by which a camera measures depth; it determines the kind of its errors.
@@ -223,7 +233,7 @@ constexpr auto wordsOf(ModelExtent) {
   return words<ModelExtent>("reach", "frame");
 }
 
-/// Fixed at start. The scene's voxel grid. Only the number of points can be configured; tools and tests
+/// The scene's voxel grid. Only the number of points can be configured; tools and tests
 /// change the rest. Where a hand or a camera exceeds what is allowed for, the same frame is modelled again.
 struct GridParameters {
   /// The whole frame costs several times as much for the same force; haptic-replay --full-model compares.
@@ -239,7 +249,7 @@ struct GridParameters {
   double frame_margin_s = 0.02;        ///< tolerated lateness of a frame: most of a period
 };
 
-/// Fixed at start. Timing and scheduling of the force loop.
+/// Timing and scheduling of the force loop.
 struct LoopParameters {
   double rate_hz = 1000;
   int cpu = -1;       ///< CPU that the force thread is pinned to; -1: the last CPU available to the process

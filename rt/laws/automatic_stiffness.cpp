@@ -5,13 +5,12 @@
 
 namespace hapticd::rt {
 
-StiffnessRules StiffnessRules::of(const LiveParameters& parameters, double stability_n_per_m,
-                                  const SurfaceNoise& surface) noexcept {
-  const HandleScaleParameters& handle = parameters.handle;
+StiffnessRules StiffnessRules::of(const LiveParameters& parameters, const HandleScaleParameters& handle,
+                                  double stability_n_per_m, const SurfaceNoise& surface) noexcept {
   const SafetyParameters& safety = parameters.safety;
   StiffnessRules rules;
   rules.surface = surface;
-  rules.ceiling_n_per_m = parameters.automatic_stiffness.ceiling_n_per_m;
+  rules.ceiling_n_per_m = parameters.force.stiffness_ceiling_n_per_m;
   rules.stability_n_per_m = stability_n_per_m;
   rules.device_n_per_m =
       safety.continuous_force_n / kPenetration_m / (handle.motion_scale * handle.force_scale);
@@ -38,11 +37,11 @@ StiffnessRules::Limit StiffnessRules::least(double without_noise_n_per_m) const 
 
 double AutomaticStiffness::begin(const LiveParameters& configured) HAPTICD_RT {
   const bool was_on = on_;
-  on_ = configured.automatic_stiffness.on;
+  on_ = configured.force.stiffness_is_automatic;
   if (!on_) {
-    stiffness_n_per_m_ = configured.springs.stiffness_n_per_m;
+    stiffness_n_per_m_ = configured.force.stiffness_n_per_m;
   } else if (!was_on) {
-    const double modest = std::min(kModestStiffness_n_per_m, configured.automatic_stiffness.ceiling_n_per_m);
+    const double modest = std::min(kModestStiffness_n_per_m, configured.force.stiffness_ceiling_n_per_m);
     // Switching over must not make a surface in contact stiffer.
     stiffness_n_per_m_ = stiffness_n_per_m_ > 0 ? std::min(modest, stiffness_n_per_m_) : modest;
   }

@@ -54,8 +54,8 @@ struct StiffnessRules {
   SurfaceNoise surface;          ///< that the last two are based on
 
   /// `stability_n_per_m`: see Tick::stiffness_limit_n_per_m.  RT: safe.
-  static StiffnessRules of(const LiveParameters& parameters, double stability_n_per_m,
-                           const SurfaceNoise& surface) noexcept;
+  static StiffnessRules of(const LiveParameters& parameters, const HandleScaleParameters& handle,
+                           double stability_n_per_m, const SurfaceNoise& surface) noexcept;
 
   /// A rule and the largest stiffness that it allows.
   struct Limit {

@@ -18,14 +18,14 @@ inline constexpr double kMaxPrediction_s = 0.1;
 /// Returns how long before `now_ns` (same clock as Scene::frame_time_ns) the camera saw what the scene shows:
 /// the time since its exposure, or since the arrival plus the camera's latency where it is not known, clamped
 /// to 0..kMaxPrediction_s.  RT: safe.
-inline double frameAge_s(const Scene& scene, std::int64_t now_ns, const LiveParameters& parameters) noexcept {
+inline double frameAge_s(const Scene& scene, std::int64_t now_ns, double camera_latency_s) noexcept {
   if (scene.frame == 0) return 0;
   const auto since_s = [now_ns](std::int64_t then_ns) {
     return static_cast<double>(now_ns - then_ns) * 1e-9;
   };
   if (scene.exposure_ns != 0) return std::clamp(since_s(scene.exposure_ns), 0.0, kMaxPrediction_s);
   const double since_arrival_s = since_s(scene.frame_time_ns);
-  return std::clamp(since_arrival_s + parameters.camera.latency_s, 0.0, kMaxPrediction_s);
+  return std::clamp(since_arrival_s + camera_latency_s, 0.0, kMaxPrediction_s);
 }
 
 /// Input of every force law.

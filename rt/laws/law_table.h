@@ -43,9 +43,9 @@ inline constexpr std::array kForceLaws{
         .reads_filtered = true,
         .has_proxy = false,
         .looks_in_radius = true,
-        .reach_m = [](const LiveParameters& parameters) noexcept { return parameters.springs.radius_m; },
+        .reach_m = [](const LiveParameters& parameters) noexcept { return parameters.force.radius_m; },
         .force = [](const LawInput& input, LawMemory& memory) HAPTICD_RT -> ForceSample {
-          SpringParameters springs = input.parameters.springs;
+          SpringParameters springs = input.parameters.force;
           springs.stiffness_n_per_m = input.stiffness_n_per_m;
           ForceSample sample = nearestSprings(input.scene, input.hip_m_in_world, springs, memory.search);
           sample.proxy_m_in_world = input.hip_m_in_world;
@@ -61,7 +61,7 @@ inline constexpr std::array kForceLaws{
         .reads_filtered = true,
         .has_proxy = false,
         .looks_in_radius = true,
-        .reach_m = [](const LiveParameters& parameters) noexcept { return parameters.springs.radius_m; },
+        .reach_m = [](const LiveParameters& parameters) noexcept { return parameters.force.radius_m; },
         .force = [](const LawInput& input, LawMemory& memory)
                      HAPTICD_RT { return smoothSprings(input, memory.search); }},
     ForceLawRow{

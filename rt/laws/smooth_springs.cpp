@@ -9,7 +9,7 @@ namespace hapticd::rt {
 
 ForceSample smoothSprings(const LawInput& input, SearchMemory& memory) HAPTICD_RT {
   constexpr double kFade_m = 0.001;
-  const SpringParameters& springs = input.parameters.springs;
+  const SpringParameters& springs = input.parameters.force;
   const Scene& scene = input.scene;
   ForceSample result;
   result.proxy_m_in_world = input.hip_m_in_world;

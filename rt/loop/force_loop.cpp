@@ -9,9 +9,10 @@
 
 namespace hapticd::rt {
 
-ForceLoop::ForceLoop(const LoopParameters& parameters, std::size_t point_capacity,
-                     const ForceLoopChannels& channels)
+ForceLoop::ForceLoop(const LoopParameters& parameters, const StartParameters& start,
+                     std::size_t point_capacity, const ForceLoopChannels& channels)
     : parameters_(parameters),
+      start_(start),
       channels_(channels),
       point_capacity_(point_capacity),
       core_(point_capacity),
@@ -29,7 +30,7 @@ LoopPrivileges ForceLoop::prepare() {
   for (int i = 0; i < kWarmUpTicks; ++i) {
     const std::int64_t now_ns = monotonicNow_ns();
     core_.step({now_ns, period_s_, channels_.scenes.front(), channels_.handle_state.front(),
-                channels_.control.directive.front()});
+                channels_.control.directive.front(), start_});
   }
   return privileges;
 }
@@ -68,6 +69,7 @@ void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
                           .scene = channels_.scenes.front(),
                           .handle = handle,
                           .directive = directive,
+                          .start = start_,
                           .overran = overran_,
                           .release = release,
                           .fixtures = &channels_.control.fixtures.front(),

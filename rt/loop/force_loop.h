@@ -50,7 +50,8 @@ inline constexpr std::int64_t kMaxStall_ns = 20'000'000;
 class ForceLoop {
  public:
   /// `point_capacity`: capacity of the scenes in the channel.  RT: not safe (allocates).
-  ForceLoop(const LoopParameters& parameters, std::size_t point_capacity, const ForceLoopChannels& channels);
+  ForceLoop(const LoopParameters& parameters, const StartParameters& start, std::size_t point_capacity,
+            const ForceLoopChannels& channels);
 
   /// Prepares the calling thread for real time as far as permitted: default floating-point environment,
   /// pinned CPU, SCHED_FIFO, prefaulted stack. Then runs ticks on synthetic input to touch their code and
@@ -76,6 +77,7 @@ class ForceLoop {
   bool hasStopped() const HAPTICD_RT;
 
   LoopParameters parameters_;
+  StartParameters start_;
   ForceLoopChannels channels_;
   std::size_t point_capacity_;
   HapticCore core_;

@@ -23,7 +23,7 @@ ForceSample HapticCore::lawForce(const Scene& scene, const Vec3& hip_m_in_world,
                       .hip_m_in_world = hip_m_in_world,
                       .hip_velocity_m_per_s_in_world = {},
                       .parameters = parameters,
-                      .stiffness_n_per_m = parameters.springs.stiffness_n_per_m,
+                      .stiffness_n_per_m = parameters.force.stiffness_n_per_m,
                       .friction = parameters.contact.friction,
                       .frame_age_s = frame_age_s});
 }
@@ -40,7 +40,7 @@ ForceSample HapticCore::forceOfLaw(const Input& input, const Tick& tick) HAPTICD
                       .parameters = parameters,
                       .stiffness_n_per_m = tick.stiffness_n_per_m,
                       .friction = in_tissue ? state_.tissue.frictionOfLaw(contact) : contact.friction,
-                      .frame_age_s = frameAge_s(input.scene, input.now_ns, parameters)});
+                      .frame_age_s = frameAge_s(input.scene, input.now_ns, input.start.camera_latency_s)});
 }
 
 /// Replaces the law's force by that of the stiffness map where there is one.
@@ -106,7 +106,7 @@ FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const Eva
   output.proxy_m_in_world = input.handle.position_m_in_world;
   if (input.fixtures != nullptr) {
     const LiveParameters& parameters = input.directive.parameters;
-    const double scale = parameters.handle.motion_scale * parameters.handle.force_scale;
+    const double scale = input.start.handle.motion_scale * input.start.handle.force_scale;
     const double of_law = tick.stiffness_gain * rules.damping_n_s_per_m;
     const bool engaged = state_.supervisor.mode() == Mode::engaged;
     output = state_.fixtures.step(
@@ -118,7 +118,7 @@ FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const Eva
          .stiffness_n_per_m = tick.stiffness_n_per_m,
          .law = evaluation.sample,
          .surface_law = laws_.law() == ForceLaw::surface,
-         .frame_age_s = frameAge_s(input.scene, input.now_ns, parameters),
+         .frame_age_s = frameAge_s(input.scene, input.now_ns, input.start.camera_latency_s),
          .depth_share = tick.depth_share,
          .now_ns = input.now_ns,
          .period_s = input.period_s,
@@ -154,10 +154,10 @@ HapticCore::Change HapticCore::blend(const Input& input, const Evaluation& evalu
   const double fixture_stiffness = to_law * fixtures.steepest_n_per_m;
   const double stiffness = std::max(tick.stiffness_n_per_m, contact.tangent_n_per_m) + fixture_stiffness;
   const double length = norm(force_n_in_world);
-  const double limit = parameters.safety.max_force_n / (parameters.handle.force_scale * tick.stiffness_gain);
+  const double limit = parameters.safety.max_force_n / (input.start.handle.force_scale * tick.stiffness_gain);
   const Vec3 cut =
       std::isfinite(length) && length > limit ? (limit / length) * force_n_in_world : force_n_in_world;
-  SpringParameters springs = parameters.springs;
+  SpringParameters springs = parameters.force;
   if (state_.stiffness.on()) springs.stiffness_n_per_m = 0;
   const Origin now{.model = input.scene.model,
                    .law = laws_.law(),
@@ -207,19 +207,19 @@ HapticCore::LagRules HapticCore::lagRules(const Input& input, const Evaluation& 
   const LocalContact& contact = evaluation.contact;
   const bool in_contact = isHeld(evaluation.sample.state) || evaluation.sample.points_used > 0;
   const LiveParameters& parameters = input.directive.parameters;
-  const double scale = parameters.handle.motion_scale * parameters.handle.force_scale;
+  const double scale = input.start.handle.motion_scale * input.start.handle.force_scale;
   const double stiffness = contact.largest_n_per_m;
   const double damping_of_law = hasProxy(parameters.law) ? contact.damping_n_s_per_m : 0;
   const bool automatic = parameters.safety.contact_damping == ContactDamping::automatic;
   LagRules rules;
   const double held_s = input.loop_period_s > 0 ? input.loop_period_s : input.period_s;
   rules.lag_s = loopLag_s(held_s, state_.latency.delay_s(input.handle), parameters.safety.force_filter_hz);
-  rules.largest_damping_n_s_per_m = largestDamping_n_s_per_m(parameters.handle.device_mass_kg, rules.lag_s);
+  rules.largest_damping_n_s_per_m = largestDamping_n_s_per_m(input.start.device_mass_kg, rules.lag_s);
 
   const bool by_mass = automatic && !input.handle.damps;
   const double limit_at_hand =
-      by_mass ? stiffnessOfMass_n_per_m(parameters.handle.device_mass_kg, rules.lag_s)
-              : largestStableStiffness_n_per_m(parameters.handle.damping_n_s_per_m,
+      by_mass ? stiffnessOfMass_n_per_m(input.start.device_mass_kg, rules.lag_s)
+              : largestStableStiffness_n_per_m(input.start.handle.damping_n_s_per_m,
                                                scale * parameters.contact.damping_n_s_per_m, rules.lag_s);
   tick.stiffness_limit_n_per_m = limit_at_hand / scale;
   const bool limited = stiffness > tick.stiffness_limit_n_per_m;
@@ -280,7 +280,7 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Change& 
                                             const Evaluation& evaluation, const Tick& tick) const HAPTICD_RT {
   const Vec3& surface_velocity_m_per_s = evaluation.sample.surface_velocity_m_per_s_in_world;
   const LiveParameters& parameters = input.directive.parameters;
-  const HandleScaleParameters& scale = parameters.handle;
+  const HandleScaleParameters& scale = input.start.handle;
   const double to_hand = 1 / scale.motion_scale;
   const double stiffness = tick.stiffness_n_per_m;
   const double gain = state_.before.gain;
@@ -328,13 +328,13 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Change& 
 bool HapticCore::isInDebt(const Input& input, const Tick& tick) HAPTICD_RT {
   constexpr double kHandSpeed_m_per_s = 1;
   const LiveParameters& parameters = input.directive.parameters;
-  const HandleScaleParameters& scale = parameters.handle;
+  const HandleScaleParameters& scale = input.start.handle;
   const double max_n = parameters.safety.max_force_n;
   const double spring_j =
       max_n * max_n / (2 * scale.motion_scale * scale.force_scale * tick.stiffness_n_per_m);
   const double stored_j = hasProxy(laws_.law())
                               ? spring_j
-                              : std::max(spring_j, max_n * parameters.springs.radius_m / scale.motion_scale);
+                              : std::max(spring_j, max_n * parameters.force.radius_m / scale.motion_scale);
   const double allowed_j = std::max(stored_j, EnergyDebt::kMin_j) +
                            max_n * kHandSpeed_m_per_s * state_.latency.delay_s(input.handle);
   const bool at_zero = state_.supervisor.gain() == 0 && state_.safety.lastForce_n_in_world() == Vec3{};
@@ -345,7 +345,7 @@ bool HapticCore::isInDebt(const Input& input, const Tick& tick) HAPTICD_RT {
 Vec3 HapticCore::knock(const Input& input) HAPTICD_RT {
   return state_.latency.step({.handle = input.handle,
                               .engaged = state_.supervisor.mode() == Mode::engaged,
-                              .motion_scale = input.directive.parameters.handle.motion_scale,
+                              .motion_scale = input.start.handle.motion_scale,
                               .command_n_in_world = state_.safety.lastForce_n_in_world(),
                               .period_s = input.period_s});
 }
@@ -385,14 +385,14 @@ SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervi
   state_.before.gain = gain;
   state_.before.mode_gain = mode_gain;
   tick.gain = gain;
-  const HandleScaleParameters& scale = parameters.handle;
+  const HandleScaleParameters& scale = input.start.handle;
   tick.contact_damping_n_s_per_m = gain * scale.motion_scale * scale.force_scale * rules.damping_n_s_per_m;
   if (fixtures.holds) {
     tick.contact_damping_n_s_per_m +=
         mode_gain * scale.motion_scale * scale.force_scale * fixtures.damping_n_s_per_m;
   }
   tick.scaled_force_n_in_world = gain * scale.force_scale * damped_n;
-  state_.stiffness.follow(StiffnessRules::of(parameters, tick.stiffness_limit_n_per_m, input.scene.noise),
+  state_.stiffness.follow(StiffnessRules::of(parameters, scale, tick.stiffness_limit_n_per_m, input.scene.noise),
                           inContact(tick) || fixtures.holds, input.period_s);
   SafetyChain::Motion motion;
   if (comparable) motion = motionSince(before, change, input, evaluation, tick);

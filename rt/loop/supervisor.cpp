@@ -50,8 +50,8 @@ bool Supervisor::isTooFast(const Input& input) HAPTICD_RT {
                           before.session == now.session && before.condition == HandleCondition::ready &&
                           now.condition == HandleCondition::ready && inWorkspace(before.position_m_in_world);
   if (comparable) {
-    const double displacement_m = norm(now.position_m_in_world - before.position_m_in_world) /
-                                  input.directive.parameters.handle.motion_scale;
+    const double displacement_m =
+        norm(now.position_m_in_world - before.position_m_in_world) / input.start.handle.motion_scale;
     const double time_s = std::max(static_cast<double>(now.time_ns - before.time_ns) * 1e-9, 0.0);
     if (displacement_m > limits.max_handle_speed_m_per_s * time_s + kLeap_m) {
       too_fast_until_ns_ = input.now_ns + kDistrust_ns;

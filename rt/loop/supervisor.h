@@ -32,6 +32,7 @@ class Supervisor {
     const Scene& scene;
     const HandleState& handle;
     const Directive& directive;
+    const StartParameters& start;          ///< the same at every tick
     bool overran = false;                  ///< the previous tick ended late
     bool release = false;                  ///< the loop is ending: release the remaining force
     double loop_period_s = 0;              ///< time for which the device holds a force; 0: period_s

@@ -41,7 +41,7 @@ class HardRig {
   void jumpTo(const rt::Vec3& hip_m_in_world) { hip_ = hip_m_in_world; }
   const rt::Vec3& hip() const { return hip_; }
 
-  double stiffness_n_per_m() { return box.parameters().springs.stiffness_n_per_m; }
+  double stiffness_n_per_m() { return box.parameters().force.stiffness_n_per_m; }
 
   tools::OfflineBox box;
 

@@ -75,7 +75,7 @@ class LiveSet : public testing::TestWithParam<Case> {
   /// Adds stand-offs and shapes that exert no force at the HIP's start, 25 mm before the surface.
   static std::unique_ptr<rt::FixtureSet> anySet(RandomShapes& random, const Vec3& start) {
     FixtureRig shapes;
-    shapes.parameters.springs.stiffness_n_per_m = 15'000;
+    shapes.parameters.force.stiffness_n_per_m = 15'000;
     const int count = static_cast<int>(random.between(0, 8));
     for (int i = 0; i < count; ++i) addAny(shapes, random, {});
     const int standoffs = 1 + static_cast<int>(random.between(0, 3));

@@ -109,7 +109,7 @@ std::string nameOf(const Case& c) {
 Outcome press(const Case& c) {
   FixtureCore core;
   rt::LiveParameters& parameters = core.rig.directive.parameters;
-  parameters.springs.stiffness_n_per_m = 500;
+  parameters.force.stiffness_n_per_m = 500;
   parameters.safety.max_slew_n_per_s = 2000;
   rt::Fixture& plane = core.add(rt::FixtureKind::plane, floor(-0.01));
   plane.stiffness_n_per_m = c.stiffness_n_per_m;

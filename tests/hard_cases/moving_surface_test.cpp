@@ -174,7 +174,7 @@ TEST_P(EachLaw, NoFrameLawOrParameterChangeStepsTheForce) {
       const int next = (static_cast<int>(rig.box.parameters().law) + 1) % 4;
       rig.box.parameters().law = static_cast<rt::ForceLaw>(next);
     }
-    if (i % 230 == 0) rig.box.parameters().springs.stiffness_n_per_m = 300 + (i * 7) % 400;
+    if (i % 230 == 0) rig.box.parameters().force.stiffness_n_per_m = 300 + (i * 7) % 400;
     const rt::Tick tick = rig.tick(hip);
     const double max_n = 700 * rt::kFastestSurface_m_per_s * kTick_s;
     ASSERT_LE(norm(tick.command_force_n_in_world - before), max_n + 1e-9) << "tick " << i;

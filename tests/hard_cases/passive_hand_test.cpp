@@ -41,8 +41,8 @@ class Corner {
       : scene_({.kind = SceneKind::plane, .distance_m = kDistance_m, .tilt_rad = random.between(-0.4, 0.4)},
                fineCameraFor(kDistance_m)),
         rig_(with_surface ? rt::ForceLaw::surface : rt::ForceLaw::nearest_springs, scene_.depthModel()) {
-    rig_.box.parameters().springs.stiffness_n_per_m = logBetween(random, 50, 2000);
-    rig_.box.parameters().handle.device_mass_kg = kDevice_kg;
+    rig_.box.parameters().force.stiffness_n_per_m = logBetween(random, 50, 2000);
+    rig_.box.start().device_mass_kg = kDevice_kg;
     rig_.show(scene_);
     const TrueScene::Approach approach = scene_.approach(0);
     point_ = with_surface ? approach.surface_m_in_world

@@ -47,7 +47,7 @@ void holdInThePathOfHands(rt::ForceLaw law, const std::string& archive) {
   ASSERT_GT(hip.z, -4);
 
   const rt::SafetyParameters limits = box.parameters().safety;
-  const double max_n = box.parameters().springs.stiffness_n_per_m * rt::kFastestSurface_m_per_s * kTick_s;
+  const double max_n = box.parameters().force.stiffness_n_per_m * rt::kFastestSurface_m_per_s * kTick_s;
   constexpr double kApproach_m = 0.06;
   Vec3 before;
   int in_contact = 0;

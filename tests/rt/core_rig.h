@@ -32,6 +32,7 @@ class CoreRig {
                       .scene = wall.scene,
                       .handle = handle,
                       .directive = directive,
+                      .start = start,
                       .overran = overran,
                       .fixtures = fixtures});
   }
@@ -50,6 +51,7 @@ class CoreRig {
   rt::HapticCore core{wall.pointCapacity()};
   rt::HandleState handle;
   rt::Directive directive;
+  rt::StartParameters start;
   const rt::FixtureSet* fixtures = nullptr;
   bool handle_fresh = true;
   bool scene_fresh = true;

@@ -133,9 +133,9 @@ TEST(EngageRequests, EngagingClearsNoFaultAndDisengagingDoes) {
   rig.tick();
   rig.ask(true, true);
   rig.ticks(600);
-  rig.directive.parameters.springs.stiffness_n_per_m = std::numeric_limits<double>::infinity();
+  rig.directive.parameters.force.stiffness_n_per_m = std::numeric_limits<double>::infinity();
   rig.tick();
-  rig.directive.parameters.springs.stiffness_n_per_m = 500;
+  rig.directive.parameters.force.stiffness_n_per_m = 500;
   rig.expect(Mode::faulted, Cause::force_not_finite);
   for (const bool inside : {false, true}) {
     rig.ask(true, inside);

@@ -16,7 +16,7 @@ class FixtureCore {
   FixtureCore() {
     rig.fixtures = set.get();
     rig.directive.parameters.safety.max_slew_n_per_s = 20'000;
-    rig.directive.parameters.springs.stiffness_n_per_m = 1000;
+    rig.directive.parameters.force.stiffness_n_per_m = 1000;
     origin = rig.wall.inFrontOfWall(0.3);
     rig.handle.position_m_in_world = origin;
   }

@@ -92,7 +92,7 @@ TEST(FixtureCore, NoClosedLoopOfTheHandGainsEnergy) {
     core.add(FixtureKind::sphere, sphere(0.03, {-0.02, 0.015, 0})).stiffness_n_per_m = 900;
     core.add(FixtureKind::plane, floor(-0.005)).stiffness_n_per_m = 500;
     core.engage({0, 0, 0.06});
-    const double device_damping = core.rig.directive.parameters.handle.device_damping_n_s_per_m;
+    const double device_damping = core.rig.start.handle.device_damping_n_s_per_m;
     const Vec3 centre{0.02 * unit(engine), 0.02 * unit(engine), 0.012};
     const double phase = unit(engine);
     const auto placeAt = [&](double turn) {

@@ -173,7 +173,7 @@ TEST_F(ForceLoopThread, AcknowledgesADirectiveWithTheFirstTickThatFollowsIt) {
   const double before_n = norm(acknowledged().tick.law_force_n_in_world);
   ASSERT_GT(before_n, 0);
   for (int doubled = 1; doubled <= 5; ++doubled) {
-    rig.directive.parameters.springs.stiffness_n_per_m *= 2;
+    rig.directive.parameters.force.stiffness_n_per_m *= 2;
     rig.send();
     // The law is linear in k_s; each search may sum the same points in another order.
     const double expected_n = std::ldexp(before_n, doubled);

@@ -112,7 +112,7 @@ TEST(HapticCoreForce, FadesLinearlyOnStaleDepth) {
 
 TEST(HapticCoreForce, IsScaledToTheHand) {
   CoreRig rig;
-  rig.directive.parameters.handle.force_scale = 0.5;
+  rig.start.handle.force_scale = 0.5;
   const rt::Tick out = rig.engageFully();
   EXPECT_LT(norm(out.command_force_n_in_world - 0.5 * out.blended_force_n_in_world), kRounding);
 }
@@ -145,7 +145,7 @@ TEST(HapticCoreForce, IsReducedToWhatTheDevicesMassAllowsWhereTheBoxDamps) {
   EXPECT_NEAR(out.stiffness_gain, 0.315, kRounding);
   EXPECT_EQ(out.stiffness_rule, rt::StiffnessRule::mass);
   EXPECT_NEAR(out.contact_damping_n_s_per_m, 1.75 * 157.5 * 0.01, 1e-9);
-  rig.directive.parameters.handle.device_mass_kg = 0.2;  // limit 700 N/m
+  rig.start.device_mass_kg = 0.2;  // limit 700 N/m
   const rt::Tick heavy = rig.steps(4000);
   EXPECT_EQ(heavy.stiffness_gain, 1);
   EXPECT_EQ(heavy.stiffness_rule, rt::StiffnessRule::none);
@@ -156,7 +156,7 @@ TEST(HapticCoreForce, IsReducedToWhatTheDevicesMassAllowsWhereTheBoxDamps) {
 TEST(HapticCoreForce, IsDampedOnceAsTheLagRequiresByBoxOrDevice) {
   CoreRig rig;
   rig.handle.delay_s = 0.002;
-  rig.directive.parameters.springs.stiffness_n_per_m = 100;  // below the force limit
+  rig.directive.parameters.force.stiffness_n_per_m = 100;  // below the force limit
   const Vec3 still = rig.engageFully().command_force_n_in_world;
   const Vec3 outwards = (1 / norm(still)) * still;
   rig.handle.velocity_m_per_s_in_world = -0.1 * outwards;
@@ -206,9 +206,9 @@ TEST(HapticCoreForce, IsTheLawsAgainOnceTheModelHasCaughtUp) {
 TEST(HapticCoreForce, HoldsNoForceFromBeforeAFault) {
   CoreRig rig;
   rig.engageFully();
-  rig.directive.parameters.springs.stiffness_n_per_m = std::numeric_limits<double>::infinity();
+  rig.directive.parameters.force.stiffness_n_per_m = std::numeric_limits<double>::infinity();
   ASSERT_EQ(rig.step().mode, Mode::faulted);
-  rig.directive.parameters.springs.stiffness_n_per_m = 500;
+  rig.directive.parameters.force.stiffness_n_per_m = 500;
   rig.handle.position_m_in_world = rig.wall.besideModel();
   rig.directive.engage = false;
   rig.step();
@@ -234,10 +234,10 @@ class Chaos {
     if (chance(0.02)) rig.handle_fresh = !rig.handle_fresh;
     if (chance(0.02)) rig.scene_fresh = !rig.scene_fresh;
     if (chance(0.02)) rig.wall.scene.frame = 1 - rig.wall.scene.frame;
-    if (chance(0.02)) live.springs.radius_m = between(0.005, 0.1);
-    if (chance(0.02)) live.springs.max_points = static_cast<int>(between(10, 1'000));
-    if (chance(0.02)) live.springs.stiffness_n_per_m = std::exp(between(0, 12));
-    if (chance(0.005)) live.springs.stiffness_n_per_m = chance(0.5) ? kNaN : 1e308;
+    if (chance(0.02)) live.force.radius_m = between(0.005, 0.1);
+    if (chance(0.02)) live.force.max_points = static_cast<int>(between(10, 1'000));
+    if (chance(0.02)) live.force.stiffness_n_per_m = std::exp(between(0, 12));
+    if (chance(0.005)) live.force.stiffness_n_per_m = chance(0.5) ? kNaN : 1e308;
     if (chance(0.02)) live.safety.max_force_n = between(0.1, 40);
     if (chance(0.02)) live.safety.max_slew_n_per_s = between(1, 5'000);
     if (chance(0.02)) live.safety.engage_ramp_s = between(0, 0.1);

@@ -210,9 +210,9 @@ class FaultedCore : public testing::Test {
  protected:
   FaultedCore() {
     rig.engageFully();
-    rig.directive.parameters.springs.stiffness_n_per_m = kInfinity;
+    rig.directive.parameters.force.stiffness_n_per_m = kInfinity;
     fault = rig.step();
-    rig.directive.parameters.springs.stiffness_n_per_m = 500;
+    rig.directive.parameters.force.stiffness_n_per_m = 500;
   }
   CoreRig rig;
   rt::Tick fault;
@@ -294,7 +294,7 @@ TEST(HapticCoreMode, HoldsWhileTheHandleIsClutchedOrNotCalibrated) {
 // 5 m/s and 1 cm of tolerance: 1.5 cm within a tick.
 TEST(HapticCoreMode, IgnoresAHandleForATenthOfASecondAfterAnImpossibleJump) {
   CoreRig rig;
-  rig.directive.parameters.springs.stiffness_n_per_m = 10;  // so that the jumps give the hand little energy
+  rig.directive.parameters.force.stiffness_n_per_m = 10;  // so that the jumps give the hand little energy
   rig.engageFully();
   const auto moveTo = [&](double front_m) {
     moveHandleTo(rig, rig.wall.inFrontOfWall(front_m));

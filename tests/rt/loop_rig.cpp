@@ -14,8 +14,8 @@ constexpr double kNever_s = 1e6;
 
 }  // namespace
 
-LoopRig::LoopRig(double rate_hz)
-    : loop({.rate_hz = rate_hz}, wall.pointCapacity(),
+LoopRig::LoopRig(double rate_hz, const rt::StartParameters& start)
+    : loop({.rate_hz = rate_hz}, start, wall.pointCapacity(),
            {*scenes, handle_state, handle_command, focus, *control}) {
   directive.parameters.safety.depth_timeout_s = kNever_s;
   directive.parameters.safety.handle_timeout_s = kNever_s;
@@ -73,9 +73,9 @@ bool exercise(LoopRig& rig, std::size_t ticks) {
       rig.directive.parameters.law = static_cast<rt::ForceLaw>(change / 5 % 4);
       rig.directive.parameters.contact.friction = change % 3 == 0 ? 0.5 : 0;
       rig.directive.parameters.contact.damping_n_s_per_m = change % 4 == 0 ? 2 : 0;
-      rig.directive.parameters.springs.stiffness_n_per_m = change % 3 == 0 ? 500 : 1500;
-      rig.directive.parameters.springs.max_points = change % 7 == 0 ? 10'000 : 100;
-      rig.directive.parameters.springs.radius_m = change % 2 == 0 ? 0.04 : 0.05;
+      rig.directive.parameters.force.stiffness_n_per_m = change % 3 == 0 ? 500 : 1500;
+      rig.directive.parameters.force.max_points = change % 7 == 0 ? 10'000 : 100;
+      rig.directive.parameters.force.radius_m = change % 2 == 0 ? 0.04 : 0.05;
       rig.directive.parameters.safety.handle_timeout_s = change % 11 == 0 ? 1e-4 : kNever_s;
       rig.send();
     }

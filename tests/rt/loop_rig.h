@@ -17,7 +17,7 @@ namespace hapticd::test {
 /// Measurements do not become stale unless a test requests it.
 class LoopRig {
  public:
-  explicit LoopRig(double rate_hz = 1000);
+  explicit LoopRig(double rate_hz = 1000, const rt::StartParameters& start = {});
 
   SmallScene wall;
   std::unique_ptr<rt::ControlChannels> control = std::make_unique<rt::ControlChannels>();

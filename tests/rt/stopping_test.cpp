@@ -49,7 +49,6 @@ class Stopping {
     live.safety.stiffness_limit = rt::StiffnessLimit::reduce;
     rig.handle.session = 1;
     rig.handle.delay_s = 0.02;
-    live.handle.device_mass_kg = 0.3;  // with this delay and low-pass, 207 N/m of 500 would be stable
     rig.moveHandle(touching);
   }
   ~Stopping() {
@@ -108,7 +107,8 @@ class Stopping {
     return ticks;
   }
 
-  LoopRig rig;
+  /// With this mass, delay and low-pass, 207 N/m of 500 would be stable.
+  LoopRig rig{1000, {.handle = {}, .device_mass_kg = 0.3}};
   const Vec3 touching = rig.wall.inFrontOfWall(0.02);
   std::future<void> ended;
 };
@@ -167,7 +167,7 @@ const Situation kSituations[] = {
      }},
     {"Faulted", Mode::faulted, Cause::force_not_finite,
      [](Stopping& loop) {
-       loop.rig.directive.parameters.springs.stiffness_n_per_m = 1e300;
+       loop.rig.directive.parameters.force.stiffness_n_per_m = 1e300;
        loop.rig.send();
      }},
 };
@@ -198,7 +198,7 @@ TEST(StoppingLoop, GoesToZeroByItselfThroughEveryStage) {
   loop.start();
   ASSERT_TRUE(loop.engage());
   ASSERT_TRUE(loop.reaches([](const rt::Tick& tick) { return tick.thermally_limited; }));
-  loop.rig.directive.parameters.springs.stiffness_n_per_m = 20;
+  loop.rig.directive.parameters.force.stiffness_n_per_m = 20;
   loop.rig.send();
   ASSERT_TRUE(loop.reaches([](const rt::Tick& tick) { return tick.blending; }));
   ASSERT_TRUE(loop.stops());

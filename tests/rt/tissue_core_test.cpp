@@ -51,6 +51,7 @@ class TissueCore : public testing::Test {
                        .scene = wall_.scene,
                        .handle = handle_,
                        .directive = directive_,
+                       .start = start_,
                        .fixtures = nullptr,
                        .tissue = map_.get()});
   }
@@ -71,6 +72,7 @@ class TissueCore : public testing::Test {
   rt::HapticCore core_{wall_.pointCapacity()};
   rt::HandleState handle_;
   rt::Directive directive_;
+  rt::StartParameters start_;
   std::unique_ptr<rt::TissueMap> map_ = std::make_unique<rt::TissueMap>();
   std::int64_t now_ns_ = 5'000'000'000;
 
@@ -121,6 +123,7 @@ TEST_F(TissueCore, ChangesNothingWithoutRegions) {
                                            .scene = rig.wall.scene,
                                            .handle = rig.handle,
                                            .directive = rig.directive,
+                                           .start = rig.start,
                                            .fixtures = nullptr,
                                            .tissue = map_.get()});
       ASSERT_EQ(with.command_force_n_in_world, without.command_force_n_in_world);
@@ -239,8 +242,8 @@ TEST_F(TissueCore, GivesTheHandNoEnergyOnClosedPaths) {
     const rt::Tick tick = step(2 * std::numbers::pi *
                                Vec3{0.01 * std::cos(angle), 0.01 * std::sin(angle), 0.002 * std::cos(angle)});
     const Vec3 motion_m = handle_.position_m_in_world - before;
-    given_j += dot(force, motion_m) -
-               directive_.parameters.handle.device_damping_n_s_per_m * dot(motion_m, motion_m) / kPeriod_s;
+    given_j +=
+        dot(force, motion_m) - start_.handle.device_damping_n_s_per_m * dot(motion_m, motion_m) / kPeriod_s;
     before = handle_.position_m_in_world;
     force = tick.command_force_n_in_world;
     if (i % 1000 == 999) {

@@ -31,7 +31,7 @@ class TooNearSurface : public testing::Test {
     now_ns += 1'000'000;
     handle.time_ns = now_ns;
     if (depth_is_fresh) scene.frame_time_ns = now_ns;
-    const Supervisor::Input input{now_ns, kTick_s, scene, handle, directive};
+    const Supervisor::Input input{now_ns, kTick_s, scene, handle, directive, start};
     supervisor.decide(input, supervisor.look(input), contact);
   }
   void steps(int count, const Supervisor::Contact& contact) {
@@ -49,6 +49,7 @@ class TooNearSurface : public testing::Test {
   Supervisor supervisor;
   rt::Scene scene;
   rt::HandleState handle;
+  rt::StartParameters start;
   rt::Directive directive;  // the timeout is 0.5 s, the fade 0.2 s, the engage ramp 0.5 s
   bool depth_is_fresh = true;
   std::int64_t now_ns = 5'000'000'000;

@@ -50,7 +50,7 @@ config::Settings pressing() {
   settings.synthetic.noise = config::SyntheticNoise::off;
   settings.handle.simulated.start_m_in_world = {0, 0, -0.97};
   settings.handle.simulated.travel_m = 0.02;
-  settings.force.law = rt::ForceLaw::nearest_springs;
+  settings.live.force.law = rt::ForceLaw::nearest_springs;
   settings.live.safety.handle_timeout_s = 1;
   settings.live.safety.depth_timeout_s = 5;
   settings.live.safety.engage_inside = true;

@@ -241,8 +241,7 @@ int replayFile(const Options& options) {
   if (options.stage == Stage::command) {
     if (const auto error = timeGoesBack(*samples)) return fail({*error}, EX_DATAERR);
   }
-  const auto source = DepthSource::open(
-      options.depth, {settings->camera.depth_model.near_m, settings->camera.depth_model.far_m});
+  const auto source = DepthSource::open(options.depth, {settings->camera.near_m, settings->camera.far_m});
   if (!source) return fail({source.error()}, EX_NOINPUT);
   if (options.full_model) {
     settings->grid.extent = rt::ModelExtent::frame;

@@ -80,8 +80,7 @@ config::Settings settingsFor(const config::Settings& settings, const DepthSource
   config::Settings own = settings;
   if (const auto camera = source.camera()) {
     own.camera.driver = config::CameraDriver::recorded;
-    own.camera.depth_law = config::DepthLaw::custom;  // so that the model is taken as it is
-    own.camera.depth_model = *camera;
+    own.camera.stated_model = *camera;
   }
   return own;
 }
@@ -92,7 +91,7 @@ std::optional<base::Error> wholeFrameProblem(const config::Settings& settings, c
   constexpr std::size_t kMaxWords = std::size_t{1} << 21;  // of 64 voxels each: 25 MB with their ranks
   constexpr double kMaxUnits = rt::PackedPixel::kRawRange - 1;
   const config::CameraSettings camera = settingsFor(settings, source).camera;
-  const rt::DepthModel model(camera.effectiveDepthModel(), camera.pose);
+  const rt::DepthModel model(camera.effectiveDepthModel(), camera.pose());
   const auto& [near_m, far_m, unit_m] =
       std::tie(model.parameters().near_m, model.parameters().far_m, model.parameters().unit_m);
   if (model.isLinear() && far_m - near_m >= kMaxUnits * unit_m) {
@@ -117,8 +116,8 @@ Replay::Replay(const config::Settings& settings, const DepthSource& source, Stag
     : settings_(settingsFor(settings, source)),
       source_(source),
       stage_(stage),
-      box_(settings_.camera.effectiveDepthModel(), settings.camera.pose, settings.grid),
-      velocity_(settings.handle.resolution_m * settings.live.handle.motion_scale),
+      box_(settings_.camera.effectiveDepthModel(), settings.camera.pose(), settings.grid),
+      velocity_(settings.handle.resolution_m * settings.handle.motion_scale),
       handle_delay_s_(handle_delay_s),
       frame_(std::make_unique<rt::DepthFrame>()),
       spare_(std::make_unique<rt::DepthFrame>()),
@@ -128,9 +127,10 @@ Replay::Replay(const config::Settings& settings, const DepthSource& source, Stag
   // The ramp is for a person's comfort; a replay begins engaged.
   settings_.live.safety.engage_ramp_s = 0;
   box_.parameters() = settings_.live;
+  box_.start() = settings_.startParameters();
   box_.setLoopPeriod(1 / settings_.loop.rate_hz);
-  config::toFixtureSet(settings.additions.fixtures, {}, settings.camera.pose, *fixtures_);
-  config::toTissueMap(settings.additions.regions, {}, labels, settings.camera.pose, *tissue_);
+  config::toFixtureSet(settings.additions.fixtures, {}, settings.camera.pose(), *fixtures_);
+  config::toTissueMap(settings.additions.regions, {}, labels, settings.camera.pose(), *tissue_);
   box_.setAdditions(fixtures_.get(), tissue_.get());
 }
 
@@ -199,7 +199,7 @@ void Replay::decideLaw(const rt::Vec3& hip_m_in_world) {
   if (law_decided_) return;
   law_decided_ = true;
   const double distance_m = -box_.depthModel().positionInCamera(hip_m_in_world).z;
-  if (settings_.force.law || !(distance_m > 0)) return;
+  if (settings_.live.force.law || !(distance_m > 0)) return;
   const config::SurfaceAsSeen seen = config::asSeenBy(box_.depthModel().parameters(), distance_m);
   box_.parameters() = config::liveWith(settings_, config::chooseLaw(settings_, seen));
 }

@@ -92,7 +92,7 @@ SceneReplay::SceneReplay(const config::Settings& settings, std::vector<trace::Mo
                          TraceFrames& frames)
     : frames_(frames),
       models_(std::move(models)),
-      source_(settings.camera.effectiveDepthModel(), settings.camera.pose, settings.grid),
+      source_(settings.camera.effectiveDepthModel(), settings.camera.pose(), settings.grid),
       frame_(std::make_unique<rt::DepthFrame>()) {
   frame_->camera = settings.camera.effectiveDepthModel();
   source_.attach(scene_);

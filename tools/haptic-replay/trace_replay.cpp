@@ -95,8 +95,9 @@ TraceReplay::TraceReplay(std::filesystem::path trace, config::RecordedSettings s
       index_(std::move(index)),
       frames_(std::make_unique<TraceFrames>(trace_, std::move(index_.frames_ns))),
       scenes_(std::make_unique<SceneReplay>(settings_, std::move(index_.models), *frames_)),
-      additions_(std::make_unique<AdditionsReplay>(std::move(index_.additions), settings_.camera.pose,
+      additions_(std::make_unique<AdditionsReplay>(std::move(index_.additions), settings_.camera.pose(),
                                                    trace_.string())),
+      start_(settings_.startParameters()),
       core_(std::make_unique<rt::HapticCore>(scenes_->pointCapacity())) {
   comparison_.unknown_parameters.insert(settings.unknown.begin(), settings.unknown.end());
 }
@@ -180,6 +181,7 @@ base::Result<void> TraceReplay::replay(const rt::Tick& tick, const OnTick& on_ti
                                          .scene = scenes_->scene(),
                                          .handle = tick.handle,
                                          .directive = **directive,
+                                         .start = start_,
                                          .overran = tick.after_overrun,
                                          .release = tick.stopping && tick.released,
                                          .fixtures = &additions_->fixtures(),

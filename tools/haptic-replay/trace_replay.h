@@ -90,6 +90,7 @@ class TraceReplay {
   std::unique_ptr<TraceFrames> frames_;
   std::unique_ptr<SceneReplay> scenes_;
   std::unique_ptr<AdditionsReplay> additions_;
+  rt::StartParameters start_;
   std::unique_ptr<rt::HapticCore> core_;
   std::deque<rt::Tick> waiting_;  // for frames that come later in the file
   std::optional<rt::Directive> directive_;

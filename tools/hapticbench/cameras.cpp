@@ -280,7 +280,7 @@ void push(OfflineBox& box, const Surface& surface, double from_m, double to_m,
       const double deep_m = step * kStep_m - kAbove_m;
       const rt::Vec3 force_n = box.lawForce(start - deep_m * normal).force_n_in_world;
       if (deep_m < from_m - kStep_m / 2) continue;
-      take(force_n, deep_m * box.parameters().springs.stiffness_n_per_m * normal);
+      take(force_n, deep_m * box.parameters().force.stiffness_n_per_m * normal);
     }
   }
 }

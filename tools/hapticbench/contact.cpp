@@ -58,7 +58,7 @@ CoreWall::CoreWall(rt::ForceLaw law, const rt::LiveParameters& parameters, CoreO
 }
 
 void CoreWall::set(double stiffness_n_per_m, double damping_n_s_per_m) {
-  box_.parameters().springs.stiffness_n_per_m = stiffness_n_per_m;
+  box_.parameters().force.stiffness_n_per_m = stiffness_n_per_m;
   box_.parameters().contact.damping_n_s_per_m = damping_n_s_per_m;
 }
 
@@ -77,7 +77,7 @@ double CoreWall::force_n(double h_m, double velocity_m_per_s) {
 
 double CoreWall::onset_m() const {
   const rt::LiveParameters& parameters = box_.parameters();
-  return pushesBeforeContact(parameters.law) ? parameters.springs.radius_m : 0;
+  return pushesBeforeContact(parameters.law) ? parameters.force.radius_m : 0;
 }
 
 namespace {

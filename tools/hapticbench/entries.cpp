@@ -145,7 +145,7 @@ EntryResult runEntry(const std::string& law, const EntryCase& entry) {
   const rt::DepthModelParameters camera = cameraOf(entry);
   OccludedScene scene(bodyOf(entry), camera, entry.noise, entry.seed);
   const auto box = shippedBox(law, entry.wall_m, camera);
-  const double stiffness = box->parameters().springs.stiffness_n_per_m;
+  const double stiffness = box->parameters().force.stiffness_n_per_m;
   FramePlayer player(*box, renderedStream([&](long, std::uint64_t number, rt::DepthFrame& frame) {
     scene.render({.wall_m = entry.wall_m}, number, frame);
   }));
@@ -232,7 +232,7 @@ BorderPushResult runBorderPush(const std::string& law, const BorderPushCase& pus
   const rt::DepthModelParameters camera = cameraOf(push);
   OccludedScene scene(bodyOf(push), camera, push.noise, push.seed);
   const auto box = shippedBox(law, push.wall_m, camera);
-  const double stiffness = box->parameters().springs.stiffness_n_per_m;
+  const double stiffness = box->parameters().force.stiffness_n_per_m;
   const auto movedBy = [&push](long tick, double most_m) {
     const auto since = static_cast<double>(std::max(0L, tick - kBeforePush_ticks));
     return std::min(most_m, push.speed_m_per_s * kTickOfPush_s * since);

@@ -45,7 +45,7 @@ class Hand {
   /// Moves inwards at x, starting without force.
   void approach(double x_m, double h_m) {
     constexpr double kStep_m = 0.0005;
-    const double free_m = box_.parameters().springs.radius_m + 0.01;
+    const double free_m = box_.parameters().force.radius_m + 0.01;
     for (double h = free_m; h > h_m; h -= kStep_m) force_n(x_m, h);
     force_n(x_m, h_m);
   }
@@ -115,8 +115,8 @@ Feel FeelProbe::measure(const rt::LiveParameters& parameters) {
 
 void FeelProbe::push(const rt::LiveParameters& parameters, Feel& feel) {
   Hand hand(parameters, plane());
-  const double first_m = parameters.springs.radius_m + 0.005;
-  const double last_m = -1.05 * kNoPopThrough_n / parameters.springs.stiffness_n_per_m;
+  const double first_m = parameters.force.radius_m + 0.005;
+  const double last_m = -1.05 * kNoPopThrough_n / parameters.force.stiffness_n_per_m;
   const PushCurve curve = pushInwards(hand, first_m, last_m);
   const bool springs = isSpringLaw(parameters.law);
   const std::size_t outer = springs ? curve.onset() : curve.nearest(-kStrokeDepth_m);

@@ -159,7 +159,7 @@ const rt::DepthFrame& Passage::frame(int index) {
 
 PassageResult Passage::run(const std::string& law) {
   const auto box = shippedBox(law, case_.wall_m, scene_.camera());
-  const double stiffness = box->parameters().springs.stiffness_n_per_m;
+  const double stiffness = box->parameters().force.stiffness_n_per_m;
   FramePlayer player(
       *box, {[this](int index) -> const rt::DepthFrame& { return frame(index); }, tickOfRegularFrame});
   std::vector<PassageTick> before;

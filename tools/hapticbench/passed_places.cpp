@@ -244,7 +244,7 @@ PassingError judgePassing(const std::vector<PassingTick>& ticks) {
 PassingError passPlace(const std::string& law, const BenchSequence& session, const PassedPlace& place,
                        const CameraDisparity& camera, double before_m) {
   const auto box = shippedBox(law, place.distance_m, session.camera());
-  const double stiffness = box->parameters().springs.stiffness_n_per_m;
+  const double stiffness = box->parameters().force.stiffness_n_per_m;
   const int first = longestInSight(place.covered).first;
   PlayedSession played(session, first);
   FramePlayer player(*box, played.stream());

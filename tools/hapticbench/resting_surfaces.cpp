@@ -377,7 +377,7 @@ SurfaceError judgeSurface(std::span<const StrokeTick> ticks, std::span<const Vec
 SurfaceError handleWith(const std::string& law, const BenchSequence& session, const RestingSurface& surface,
                         const CameraDisparity& camera, Handling handling) {
   const auto box = shippedBox(law, surface.distance_m, session.camera());
-  const auto ticks = handleSurface(surface, camera, handling, box->parameters().springs.stiffness_n_per_m);
+  const auto ticks = handleSurface(surface, camera, handling, box->parameters().force.stiffness_n_per_m);
   PlayedSession played(session);
   FramePlayer player(*box, played.stream());
   std::vector<Vec3> forces_n;

@@ -277,12 +277,12 @@ LoopLimit findLimit(const LoopCase& loop) {
 DefaultRun runDefaults(const LoopCase& loop) {
   const std::unique_ptr<Wall> wall = makeWall(loop.wall, CoreOutput::command);
   const rt::LiveParameters defaults;
-  wall->set(defaults.springs.stiffness_n_per_m, defaults.contact.damping_n_s_per_m);
+  wall->set(defaults.force.stiffness_n_per_m, defaults.contact.damping_n_s_per_m);
   wall->reportDelay_s(loop.delay_ticks * kTick_s);
   Rig rig = rigOf(loop);
   rig.driver_velocity = true;
   const StaticPotential potential(*wall);
-  const Tap tap = tapOf(*wall, loop, defaults.springs.stiffness_n_per_m);
+  const Tap tap = tapOf(*wall, loop, defaults.force.stiffness_n_per_m);
   DefaultRun result{loop, runContact(*wall, rig, tap, [&](double h_m) { return potential.energy_j(h_m); })};
   result.stiffness_kept_n_per_m = wall->stiffnessKept_n_per_m();
   result.popped_through = pushesBeforeContact(*wall) && result.run.deepest_m < 0;

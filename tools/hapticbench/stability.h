@@ -83,7 +83,7 @@ class CoreWall final : public Wall {
     }
   }
   double stiffnessKept_n_per_m() const override {
-    return stiffness_gain_ * box_.parameters().springs.stiffness_n_per_m;
+    return stiffness_gain_ * box_.parameters().force.stiffness_n_per_m;
   }
 
  private:

@@ -187,7 +187,7 @@ double NoiseProbe::deviation_n(const rt::LiveParameters& parameters, const Still
   const auto at = [&site](double h) { return site.surface_m_in_world + h * site.normal_in_world; };
   const auto& frames = sequences_[site.sequence].frames;
   box.show(*frames.front());
-  for (double h = parameters.springs.radius_m + 0.03; h > h_m; h -= kStep_m) box.lawForce(at(h));
+  for (double h = parameters.force.radius_m + 0.03; h > h_m; h -= kStep_m) box.lawForce(at(h));
   Vec3 sum;
   double squares = 0;
   const std::size_t settled = frames.size() / 3;  // a filter's mean is complete

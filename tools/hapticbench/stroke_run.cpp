@@ -207,7 +207,7 @@ StrokeRun runStroke(const StrokeCase& stroke, const StrokeView& view,
       if (!settling) run.output[box].push_back(output);
     }
     if (settling) continue;
-    const double stiffness = settings.front().springs.stiffness_n_per_m;
+    const double stiffness = settings.front().force.stiffness_n_per_m;
     run.truth.push_back(trueTick(stroke, schedule, scene, ideal, t_s, stiffness));
   }
   const Vec3 end_m = stroke.path.hip_m(stroke.ends_at_m.value_or(stroke.path.length_m));

@@ -32,6 +32,7 @@ int run(int argc, char** argv) {
   }
   const std::string folder = argv[1];
   base::Result<void> done = generate(folder + "/config/hapticd.yaml", withParameters);
+  if (done) done = generate(folder + "/docs/fixtures.md", withMembers);
   for (const char* interface : {"Control", "Status"}) {
     if (done)
       done = generate(fmt::format("{}/daemon/control/io.hapticd.{}.varlink", folder, interface), withTypes);

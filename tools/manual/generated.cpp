@@ -9,6 +9,7 @@
 #include <set>
 #include <vector>
 
+#include "config/additions/addition_fields.h"
 #include "config/settings/parameter_table.h"
 
 namespace hapticd::tools {
@@ -44,7 +45,45 @@ std::string parametersOf(std::string_view group) {
   return lines;
 }
 
+/// The third cell of a row whose first one names a member, filled with what is allowed; and the member
+/// crossed out of `missing`.
+template <typename Owner>
+std::string rowOfMember(std::string_view line, std::set<std::string_view>& missing) {
+  for (const config::AdditionField<Owner>& field : config::fieldsOf(Owner{})) {
+    if (!line.starts_with(fmt::format("| `{}` | ", field.name))) continue;
+    const std::size_t kinds = line.find(" | ") + 3;
+    const std::size_t begin = line.find(" | ", kinds);
+    const std::size_t end = begin == line.npos ? begin : line.find(" | ", begin + 3);
+    if (end == line.npos) break;
+    missing.erase(field.name);
+    return fmt::format("{} | {}{}", line.substr(0, begin), rangeOf(field), line.substr(end));
+  }
+  return std::string(line);
+}
+
+/// The section of a document below `heading`, with what is allowed in each row of its table.
+template <typename Owner>
+base::Result<std::string> withRanges(std::string_view document, std::string_view heading) {
+  std::set<std::string_view> missing;
+  for (const auto& field : config::fieldsOf(Owner{})) missing.insert(field.name);
+  std::string text;
+  bool inside = false;
+  for (const std::string_view line : linesOf(document)) {
+    if (line.starts_with('#')) inside = line == heading;
+    text += (inside ? rowOfMember<Owner>(line, missing) : std::string(line)) + "\n";
+  }
+  if (missing.empty()) return text;
+  return std::unexpected(base::Error{
+      "docs/fixtures.md", fmt::format("has no row of {} below '{}'", fmt::join(missing, ", "), heading),
+      "write one with its name, kinds, anything, default and meaning"});
+}
+
 }  // namespace
+
+base::Result<std::string> withMembers(std::string_view document) {
+  const auto fixtures = withRanges<config::FixtureSettings>(document, "### Members of fixtures");
+  return fixtures ? withRanges<config::RegionSettings>(*fixtures, "### Members of regions") : fixtures;
+}
 
 base::Result<std::string> withParameters(std::string_view configuration) {
   std::set<std::string_view> missing;

@@ -15,6 +15,10 @@ namespace hapticd::tools {
 /// line "  # name: default  # range; live". Errors: a group of the table that the file does not have.
 base::Result<std::string> withParameters(std::string_view configuration);
 
+/// docs/fixtures.md: what is allowed for each member of fixtures and regions, in the third cell of its row.
+/// Errors: a member that has no row.
+base::Result<std::string> withMembers(std::string_view document);
+
 /// A Varlink interface: the types that stand for enumerations ("type Law (..)") and for the structures of the
 /// status, from their words and rows. The comment above a type is kept.
 std::string withTypes(std::string_view interface);

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # The Debian packages, made by CPack of the components of install.cmake: `hapticd` for the box, `hapticd-tools` for what
-# studies it. dependencies.txt states which packages each may depend on; a test compares.
+# studies it. The test debian_package_test.cpp states which packages
+# each may depend on.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME hapticd)
 # The project has no mail address; Debian wants the form of one.

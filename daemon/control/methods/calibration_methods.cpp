@@ -73,7 +73,7 @@ void CalibrationMethods::getCalibration(const Call&, const Caller& caller, Repli
   replies.finish(caller.connection,
                  {"",
                   {{"calibration",
-                    {{"cameraPose", poseJson(context_.box.settings().camera.pose)},
+                    {{"cameraPose", poseJson(context_.box.settings().camera.pose())},
                      {"source", at_start_.registration ? "registration" : "configuration"},
                      {"waiting", waits() ? poseJson(poseOf(registered_)) : OrderedJson()},
                      {"residualM", has_residual ? OrderedJson(*registered_->residual_m) : OrderedJson()},

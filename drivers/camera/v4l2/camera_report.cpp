@@ -155,7 +155,7 @@ class RealSense {
       return std::unexpected(failure("the camera delivers disparities instead of depth",
                                      "switch its disparity mode off, or unplug it and plug it in again"));
     }
-    const double far_m = settings.depth_model.far_m;
+    const double far_m = settings.far_m;
     const bool fine_reaches = far_m <= kMaxRaw * kFineUnit_um * 1e-6;
     const auto requested_um = settings.v4l2.unit_um > 0 ? static_cast<std::uint32_t>(settings.v4l2.unit_um)
                               : fine_reaches            ? static_cast<std::uint32_t>(kFineUnit_um)
@@ -280,7 +280,7 @@ class Gemini {
 
   base::Result<void> setDepthUnit(const config::CameraSettings& settings, CameraReport& report) {
     auto unit_m = depthUnit_m();
-    const bool fine_reaches = settings.depth_model.far_m <= kMaxRaw * kFineUnit_um * 1e-6;
+    const bool fine_reaches = settings.far_m <= kMaxRaw * kFineUnit_um * 1e-6;
     const double requested_um = settings.v4l2.unit_um > 0 ? settings.v4l2.unit_um
                                 : fine_reaches            ? kFineUnit_um
                                                           : 0;

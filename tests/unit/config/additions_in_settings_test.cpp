@@ -43,7 +43,7 @@ TEST(AdditionsInSettings, StandBesideTheParameters) {
   EXPECT_EQ(settings.additions.fixtures[0].clearance_m, 0.005);
   ASSERT_EQ(settings.additions.regions.size(), 1U);
   EXPECT_EQ(settings.additions.label_image, "labels.pgm");
-  EXPECT_EQ(settings.force.law, rt::ForceLaw::surface);
+  EXPECT_EQ(settings.live.force.law, rt::ForceLaw::surface);
   EXPECT_TRUE(settings.trace.at_start);
 }
 
@@ -137,11 +137,11 @@ TEST(Standoff, MakesAutoChooseTheSurface) {
 
 TEST(Standoff, ChangesNothingWhereThereIsNone) {
   Settings settings;
-  settings.force.max_error_n = 10;
+  settings.live.force.max_error_n = 10;
   for (const double distance_m : {0.6, 1.0, 2.0, 3.5}) {
     const SurfaceAsSeen seen = asSeenBy({}, distance_m);
     const LawDecision with = chooseLaw(settings, seen);
-    const LawDecision without = chooseLaw(10, settings.live.springs.stiffness_n_per_m, seen);
+    const LawDecision without = chooseLaw(10, settings.live.force.stiffness_n_per_m, seen);
     EXPECT_EQ(with.law, without.law) << distance_m;
     EXPECT_EQ(with.reason, without.reason) << distance_m;
   }

@@ -56,21 +56,6 @@ TEST(ShippedFixtures, LoadWithEveryCommentMarkDeleted) {
   EXPECT_EQ(additions->regions.size(), 3U);
 }
 
-TEST(FixturesDocument, HasARowForEveryMemberWithItsRange) {
-  const std::string document = test::contentOf(kSource + "/docs/fixtures.md");
-  const auto expectRows = [&document](const auto& owner, std::string_view heading) {
-    const std::string part = document.substr(document.find(heading));
-    for (const auto& field : fieldsOf(owner)) {
-      const std::size_t row = part.find("\n| `" + std::string(field.name) + "` |");
-      ASSERT_NE(row, std::string::npos) << field.name;
-      const std::string line = part.substr(row + 1, part.find('\n', row + 1) - row - 1);
-      EXPECT_NE(line.find("| " + rangeOf(field) + " |"), std::string::npos) << line;
-    }
-  };
-  expectRows(FixtureSettings{}, "### Members of fixtures");
-  expectRows(RegionSettings{}, "### Members of regions");
-}
-
 TEST(FixturesDocument, ShowsAnExampleThatLoads) {
   const std::string document = test::contentOf(kSource + "/docs/fixtures.md");
   const std::size_t reference = document.find("## Reference");

@@ -23,13 +23,13 @@ Settings with(const std::vector<std::string>& changes) {
 }
 
 void expectAutomatic(const rt::LiveParameters& live, double ceiling_n_per_m) {
-  EXPECT_TRUE(live.automatic_stiffness.on);
-  EXPECT_EQ(live.automatic_stiffness.ceiling_n_per_m, ceiling_n_per_m);
-  EXPECT_EQ(live.springs.stiffness_n_per_m, ceiling_n_per_m);
+  EXPECT_TRUE(live.force.stiffness_is_automatic);
+  EXPECT_EQ(live.force.stiffness_ceiling_n_per_m, ceiling_n_per_m);
+  EXPECT_EQ(live.force.stiffness_n_per_m, ceiling_n_per_m);
 }
 
 TEST(AutomaticStiffness, IsOffUnlessRequested) {
-  EXPECT_FALSE(Settings{}.live.automatic_stiffness.on);
+  EXPECT_FALSE(Settings{}.live.force.stiffness_is_automatic);
   EXPECT_EQ(findParameter("force.stiffness_n_per_m")->defaultValue(), Value(500.0));
 }
 
@@ -41,10 +41,10 @@ TEST(AutomaticStiffness, HoldsTheCeilingInWhicheverOrderTheTwoAreSet) {
 
 TEST(AutomaticStiffness, EndsWithANumber) {
   const Settings settings = with({"force.stiffness_n_per_m=auto", "force.stiffness_n_per_m=450"});
-  EXPECT_FALSE(settings.live.automatic_stiffness.on);
-  EXPECT_EQ(settings.live.springs.stiffness_n_per_m, 450);
+  EXPECT_FALSE(settings.live.force.stiffness_is_automatic);
+  EXPECT_EQ(settings.live.force.stiffness_n_per_m, 450);
   const Settings ceiling = with({"force.stiffness_ceiling_n_per_m=700"});
-  EXPECT_EQ(ceiling.live.springs.stiffness_n_per_m, 500);
+  EXPECT_EQ(ceiling.live.force.stiffness_n_per_m, 500);
 }
 
 TEST(AutomaticStiffness, IsReadFromAllTexts) {

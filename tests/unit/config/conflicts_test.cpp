@@ -305,8 +305,8 @@ TEST(Window, HoldsTheReachOfEveryLawWithEveryValue) {
 // Settings that did not pass the table, as a program could make them.
 TEST(NumbersThatAreNotFinite, ViolateTheRules) {
   Settings settings = with({"camera.driver=v4l2", "force.law=nearest_springs"});
-  settings.camera.depth_model.near_m = std::nan("");
-  settings.live.springs.radius_m = std::nan("");
+  settings.camera.near_m = std::nan("");
+  settings.live.force.radius_m = std::nan("");
   settings.handle.simulated.direction_in_world.x = std::nan("");
   EXPECT_EQ(checkTogether(settings).size(), 3U);
 }

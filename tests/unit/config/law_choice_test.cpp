@@ -18,8 +18,8 @@ double depthOf(const rt::DepthModelParameters& model, int raw) {
 
 TEST(DepthLaw, PaperIsTableIWhateverTheCustomCoefficientsAre) {
   CameraSettings camera;
-  camera.depth_model.a_per_m = -0.002;
-  camera.depth_model.b_per_m = 2;
+  camera.depth_a_per_m = -0.002;
+  camera.depth_b_per_m = 2;
   const rt::DepthModelParameters model = camera.effectiveDepthModel();
   EXPECT_EQ(model.a_per_m, -0.003071102);
   EXPECT_EQ(model.b_per_m, 3.330949516);
@@ -42,8 +42,8 @@ TEST(DepthLaw, FactoryIsWhatTheDriverComputesFromTheCamerasConstants) {
 TEST(DepthLaw, CustomTakesTheConfiguredCoefficients) {
   CameraSettings camera;
   camera.depth_law = DepthLaw::custom;
-  camera.depth_model.a_per_m = -0.002;
-  camera.depth_model.b_per_m = 2;
+  camera.depth_a_per_m = -0.002;
+  camera.depth_b_per_m = 2;
   const rt::DepthModelParameters model = camera.effectiveDepthModel();
   EXPECT_EQ(model.a_per_m, -0.002);
   EXPECT_EQ(model.b_per_m, 2);
@@ -52,9 +52,9 @@ TEST(DepthLaw, CustomTakesTheConfiguredCoefficients) {
 TEST(DepthLaw, LeavesLimitsAndIntrinsicsAlone) {
   CameraSettings camera;
   camera.depth_law = DepthLaw::factory;
-  camera.depth_model.near_m = 0.6;
-  camera.depth_model.far_m = 2;
-  camera.depth_model.fx_px = 575.8;
+  camera.near_m = 0.6;
+  camera.far_m = 2;
+  camera.fx_px = 575.8;
   const rt::DepthModelParameters model = camera.effectiveDepthModel();
   EXPECT_EQ(model.near_m, 0.6);
   EXPECT_EQ(model.far_m, 2);
@@ -213,7 +213,7 @@ TEST(ChooseLaw, TakesTheErrorFromTheNoiseAndTheCostFromThePitch) {
 TEST(LawsThatMayAct, HoldEachChoiceBetweenTheMeasurementsToo) {
   Settings settings;
   for (const double max_error_n : {0.05, 0.28, 3.0, 12.0}) {
-    settings.force.max_error_n = max_error_n;
+    settings.live.force.max_error_n = max_error_n;
     const std::vector<rt::LiveParameters> laws = lawsThatMayAct(settings);
     for (double distance_m = 0.4; distance_m < 5; distance_m *= 1.01) {
       const LawDecision decision = chooseLaw(settings, atDistance(distance_m));
@@ -225,25 +225,43 @@ TEST(LawsThatMayAct, HoldEachChoiceBetweenTheMeasurementsToo) {
 }
 
 TEST(EffectiveMaxError, IsSevenPercentOfTheForceLimitUnlessOneIsSet) {
-  rt::SafetyParameters safety;
-  safety.max_force_n = 4;
-  EXPECT_DOUBLE_EQ(ForceSettings{}.effectiveMaxError_n(safety), 0.28);
-  EXPECT_DOUBLE_EQ((ForceSettings{.max_error_n = 0.5}.effectiveMaxError_n(safety)), 0.5);
+  Settings settings;
+  settings.live.safety.max_force_n = 4;
+  EXPECT_DOUBLE_EQ(settings.effectiveMaxError_n(), 0.28);
+  settings.live.force.max_error_n = 0.5;
+  EXPECT_DOUBLE_EQ(settings.effectiveMaxError_n(), 0.5);
+}
+
+TEST(StartParameters, AreThoseOfHandleAndCamera) {
+  Settings settings;
+  settings.handle.motion_scale = 2;
+  settings.handle.force_scale = 0.5;
+  settings.handle.device_damping_n_s_per_m = 0.1;
+  settings.handle.damping_n_s_per_m = 3;
+  settings.camera.latency_s = 0.06;
+  settings.handle.simulated.mass_kg = 0.3;
+  EXPECT_EQ(settings.startParameters().device_mass_kg, 0.3) << "the stiffness limit depends on it";
+  settings.handle.device_mass_kg = 0.2;
+  const rt::StartParameters start = settings.startParameters();
+  EXPECT_EQ(start.handle.motion_scale, 2);
+  EXPECT_EQ(start.handle.force_scale, 0.5);
+  EXPECT_EQ(start.handle.device_damping_n_s_per_m, 0.1);
+  EXPECT_EQ(start.handle.damping_n_s_per_m, 3);
+  EXPECT_EQ(start.device_mass_kg, 0.2);
+  EXPECT_EQ(start.camera_latency_s, 0.06);
 }
 
 TEST(LiveWith, TakesLawAndFilterAndLeavesTheRest) {
   Settings settings;
-  settings.live.springs.stiffness_n_per_m = 321;
+  settings.live.force.stiffness_n_per_m = 321;
   settings.live.filter.hold_frames = 9;
   settings.live.surface.fusion_frames = 5;
-  settings.handle.device_mass_kg = 0.2;
   const rt::LiveParameters live =
       liveWith(settings, {.law = rt::ForceLaw::proxy, .filtered = true, .reason = {}});
   EXPECT_EQ(live.law, rt::ForceLaw::proxy);
   EXPECT_EQ(live.filter, filterOfChoice());
-  EXPECT_EQ(live.springs.stiffness_n_per_m, 321);
+  EXPECT_EQ(live.force.stiffness_n_per_m, 321);
   EXPECT_EQ(live.surface.fusion_frames, 5);
-  EXPECT_EQ(live.handle.device_mass_kg, 0.2) << "the stiffness limit depends on it";
   EXPECT_TRUE(liveWith(settings, {.law = rt::ForceLaw::surface, .reason = {}}).filter.isOff());
 }
 

@@ -105,7 +105,7 @@ TEST(ParameterValue, ASettingWithoutValueOrNameIsRefused) {
 TEST(ParameterValue, ARefusedSettingChangesNothing) {
   Settings settings;
   ASSERT_FALSE(setFromText(settings, "force.radius_m=0.5"));
-  EXPECT_EQ(settings.live.springs.radius_m, 0.04);
+  EXPECT_EQ(settings.live.force.radius_m, 0.04);
 }
 
 TEST(ParameterValue, IntegersServeAsNumbersAndWholeNumbersAsIntegers) {

@@ -96,33 +96,36 @@ TEST(PlayedCamera, TakesWhatIsConfigured) {
     settings.v4l2.width_px = 320;
     settings.v4l2.height_px = 288;
     settings.v4l2.unit_um = 250;
-    settings.depth_model.near_m = 0.2;
-    settings.depth_model.far_m = 2;
-    settings.depth_model.noise = {
-        .c0_m = 0.001, .c1 = 0.002, .c2_per_m = 0.003, .standing_share = 0.2, .correlation_px = 3};
+    settings.near_m = 0.2;
+    settings.far_m = 2;
+    settings.noise_c0_m = 0.001;
+    settings.noise_c1 = 0.002;
+    settings.noise_c2_per_m = 0.003;
+    settings.noise_standing_share = 0.2;
+    settings.noise_correlation_px = 3;
     rt::DepthModelParameters camera = settings.effectiveDepthModel();
     EXPECT_EQ(camera.width_px, 320);
     EXPECT_EQ(camera.height_px, 288);
     EXPECT_EQ(camera.unit_m, 250 * 1e-6);
     EXPECT_EQ(camera.near_m, 0.2);
     EXPECT_EQ(camera.far_m, 2);
-    EXPECT_EQ(camera.noise, settings.depth_model.noise);
-    EXPECT_NE(camera.fx_px, settings.depth_model.fx_px) << "those of the camera itself";
+    EXPECT_EQ(camera.noise, (rt::DepthNoiseParameters{0.001, 0.002, 0.003, 0.2, 3}));
+    EXPECT_NE(camera.fx_px, settings.fx_px) << "those of the camera itself";
     settings.v4l2.intrinsics = IntrinsicsSource::configured;
     camera = settings.effectiveDepthModel();
-    EXPECT_EQ(camera.fx_px, settings.depth_model.fx_px);
-    EXPECT_EQ(camera.fy_px, settings.depth_model.fy_px);
-    EXPECT_EQ(camera.cx_px, settings.depth_model.cx_px);
-    EXPECT_EQ(camera.cy_px, settings.depth_model.cy_px);
+    EXPECT_EQ(camera.fx_px, settings.fx_px);
+    EXPECT_EQ(camera.fy_px, settings.fy_px);
+    EXPECT_EQ(camera.cx_px, settings.cx_px);
+    EXPECT_EQ(camera.cy_px, settings.cy_px);
   }
 }
 
 // 16 bits of 100 um end at 6.5535 m.
 TEST(PlayedCamera, HasAUnitThatReachesItsFarLimit) {
   CameraSettings settings = playing(PlayedCamera::stereo);
-  settings.depth_model.far_m = 6.55;
+  settings.far_m = 6.55;
   EXPECT_EQ(settings.effectiveDepthModel().unit_m, 1e-4);
-  settings.depth_model.far_m = 6.56;
+  settings.far_m = 6.56;
   EXPECT_EQ(settings.effectiveDepthModel().unit_m, 1e-3);
 }
 

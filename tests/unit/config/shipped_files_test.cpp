@@ -110,7 +110,7 @@ TEST(ShippedFiles, DemoFixturesYamlIsTheDemonstrationWithARestingBallAndNothingA
   EXPECT_EQ(settings.camera.driver, CameraDriver::synthetic);
   EXPECT_EQ(settings.handle.driver, HandleDriver::simulated);
   EXPECT_EQ(settings.synthetic.motion_amplitude_m, 0);
-  EXPECT_EQ(settings.force.namedLaw(), rt::ForceLaw::surface);
+  EXPECT_EQ(settings.namedLaw(), rt::ForceLaw::surface);
   EXPECT_TRUE(settings.control.engage_at_start);
   const double front_m = settings.synthetic.distance_m - settings.synthetic.sphere_radius_m;
   const double start_m = -settings.handle.simulated.start_m_in_world.z;
@@ -127,13 +127,13 @@ TEST(ShippedFiles, TheHandOfDemoYamlAlwaysMeetsTheSphere) {
   const SimulatedHandleSettings& hand = settings.handle.simulated;
   ASSERT_EQ(scene.scene, SyntheticScene::moving_sphere);
   ASSERT_EQ(hand.direction_in_world, (rt::Vec3{0, 0, -1}));
-  ASSERT_EQ(settings.camera.pose.position_m, rt::Vec3{});
+  ASSERT_EQ(settings.camera.pose().position_m, rt::Vec3{});
   const double widest_miss_m =
       std::hypot(hand.start_m_in_world.x, hand.start_m_in_world.y) + hand.stroke_m + scene.motion_amplitude_m;
   EXPECT_LT(widest_miss_m, 0.75 * scene.sphere_radius_m);
   const double nearest_surface_m = scene.distance_m - scene.sphere_radius_m;
-  EXPECT_GT(-hand.start_m_in_world.z, settings.camera.depth_model.near_m);
-  EXPECT_LT(-hand.start_m_in_world.z, nearest_surface_m - settings.live.springs.radius_m);
+  EXPECT_GT(-hand.start_m_in_world.z, settings.camera.near_m);
+  EXPECT_LT(-hand.start_m_in_world.z, nearest_surface_m - settings.live.force.radius_m);
   EXPECT_GT(-hand.start_m_in_world.z + hand.travel_m, scene.distance_m);
   EXPECT_LT(hand.press_force_n, settings.live.safety.max_force_n);
 }

@@ -49,15 +49,15 @@ camera: {driver: recorded, recording: 'some: folder', loop: false, serial: 0123}
 synthetic:
     scene: "sphere"
 )");
-  EXPECT_EQ(settings.live.springs.stiffness_n_per_m, 750);
-  EXPECT_EQ(settings.live.springs.radius_m, 0.035);
-  EXPECT_EQ(settings.live.springs.min_points, 12);
+  EXPECT_EQ(settings.live.force.stiffness_n_per_m, 750);
+  EXPECT_EQ(settings.live.force.radius_m, 0.035);
+  EXPECT_EQ(settings.live.force.min_points, 12);
   EXPECT_EQ(settings.camera.driver, CameraDriver::recorded);
   EXPECT_EQ(settings.camera.recording, "some: folder");
   EXPECT_FALSE(settings.camera.loop);
   EXPECT_EQ(settings.camera.serial, "0123");
   EXPECT_EQ(settings.synthetic.scene, SyntheticScene::sphere);
-  EXPECT_EQ(settings.live.springs.max_points, 100);  // not set
+  EXPECT_EQ(settings.live.force.max_points, 100);  // not set
 }
 
 TEST(YamlLoader, ReadsEveryParameterOfTheTable) {
@@ -74,7 +74,7 @@ TEST(YamlLoader, ReadsEveryParameterOfTheTable) {
 
 TEST(YamlLoader, ReadsWindowsLineEnds) {
   const Settings settings = load("force:\r\n  radius_m: 0.05\r\n  law: nearest_springs\r\n");
-  EXPECT_EQ(settings.live.springs.radius_m, 0.05);
+  EXPECT_EQ(settings.live.force.radius_m, 0.05);
 }
 
 TEST(YamlLoader, ReadsAGroupInBracesBelowItsName) {
@@ -82,25 +82,25 @@ TEST(YamlLoader, ReadsAGroupInBracesBelowItsName) {
        {"force:\n  {radius_m: 0.035, min_points: 12}\n",
         "force:   # what is felt\n\n   # of the law\n {radius_m: 0.035,\n min_points: 12}\n"}) {
     SCOPED_TRACE(yaml);
-    EXPECT_EQ(load(yaml).live.springs.radius_m, 0.035);
-    EXPECT_EQ(load(yaml).live.springs.min_points, 12);
+    EXPECT_EQ(load(yaml).live.force.radius_m, 0.035);
+    EXPECT_EQ(load(yaml).live.force.min_points, 12);
   }
 }
 
 TEST(YamlLoader, ReadsJson) {
-  EXPECT_EQ(load("{\"force\": {\"radius_m\": 0.05},\n \"grid\": {}}").live.springs.radius_m, 0.05);
+  EXPECT_EQ(load("{\"force\": {\"radius_m\": 0.05},\n \"grid\": {}}").live.force.radius_m, 0.05);
 }
 
 TEST(YamlLoader, OverridesComeAfterTheFileAndTheLastOneCounts) {
   const Settings settings = load("force: {radius_m: 0.05, min_points: 5}",
                                  {"force.radius_m=0.03", "camera.recording=a=b", "force.radius_m=0.02"});
-  EXPECT_EQ(settings.live.springs.radius_m, 0.02);
-  EXPECT_EQ(settings.live.springs.min_points, 5);
+  EXPECT_EQ(settings.live.force.radius_m, 0.02);
+  EXPECT_EQ(settings.live.force.min_points, 5);
   EXPECT_EQ(settings.camera.recording, "a=b");
 }
 
 TEST(YamlLoader, RulesAreCheckedAfterTheOverrides) {
-  EXPECT_EQ(load("camera: {near_m: 5}", {"camera.far_m=6"}).camera.depth_model.near_m, 5);
+  EXPECT_EQ(load("camera: {near_m: 5}", {"camera.far_m=6"}).camera.near_m, 5);
 }
 
 TEST(YamlLoader, AnUnreadableFileIsTheOnlyError) {
@@ -139,7 +139,7 @@ TEST(RecordedSettings, LeaveOutWhatIsNoParameterAndRefuseAnyOtherFault) {
   const auto recorded =
       recordedSettings("force: {radius_m: 0.03, once: 7}\nremoved: {quite: true}\n", "settings.yaml");
   ASSERT_TRUE(recorded) << recorded.error().front().text();
-  EXPECT_EQ(recorded->settings.live.springs.radius_m, 0.03);
+  EXPECT_EQ(recorded->settings.live.force.radius_m, 0.03);
   EXPECT_EQ(recorded->unknown, (std::vector<std::string>{"force.once", "removed.quite"}));
   EXPECT_FALSE(recordedSettings("force: {radius_m: 9}\n", "settings.yaml"));
   EXPECT_FALSE(recordedSettings("force: {min_points: 90, max_points: 80}\n", "settings.yaml"));

@@ -336,7 +336,7 @@ TEST_F(ReloaderTest, HoldsBackByNameWhatLoosensWhileTheBoxIsEngagedAndAppliesThe
   ASSERT_TRUE(outcome);
   EXPECT_EQ(maxForce_n(), 1);
   EXPECT_EQ(fixtures(), Texts{"nerve"});
-  EXPECT_EQ(box_.settings().live.springs.radius_m, 0.03);
+  EXPECT_EQ(box_.settings().live.force.radius_m, 0.03);
   EXPECT_EQ(box_.settings().live.safety.max_slew_n_per_s, 100) << "tighter";
   EXPECT_EQ(held(), (Texts{"safety.max_force_n from 1 to 4 N", "fixture nerve is removed"}));
   EXPECT_TRUE(
@@ -410,8 +410,8 @@ TEST_F(ReloaderTest, ForgetsWhatWaitsWhenTheFileNoLongerLoosensAndKeepsItWhenThe
 
 TEST_F(ReloaderTest, HoldsBackAllOfAReloadThatMakesNoSenseWithoutWhatLoosens) {
   config::Settings settings = box_.settings();
-  settings.live.springs.min_points = 50;
-  settings.live.springs.max_points = 60;
+  settings.live.force.min_points = 50;
+  settings.live.force.max_points = 60;
   settings.additions.fixtures.clear();
   for (int i = 0; i < 16; ++i) {
     config::FixtureSettings fixture{.name = "f" + std::to_string(i)};
@@ -422,12 +422,12 @@ TEST_F(ReloaderTest, HoldsBackAllOfAReloadThatMakesNoSenseWithoutWhatLoosens) {
   box_.engage(true, false);
   // The old ones stay, and there is no room for a new one beside them.
   ASSERT_TRUE(reload("force: {min_points: 20}\nsafety: {max_force_n: 1}\n" + std::string(kNerve)));
-  EXPECT_EQ(box_.settings().live.springs.min_points, 50);
+  EXPECT_EQ(box_.settings().live.force.min_points, 50);
   EXPECT_EQ(fixtures().size(), 16U);
   EXPECT_EQ(held().size(), 17U) << "all sixteen, and that the rest waits too";
   ASSERT_TRUE(reloader_.confirm());
   EXPECT_EQ(fixtures(), Texts{"nerve"});
-  EXPECT_EQ(box_.settings().live.springs.min_points, 20);
+  EXPECT_EQ(box_.settings().live.force.min_points, 20);
 }
 
 TEST_F(ReloaderTest, RefusesABadFileAndNamesEachProblem) {

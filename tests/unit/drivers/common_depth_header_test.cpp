@@ -14,7 +14,7 @@ namespace {
 config::CameraSettings tiltedCamera() {
   config::CameraSettings camera;
   camera.depth_law = config::DepthLaw::factory;
-  camera.pose = {{0.3, -0.2, 1.1}, 0.4, -0.7, 1.9};
+  camera.setPose({{0.3, -0.2, 1.1}, 0.4, -0.7, 1.9});
   return camera;
 }
 
@@ -37,7 +37,7 @@ rt::Vec3 pointBySchema(const rt::DepthFrameHeader& header, double column, double
 TEST(CommonDepthHeader, ContainsEverythingNeededToConvertARawValueToAPoint) {
   const config::CameraSettings camera = tiltedCamera();
   const rt::DepthFrameHeader header = commonDepthHeader(camera, "");
-  const rt::DepthModel model(camera.effectiveDepthModel(), camera.pose);
+  const rt::DepthModel model(camera.effectiveDepthModel(), camera.pose());
   for (const std::uint32_t raw : {500U, 700U, 900U}) {
     for (const std::uint32_t column : {0U, 320U, 639U}) {
       for (const std::uint32_t row : {0U, 200U, 479U}) {

@@ -48,12 +48,12 @@ class FlatTissue {
       sample.proxy_m_in_world.z = 0;
       sample.normal_in_world = {0, 0, 1};
       sample.depth_m = -hip_m.z;
-      sample.force_n_in_world = {0, 0, -parameters.springs.stiffness_n_per_m * hip_m.z};
+      sample.force_n_in_world = {0, 0, -parameters.force.stiffness_n_per_m * hip_m.z};
     }
     contact = tissue.apply({.map = map.get(),
                             .model = model,
                             .parameters = parameters.contact,
-                            .stiffness_n_per_m = parameters.springs.stiffness_n_per_m,
+                            .stiffness_n_per_m = parameters.force.stiffness_n_per_m,
                             .hip_m_in_world = hip_m,
                             .velocity_m_per_s_in_world = velocity_m_per_s,
                             .period_s = kPeriod_s},

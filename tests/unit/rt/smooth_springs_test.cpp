@@ -38,7 +38,7 @@ class SmoothSpringsOnAWall {
                 .hip_m_in_world = hip,
                 .hip_velocity_m_per_s_in_world = {},
                 .parameters = parameters,
-                .stiffness_n_per_m = parameters.springs.stiffness_n_per_m,
+                .stiffness_n_per_m = parameters.force.stiffness_n_per_m,
                 .friction = parameters.contact.friction})
         .force_n_in_world;
   }

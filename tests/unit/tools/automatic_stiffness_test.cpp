@@ -34,12 +34,13 @@ class Automatic {
       box->setLoopPeriod(kLoop_s);
     }
     rt::LiveParameters& parameters = box_.parameters();
-    parameters.automatic_stiffness = {.on = true, .ceiling_n_per_m = 1000};
-    parameters.springs.stiffness_n_per_m = 1000;
+    parameters.force.stiffness_is_automatic = true;
+    parameters.force.stiffness_n_per_m = 1000;
     parameters.safety.continuous_force_n = 1000;
   }
 
   rt::LiveParameters& parameters() { return box_.parameters(); }
+  rt::StartParameters& start() { return box_.start(); }
   const rt::StiffnessRules& rules() { return box_.core().stiffnessRules(); }
 
   /// The HIP on the optical axis, `above_m` in front of the plane.
@@ -108,7 +109,7 @@ void expectSettled(const rt::Tick& tick, double stiffness_n_per_m, rt::Stiffness
 
 TEST(AutomaticStiffness, ReachesTheCeiling) {
   Automatic automatic({});
-  automatic.parameters().automatic_stiffness.ceiling_n_per_m = 600;
+  automatic.parameters().force.stiffness_ceiling_n_per_m = 600;
   automatic.frames(60);
   expectSettled(automatic.settle(), 600, rt::StiffnessBound::ceiling);
 }
@@ -116,8 +117,8 @@ TEST(AutomaticStiffness, ReachesTheCeiling) {
 TEST(AutomaticStiffness, StaysWithinWhatIsStable) {
   Automatic automatic({});
   constexpr double kMass_kg = 0.0005;
-  automatic.parameters().handle.device_mass_kg = kMass_kg;
-  automatic.parameters().handle.motion_scale = 2;
+  automatic.start().device_mass_kg = kMass_kg;
+  automatic.start().handle.motion_scale = 2;
   automatic.frames(60);
   const double lag_s = kLoop_s / 2;
   expectSettled(automatic.settle(), 0.35 * kMass_kg / (lag_s * lag_s) / 2, rt::StiffnessBound::stability);
@@ -148,7 +149,7 @@ TEST_P(AutomaticStiffnessInNoise, KeepsTheNoiseOfATypicalForceUnnoticed) {
   const auto [noise, distance_m] = GetParam();
   Automatic automatic({.distance_m = distance_m}, noise, {});
   constexpr double kCeiling_n_per_m = 5000;
-  automatic.parameters().automatic_stiffness.ceiling_n_per_m = kCeiling_n_per_m;
+  automatic.parameters().force.stiffness_ceiling_n_per_m = kCeiling_n_per_m;
   constexpr int kStart = 30;
   constexpr int kMeasured = 150;
   std::vector<double> depths_m;
@@ -184,7 +185,7 @@ TEST(AutomaticStiffness, StaysModestWhileTheNoiseIsNotKnown) {
   EXPECT_EQ(tick.stiffness_bound, rt::StiffnessBound::noise);
   EXPECT_EQ(automatic.rules().surface.frames, 0U);
 
-  automatic.parameters().automatic_stiffness.ceiling_n_per_m = 50;
+  automatic.parameters().force.stiffness_ceiling_n_per_m = 50;
   expectSettled(automatic.settle(), 50, rt::StiffnessBound::ceiling);
 }
 
@@ -200,7 +201,7 @@ TEST(AutomaticStiffness, NeverRisesInContactAndFallsThere) {
   EXPECT_EQ(tick.stiffness_n_per_m, first);
   EXPECT_EQ(tick.stiffness_bound, rt::StiffnessBound::ceiling);
 
-  automatic.parameters().automatic_stiffness.ceiling_n_per_m = 100;
+  automatic.parameters().force.stiffness_ceiling_n_per_m = 100;
   double last_n = norm(tick.command_force_n_in_world);
   for (int i = 0; i < 1'000; ++i) {
     const double last = tick.stiffness_n_per_m;
@@ -218,7 +219,7 @@ TEST(AutomaticStiffness, NeverRisesInContactAndFallsThere) {
 TEST(AutomaticStiffness, RisesByATenthAndFallsByHalfASecond) {
   rt::AutomaticStiffness stiffness;
   rt::LiveParameters parameters;
-  parameters.automatic_stiffness = {.on = true, .ceiling_n_per_m = 1000};
+  parameters.force.stiffness_is_automatic = true;
   EXPECT_EQ(stiffness.begin(parameters), rt::kModestStiffness_n_per_m);
   rt::StiffnessRules rules;
   rules.ceiling_n_per_m = 1000;
@@ -241,24 +242,24 @@ TEST(AutomaticStiffness, RisesByATenthAndFallsByHalfASecond) {
 TEST(AutomaticStiffness, StartsNoStifferThanTheNumberBefore) {
   rt::AutomaticStiffness stiffness;
   rt::LiveParameters parameters;
-  parameters.springs.stiffness_n_per_m = 120;
+  parameters.force.stiffness_n_per_m = 120;
   EXPECT_EQ(stiffness.begin(parameters), 120);
   EXPECT_EQ(stiffness.bound(), rt::StiffnessBound::configured);
-  parameters.automatic_stiffness.on = true;
+  parameters.force.stiffness_is_automatic = true;
   EXPECT_EQ(stiffness.begin(parameters), 120);
-  parameters.automatic_stiffness.on = false;
-  parameters.springs.stiffness_n_per_m = 900;
+  parameters.force.stiffness_is_automatic = false;
+  parameters.force.stiffness_n_per_m = 900;
   EXPECT_EQ(stiffness.begin(parameters), 900);
-  parameters.automatic_stiffness.on = true;
+  parameters.force.stiffness_is_automatic = true;
   EXPECT_EQ(stiffness.begin(parameters), rt::kModestStiffness_n_per_m);
 }
 
 TEST(AutomaticStiffness, GivesTheForcesOfTheSameNumber) {
   Automatic automatic({}, SceneNoise::sensor, {});
   Automatic number({}, SceneNoise::sensor, {});
-  automatic.parameters().automatic_stiffness.ceiling_n_per_m = 150;
-  number.parameters().automatic_stiffness.on = false;
-  number.parameters().springs.stiffness_n_per_m = 150;
+  automatic.parameters().force.stiffness_ceiling_n_per_m = 150;
+  number.parameters().force.stiffness_is_automatic = false;
+  number.parameters().force.stiffness_n_per_m = 150;
   double largest_n = 0;
   for (int frame = 0; frame < 20; ++frame) {
     const double above_m = 0.004 * std::cos(frame);
@@ -278,13 +279,13 @@ TEST(AutomaticStiffness, GivesTheForcesOfTheSameNumber) {
 
 TEST(AutomaticStiffness, ChangesTheForceByBlendingWhereItIsSwitched) {
   Automatic automatic({});
-  automatic.parameters().automatic_stiffness.on = false;
+  automatic.parameters().force.stiffness_is_automatic = false;
   automatic.frames(20);
   rt::Tick tick;
   for (int i = 0; i < 200; ++i) tick = automatic.tick(-0.003);
   const double before_n = norm(tick.command_force_n_in_world);
   ASSERT_GT(before_n, 2);
-  automatic.parameters().automatic_stiffness.on = true;
+  automatic.parameters().force.stiffness_is_automatic = true;
   tick = automatic.tick(-0.003);
   EXPECT_TRUE(tick.blending);
   EXPECT_GT(norm(tick.command_force_n_in_world), 0.9 * before_n);

@@ -130,6 +130,8 @@ std::string sourceFile(const std::string& name) {
 TEST(GeneratedParts, AreInTheSourcesAsTheTablesSay) {
   const std::string configuration = sourceFile("config/hapticd.yaml");
   EXPECT_EQ(withParameters(configuration), configuration) << kHowToGenerate;
+  const std::string fixtures = sourceFile("docs/fixtures.md");
+  EXPECT_EQ(withMembers(fixtures), fixtures) << kHowToGenerate;
   for (const std::string name : {"Control", "Status"}) {
     const std::string interface = sourceFile("daemon/control/io.hapticd." + name + ".varlink");
     EXPECT_EQ(withTypes(interface), interface) << kHowToGenerate;
@@ -147,6 +149,18 @@ TEST(GeneratedParts, ReplaceWhatIsOldAndKeepWhatPeopleWrote) {
   EXPECT_EQ(
       withTypes("# Which one.\ntype Law (one, two)\ntype Other (one, two)\n"),
       "# Which one.\ntype Law (nearest_springs, smooth_springs, proxy, surface)\ntype Other (one, two)\n");
+}
+
+TEST(GeneratedParts, NameTheMemberOfAFixtureThatHasNoRow) {
+  std::string document = sourceFile("docs/fixtures.md");
+  const std::size_t regions = document.find("### Members of regions");
+  const std::size_t range = document.find("0.0001..10 m", document.find("| `radius_m` |", regions));
+  document.replace(range, 12, "anything");
+  EXPECT_EQ(withMembers(document), sourceFile("docs/fixtures.md"));
+  document.erase(document.find("| `exponent` |", regions), 12);
+  const auto text = withMembers(document);
+  ASSERT_FALSE(text);
+  EXPECT_NE(text.error().what.find("exponent"), std::string::npos) << text.error().text();
 }
 
 TEST(GeneratedParts, NameAGroupThatTheFileLacks) {

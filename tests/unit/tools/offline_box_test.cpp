@@ -70,15 +70,14 @@ TEST(FrameAge, IsThatOfTheFrameAndTheCamerasLatencyTogether) {
   rt::Scene scene;
   scene.frame = 1;
   scene.frame_time_ns = 1'000 * kMillisecond_ns;
-  rt::LiveParameters parameters;
   constexpr double kRounding_s = 1e-12;
-  EXPECT_NEAR(rt::frameAge_s(scene, 1'020 * kMillisecond_ns, parameters), 0.02, kRounding_s);
-  parameters.camera.latency_s = 0.06;
-  EXPECT_NEAR(rt::frameAge_s(scene, 1'020 * kMillisecond_ns, parameters), 0.08, kRounding_s);
-  EXPECT_EQ(rt::frameAge_s(scene, 1'041 * kMillisecond_ns, parameters), rt::kMaxPrediction_s);
-  EXPECT_EQ(rt::frameAge_s(scene, 900 * kMillisecond_ns, parameters), 0) << "a frame from the future";
+  EXPECT_NEAR(rt::frameAge_s(scene, 1'020 * kMillisecond_ns, 0), 0.02, kRounding_s);
+  constexpr double kLatency_s = 0.06;
+  EXPECT_NEAR(rt::frameAge_s(scene, 1'020 * kMillisecond_ns, kLatency_s), 0.08, kRounding_s);
+  EXPECT_EQ(rt::frameAge_s(scene, 1'041 * kMillisecond_ns, kLatency_s), rt::kMaxPrediction_s);
+  EXPECT_EQ(rt::frameAge_s(scene, 900 * kMillisecond_ns, kLatency_s), 0) << "a frame from the future";
   scene.frame = 0;
-  EXPECT_EQ(rt::frameAge_s(scene, 1'020 * kMillisecond_ns, parameters), 0) << "no frame";
+  EXPECT_EQ(rt::frameAge_s(scene, 1'020 * kMillisecond_ns, kLatency_s), 0) << "no frame";
 }
 
 }  // namespace

@@ -126,7 +126,7 @@ class PalpatingHand {
                     .surface = {},
                     .filter = {}});
     directive_.parameters.law = rt::ForceLaw::surface;
-    directive_.parameters.springs.stiffness_n_per_m = kTissue_n_per_m;
+    directive_.parameters.force.stiffness_n_per_m = kTissue_n_per_m;
     directive_.parameters.safety.max_force_n = 8;
     directive_.engage = true;
     handle_.sequence = 1;
@@ -192,6 +192,7 @@ class PalpatingHand {
                                 .scene = scene_,
                                 .handle = handle_,
                                 .directive = directive_,
+                                .start = start_,
                                 .fixtures = nullptr,
                                 .tissue = map_.get()});
     tick.number = ++number_;
@@ -207,6 +208,7 @@ class PalpatingHand {
   rt::HapticCore core_{builder_.pointCapacity()};
   rt::HandleState handle_;
   rt::Directive directive_;
+  rt::StartParameters start_;
   std::unique_ptr<rt::TissueMap> map_;
   Vec3 planned_;
   Vec3 command_n_;

@@ -53,7 +53,7 @@ SurfaceRow measureSurface(const std::string& law, const BenchSequence& session, 
                           const CameraDisparity& camera) {
   SurfaceRow row{.surface = surface, .law = law};
   row.stiffness_n_per_m =
-      shippedParameters(law, surface.distance_m, session.camera()).springs.stiffness_n_per_m;
+      shippedParameters(law, surface.distance_m, session.camera()).force.stiffness_n_per_m;
   row.stroke = handleWith(law, session, surface, camera, Handling::along_row);
   row.stroke.add(handleWith(law, session, surface, camera, Handling::along_column));
   row.still = handleWith(law, session, surface, camera, Handling::still);

@@ -91,7 +91,7 @@ void addStroke(const StrokeCase& stroke, std::uint32_t seed, std::vector<Strokes
     rows[i].lag_limit_m = limits.lag_m;
     rows[i].figures.add(judgeStroke(run.truth, run.output[i], limits));
     if (!isSensorNoise(noise)) continue;
-    const FloorError floor = floorOf(stroke, noise, distance_m, settings[i].springs.stiffness_n_per_m);
+    const FloorError floor = floorOf(stroke, noise, distance_m, settings[i].force.stiffness_n_per_m);
     if (!floor.determined) continue;
     rows[i].floor_n.add(floor.force_n);
     rows[i].tilt_floor_n.add(floor.tilt_force_n);

@@ -50,7 +50,7 @@ SweepGrid gridOf(const SweepSettings& settings) {
 rt::LiveParameters parametersOf(const SweepPoint& point) {
   rt::LiveParameters parameters;
   parameters.law = point.law;
-  parameters.springs = point.springs;
+  parameters.force = {point.springs, {}};
   return parameters;
 }
 

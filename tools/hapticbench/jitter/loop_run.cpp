@@ -46,7 +46,7 @@ class WallModel {
   WallModel(const config::Settings& settings, rt::SceneChannel& scenes)
       : grid_(settings.grid),
         needs_(rt::SceneNeeds::of(settings.effectiveLive())),
-        model_(settings.camera.effectiveDepthModel(), settings.camera.pose),
+        model_(settings.camera.effectiveDepthModel(), settings.camera.pose()),
         builder_(model_, grid_),
         frame_(std::make_unique<rt::DepthFrame>()),
         scenes_(scenes) {
@@ -92,7 +92,7 @@ class RunningLoop {
         control_(std::make_unique<rt::ControlChannels>()),
         handle_(settings.handle.simulated,
                 drivers::handleThreadPolicy(settings.handle, settings.loop, settings.loop.cpu)),
-        loop_(settings.loop, wall_.pointCapacity(),
+        loop_(settings.loop, settings.startParameters(), wall_.pointCapacity(),
               {scenes_, handle_channels_.state, handle_channels_.command, focus_, *control_}) {}
   ~RunningLoop() { stop(); }
   RunningLoop(const RunningLoop&) = delete;

@@ -74,6 +74,7 @@ rt::Tick OfflineBox::tick(const rt::Vec3& hip_m_in_world, double period_s,
                      .scene = scene_,
                      .handle = handle,
                      .directive = directive_,
+                     .start = start_,
                      .loop_period_s = loop_period_s_,
                      .fixtures = fixtures_,
                      .tissue = tissue_});
@@ -83,7 +84,7 @@ rt::ForceSample OfflineBox::lawForce(const rt::Vec3& hip_m_in_world) noexcept {
   modelIfNeeded(hip_m_in_world);
   dateScene();
   return core_.lawForce(scene_, hip_m_in_world, directive_.parameters,
-                        rt::frameAge_s(scene_, now_ns_, directive_.parameters));
+                        rt::frameAge_s(scene_, now_ns_, start_.camera_latency_s));
 }
 
 }  // namespace hapticd::tools

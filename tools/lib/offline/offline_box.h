@@ -26,6 +26,7 @@ class OfflineBox {
   const rt::Scene& scene() const noexcept { return scene_; }
   rt::LiveParameters& parameters() noexcept { return directive_.parameters; }
   const rt::LiveParameters& parameters() const noexcept { return directive_.parameters; }
+  rt::StartParameters& start() noexcept { return start_; }
 
   /// `frame` is the newest one from now on; it outlives its use. Modelled at the next tick or force. It
   /// counts as just arrived at every tick, however long it is shown: its age is 0 and it never becomes stale.
@@ -79,6 +80,7 @@ class OfflineBox {
   rt::Scene scene_;
   rt::HapticCore core_;
   rt::Directive directive_;
+  rt::StartParameters start_;
   const rt::DepthFrame* frame_ = nullptr;
   bool frame_is_new_ = false;
   std::uint64_t models_ = 0;

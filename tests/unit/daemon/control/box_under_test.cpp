@@ -11,7 +11,7 @@ namespace {
 config::Settings settingsOf(const std::filesystem::path& state_folder) {
   config::Settings settings;
   settings.state.folder = state_folder;
-  settings.force.law = rt::ForceLaw::nearest_springs;
+  settings.live.force.law = rt::ForceLaw::nearest_springs;
   settings.camera.driver = config::CameraDriver::synthetic;
   settings.synthetic.scene = config::SyntheticScene::plane;
   settings.synthetic.noise = config::SyntheticNoise::off;

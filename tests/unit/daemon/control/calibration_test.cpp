@@ -76,7 +76,7 @@ TEST_F(CalibrationTest, ShowsTheRegistrationThatItStartedWithAndWhatComesInItsPl
   registration.T_world_camera.position_m = {1, 2, 3};
   registration.time = "2026-03-04T05:06:07Z";
   config::Settings settings = box.settings();
-  settings.camera.pose = registration.T_world_camera;
+  settings.camera.setPose(registration.T_world_camera);
   box.setSettings(settings);
   service_options.calibration = {{{4, 5, 6}, 0, 0, 0}, registration};
   start();

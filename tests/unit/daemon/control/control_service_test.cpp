@@ -68,9 +68,9 @@ TEST_F(ControlServiceTest, SetsParametersAndReturnsTheGenerationAndWhatChanged) 
                      {{"name", "force.stiffness_n_per_m"}, {"before", 500}, {"after", 800}, {"unit", "N/m"}}};
   EXPECT_EQ(json({{"parameters", {{"generation", kFirstChange}, {"changes", changes}}}}),
             set(R"({"force.stiffness_n_per_m":800,"force.min_points":7,"force.law":"proxy"})"));
-  EXPECT_EQ(800, box.appliedSettings().live.springs.stiffness_n_per_m);
-  EXPECT_EQ(7, box.appliedSettings().live.springs.min_points);
-  EXPECT_EQ(0.04, box.appliedSettings().live.springs.radius_m);
+  EXPECT_EQ(800, box.appliedSettings().live.force.stiffness_n_per_m);
+  EXPECT_EQ(7, box.appliedSettings().live.force.min_points);
+  EXPECT_EQ(0.04, box.appliedSettings().live.force.radius_m);
   const json rows = askStatus("io.hapticd.Status.GetParameters", R"({"names":["force.stiffness_n_per_m"]})");
   EXPECT_EQ(800, rows["parameters"]["parameters"][0]["value"]);
 }
@@ -116,7 +116,7 @@ TEST_F(ControlServiceTest, SetsNothingWhenOneOfTheValuesIsWrongAndListsAllThatAr
   EXPECT_NE(std::string::npos, reason.find("force.stiffness_n_per_m")) << reason;
   EXPECT_NE("", problems["camera.near_m"]["reason"]);
   expectNothingChanged();
-  EXPECT_EQ(500, box.appliedSettings().live.springs.stiffness_n_per_m);
+  EXPECT_EQ(500, box.appliedSettings().live.force.stiffness_n_per_m);
 }
 
 TEST_F(ControlServiceTest, RefusesNumbersOutsideOfEveryRange) {

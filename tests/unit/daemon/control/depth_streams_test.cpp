@@ -60,7 +60,7 @@ class SnapshotTest : public ControlFixture {};
 
 TEST_F(SnapshotTest, GivesEveryPixelOfTheFrameInReplies) {
   config::Settings settings = box.settings();
-  settings.camera.pose.yaw_rad = 0.5;
+  settings.camera.yaw_rad = 0.5;
   box.setSettings(settings);
   start();
   RawClient client = statusClient();

@@ -37,8 +37,8 @@ TEST_F(ProfileMethodsTest, BringsBackWhatWasSaved) {
   const json loaded = ask("LoadProfile", {{"name", "stiff"}})["parameters"];
   EXPECT_EQ(json({"force.law", "force.stiffness_n_per_m"}), loaded["changed"]);
   EXPECT_GT(loaded["generation"], 3);
-  EXPECT_EQ(800, box.appliedSettings().live.springs.stiffness_n_per_m);
-  EXPECT_EQ(rt::ForceLaw::proxy, box.appliedSettings().force.law);
+  EXPECT_EQ(800, box.appliedSettings().live.force.stiffness_n_per_m);
+  EXPECT_EQ(rt::ForceLaw::proxy, box.appliedSettings().live.force.law);
 }
 
 TEST_F(ProfileMethodsTest, SavesAllLiveParametersAndNoOthers) {
@@ -65,7 +65,7 @@ TEST_F(ProfileMethodsTest, KeepsWhatAHandWrittenProfileDoesNotName) {
   set({{"force.radius_m", 0.03}});
   EXPECT_EQ(json({"force.stiffness_n_per_m"}),
             ask("LoadProfile", {{"name", "hand"}})["parameters"]["changed"]);
-  EXPECT_EQ(0.03, box.appliedSettings().live.springs.radius_m);
+  EXPECT_EQ(0.03, box.appliedSettings().live.force.radius_m);
 }
 
 TEST_F(ProfileMethodsTest, ChangesNothingAndNamesEveryProblemOfABrokenProfile) {
@@ -106,7 +106,7 @@ TEST_F(ProfileMethodsTest, LoadsForAClientThatDoesNotWait) {
   client.call(R"({"method":"io.hapticd.Control.LoadProfile","parameters":{"name":"soft"},"oneway":true})");
   client.close();
   EXPECT_TRUE(box.waitForChanges(1));
-  EXPECT_EQ(250, box.appliedSettings().live.springs.stiffness_n_per_m);
+  EXPECT_EQ(250, box.appliedSettings().live.force.stiffness_n_per_m);
 }
 
 TEST_F(ProfileMethodsTest, ListsProfilesAndWhichOneIsForTheStart) {

@@ -111,7 +111,7 @@ class TraceRecorderTest : public testing::Test {
   std::unique_ptr<rt::SceneChannel> scenes = std::make_unique<rt::SceneChannel>();
   rt::TripleBuffer<rt::Vec3> focus;
   daemon::SceneThread scene_thread{settings.camera.effectiveDepthModel(),
-                                   settings.camera.pose,
+                                   settings.camera.pose(),
                                    settings.grid,
                                    rt::SceneNeeds::of(settings.effectiveLive()),
                                    *scenes,

@@ -28,9 +28,7 @@ class StartSettingsTest : public testing::Test {
   void registerX(double x_m) {
     EXPECT_TRUE(writeRegistration(folder.path(), Registration{{{x_m, 0, 0}, 0, 0, 0}, {}, ""}));
   }
-  static double stiffness(const StartSettings& start) {
-    return start.settings.live.springs.stiffness_n_per_m;
-  }
+  static double stiffness(const StartSettings& start) { return start.settings.live.force.stiffness_n_per_m; }
 
   const test::TemporaryFolder folder;
 };
@@ -49,10 +47,10 @@ TEST_F(StartSettingsTest, FollowTheBootProfileBeforeTheFileAndTheCommandLineBefo
   const StartSettings started = start(yaml);
   EXPECT_EQ(started.boot_profile, "mine");
   EXPECT_EQ(stiffness(started), 250);
-  EXPECT_EQ(started.settings.live.springs.min_points, 7);
+  EXPECT_EQ(started.settings.live.force.min_points, 7);
   const StartSettings overridden = start(yaml, {"force.stiffness_n_per_m=200"});
   EXPECT_EQ(stiffness(overridden), 200);
-  EXPECT_EQ(overridden.settings.live.springs.radius_m, 0.03);
+  EXPECT_EQ(overridden.settings.live.force.radius_m, 0.03);
 }
 
 TEST_F(StartSettingsTest, FollowTheRegistrationBeforeTheFileAndTheCommandLineBeforeBoth) {
@@ -60,10 +58,10 @@ TEST_F(StartSettingsTest, FollowTheRegistrationBeforeTheFileAndTheCommandLineBef
   const std::string yaml = "camera: {position_x_m: 1, position_y_m: 1}\n";
   const StartSettings started = start(yaml);
   ASSERT_TRUE(started.registration);
-  EXPECT_EQ(started.settings.camera.pose.position_m.x, 2);
-  EXPECT_EQ(started.settings.camera.pose.position_m.y, 0);  // a registration is a whole pose
+  EXPECT_EQ(started.settings.camera.position_x_m, 2);
+  EXPECT_EQ(started.settings.camera.position_y_m, 0);  // a registration is a whole pose
   EXPECT_EQ(started.configured_T_world_camera.position_m.x, 1);
-  EXPECT_EQ(start(yaml, {"camera.position_x_m=3"}).settings.camera.pose.position_m.x, 3);
+  EXPECT_EQ(start(yaml, {"camera.position_x_m=3"}).settings.camera.position_x_m, 3);
 }
 
 TEST_F(StartSettingsTest, LeaveOutABrokenBootProfileAndSayWhy) {
@@ -93,7 +91,7 @@ TEST_F(StartSettingsTest, LeaveOutABrokenRegistrationAndSayWhy) {
   bootProfile("force: {stiffness_n_per_m: 250}\n");
   const StartSettings started = start("camera: {position_x_m: 1}\n");
   EXPECT_FALSE(started.registration);
-  EXPECT_EQ(started.settings.camera.pose.position_m.x, 1);
+  EXPECT_EQ(started.settings.camera.position_x_m, 1);
   ASSERT_EQ(started.notices.size(), 1U);
   EXPECT_NE(started.notices[0].find("the registration of the camera's pose is not used: "),
             std::string::npos);

@@ -34,8 +34,7 @@ HandleMeasurement at(const Vec3& position_m, std::int64_t tick, std::uint32_t bu
 // A quarter turn about z maps the handle's x to the world's y.
 TEST(HandleFrame, TransformsPositionsToTheWorld) {
   config::HandleSettings settings;
-  settings.pose.yaw_rad = std::numbers::pi / 2;
-  settings.pose.position_m = {1, 2, 3};
+  settings.setPose({{1, 2, 3}, 0, 0, std::numbers::pi / 2});
   HandleFrame frame = frameOf(settings, 2);
   const rt::HandleState state = frame.stateOf(at({0.1, 0, 0.05}, 1));
   EXPECT_LT(norm(state.position_m_in_world - Vec3{1, 2.2, 3.1}), kRounding);
@@ -45,9 +44,9 @@ TEST(HandleFrame, TransformsPositionsToTheWorld) {
 // previous ones.
 TEST(HandleFrame, AppliesRollPitchAndYawInTheOrderOfTheCamera) {
   config::HandleSettings settings;
-  settings.pose.roll_rad = std::numbers::pi / 2;   // y to z
-  settings.pose.pitch_rad = std::numbers::pi / 2;  // z to x
-  settings.pose.yaw_rad = std::numbers::pi / 2;    // x to y
+  settings.roll_rad = std::numbers::pi / 2;   // y to z
+  settings.pitch_rad = std::numbers::pi / 2;  // z to x
+  settings.yaw_rad = std::numbers::pi / 2;    // x to y
   HandleFrame frame = frameOf(settings);
   EXPECT_LT(norm(frame.stateOf(at({0, 0.3, 0}, 1)).position_m_in_world - Vec3{0, 0.3, 0}), kRounding);
   EXPECT_LT(norm(frame.stateOf(at({0, 0, 0.3}, 2)).position_m_in_world - Vec3{0.3, 0, 0}), kRounding)
@@ -59,9 +58,9 @@ TEST(HandleFrame, TransformsForcesBackByTheSameRotation) {
   std::uniform_real_distribution<double> angle(-3, 3);
   for (int i = 0; i < 100; ++i) {
     config::HandleSettings settings;
-    settings.pose.roll_rad = angle(random);
-    settings.pose.pitch_rad = angle(random);
-    settings.pose.yaw_rad = angle(random);
+    settings.roll_rad = angle(random);
+    settings.pitch_rad = angle(random);
+    settings.yaw_rad = angle(random);
     HandleFrame frame = frameOf(settings, 3);
     const Vec3 motion{angle(random), angle(random), angle(random)};
     const Vec3 force{angle(random), angle(random), angle(random)};

@@ -145,8 +145,7 @@ struct Rig {
 
 TEST(UdpHandle, TransformsMeasurementsAndForcesByThePose) {
   config::HandleSettings turned = settings();
-  turned.pose.yaw_rad = std::numbers::pi / 2;
-  turned.pose.position_m = {10, 20, 30};
+  turned.setPose({{10, 20, 30}, 0, 0, std::numbers::pi / 2});
   Rig rig(turned);
   ASSERT_TRUE(rig.handle.start(*rig.channels));
   EXPECT_EQ(rig.handle.status().state, HandlePresence::absent);

@@ -266,7 +266,7 @@ TEST_F(V4l2, SetsWhatIsConfigured) {
 TEST_F(V4l2, ConfiguredIntrinsicsAndUnitServeACameraThatDoesNotAnswer) {
   video_->change([](auto& it) { it.control_result = -ETIMEDOUT; });
   settings_.v4l2.intrinsics = config::IntrinsicsSource::configured;
-  settings_.depth_model.fx_px = settings_.depth_model.fy_px = 430;
+  settings_.fx_px = settings_.fy_px = 430;
   settings_.v4l2.unit_um = 1000;
   start();
   video_->send(video_->countingFrame(0));

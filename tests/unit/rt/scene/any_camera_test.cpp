@@ -140,7 +140,7 @@ TEST_P(AnyCamera, TheExactLawEqualsAnExhaustiveSearch) {
     grid.point_capacity = 400000;
     tools::OfflineBox box(camera(), {}, grid);
     box.parameters().law = ForceLaw::nearest_springs;
-    SpringParameters& springs = box.parameters().springs;
+    SpringParameters& springs = box.parameters().force;
     box.show(*frame);
     std::mt19937 random(7);
     std::uniform_real_distribution<double> unit(-1, 1);
@@ -179,8 +179,7 @@ double planeErrorInSigma(const DepthModelParameters& camera, double distance_m) 
       const Vec3 hip = above - Vec3{0, 0, 0.023};
       box.core().release();
       for (int step = 0; step <= 23; ++step) box.lawForce(above + (step / 23.0) * (hip - above));
-      const double depth_m =
-          box.lawForce(hip).force_n_in_world.z / box.parameters().springs.stiffness_n_per_m;
+      const double depth_m = box.lawForce(hip).force_n_in_world.z / box.parameters().force.stiffness_n_per_m;
       squares += (depth_m - 0.003) * (depth_m - 0.003);
       ++count;
     }
@@ -226,7 +225,7 @@ double errorInJnd(const DepthModelParameters& camera, const Depth& depth, double
         const double height = kAbove_m - (kAbove_m + pressed_m) * step / kSteps;
         force = box.lawForce(at(i) + height * normal(i)).force_n_in_world;
       }
-      const Vec3 truth = pressed_m * box.parameters().springs.stiffness_n_per_m * normal(i);
+      const Vec3 truth = pressed_m * box.parameters().force.stiffness_n_per_m * normal(i);
       const double jnd = std::max(0.1, 0.07 * norm(truth));
       squares += dot(force - truth, force - truth) / (jnd * jnd);
     }

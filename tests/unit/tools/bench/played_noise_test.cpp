@@ -127,7 +127,7 @@ TEST(AHand, FeelsAPlaneWithEachPlayedCamera) {
     const auto frame = std::make_unique<rt::DepthFrame>();
     OfflineBox box(camera, {}, {});
     box.parameters().law = rt::ForceLaw::surface;
-    const double stiffness = box.parameters().springs.stiffness_n_per_m;
+    const double stiffness = box.parameters().force.stiffness_n_per_m;
     constexpr double kPressed_m = 0.008;
     double squares = 0;
     int places = 0;

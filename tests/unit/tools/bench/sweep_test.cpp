@@ -93,8 +93,8 @@ TEST(FeelProbe, HasThePopThroughForceOfTheClosedForm) {
   for (const auto& [stiffness, radius, count] :
        {std::tuple{500.0, 0.04, 100}, std::tuple{300.0, 0.03, 50}, std::tuple{700.0, 0.05, 300}}) {
     rt::LiveParameters parameters = lawOf(rt::ForceLaw::nearest_springs);
-    parameters.springs = {
-        .stiffness_n_per_m = stiffness, .radius_m = radius, .min_points = 10, .max_points = count};
+    parameters.force = {
+        {.stiffness_n_per_m = stiffness, .radius_m = radius, .min_points = 10, .max_points = count}, {}};
     const double expected = popThrough_n(stiffness, radius, count);
     if (expected > kNoPopThrough_n) continue;
     // 0.1 % for the lattice of pixels, and the push looks every 0.25 mm at a rounded peak

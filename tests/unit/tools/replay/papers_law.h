@@ -8,7 +8,7 @@ namespace hapticd::tools {
 /// Returns the default settings with the paper's law, whose force brute force over all points verifies.
 inline config::Settings papersLaw() {
   config::Settings settings;
-  settings.force.law = rt::ForceLaw::nearest_springs;
+  settings.live.force.law = rt::ForceLaw::nearest_springs;
   return settings;
 }
 

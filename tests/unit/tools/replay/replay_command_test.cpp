@@ -115,7 +115,7 @@ config::Settings unlimited(config::Settings settings) {
 TEST_F(ReplayCommand, DampsByTheVelocityOfTheSamples) {
   for (const double delay_s : {0.0, 0.004}) {
     config::Settings settings = unlimited(config::Settings{});
-    settings.force.law = rt::ForceLaw::proxy;
+    settings.live.force.law = rt::ForceLaw::proxy;
     settings.handle.driver = config::HandleDriver::udp;
     const auto lengthWith = [&](rt::ContactDamping damping) {
       settings.live.safety.contact_damping = damping;
@@ -139,7 +139,7 @@ TEST_F(ReplayCommand, DampsByTheVelocityOfTheSamples) {
 // A loop that lags feeds a swing: passivity control must see the motion to damp it.
 TEST_F(ReplayCommand, BooksTheEnergyThatTheHandGets) {
   config::Settings settings = unlimited(config::Settings{});
-  settings.force.law = rt::ForceLaw::proxy;
+  settings.live.force.law = rt::ForceLaw::proxy;
   settings.live.safety.contact_damping = rt::ContactDamping::off;
   const auto swing = [&](bool controlled) {
     settings.live.safety.passivity_control = controlled;

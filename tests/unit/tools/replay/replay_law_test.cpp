@@ -58,7 +58,8 @@ std::size_t expectBruteForce(const config::Settings& settings, const rt::SpringP
 
 TEST(ReplayLaw, FollowsTheFourParametersOfThePaper) {
   config::Settings settings = papersLaw();
-  settings.live.springs = {.stiffness_n_per_m = 1234, .radius_m = 0.02, .min_points = 40, .max_points = 70};
+  settings.live.force = {{.stiffness_n_per_m = 1234, .radius_m = 0.02, .min_points = 40, .max_points = 70},
+                         settings.live.force.law};
   const std::size_t with_force = expectBruteForce(
       settings, {.stiffness_n_per_m = 1234, .radius_m = 0.02, .min_points = 40, .max_points = 70});
   EXPECT_GT(with_force, 50U);               // so that N_max is tested
@@ -67,7 +68,7 @@ TEST(ReplayLaw, FollowsTheFourParametersOfThePaper) {
 
 TEST(ReplayLaw, TurnsAndMovesWithTheCamera) {
   config::Settings settings = papersLaw();
-  settings.camera.pose = {{0.3, -1.2, 0.7}, 0.2, -0.5, 1.1};
+  settings.camera.setPose({{0.3, -1.2, 0.7}, 0.2, -0.5, 1.1});
   const double cr = std::cos(0.2), sr = std::sin(0.2), cp = std::cos(-0.5), sp = std::sin(-0.5),
                cy = std::cos(1.1), sy = std::sin(1.1);
   // Rz(yaw) Ry(pitch) Rx(roll), multiplied out by hand.

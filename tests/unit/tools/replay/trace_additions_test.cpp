@@ -72,8 +72,8 @@ struct Sets {
 
   void change(const config::SceneAdditions& to) {
     const config::Settings settings;
-    config::toFixtureSet(to.fixtures, current.fixtures, settings.camera.pose, *fixtures);
-    config::toTissueMap(to.regions, current.regions, {}, settings.camera.pose, *tissue);
+    config::toFixtureSet(to.fixtures, current.fixtures, settings.camera.pose(), *fixtures);
+    config::toTissueMap(to.regions, current.regions, {}, settings.camera.pose(), *tissue);
     current = to;
   }
   trace::AdditionsRecord record(std::int64_t time_ns) const {
@@ -100,8 +100,8 @@ TEST(AdditionsRecord, GivesBackTheSetsOfTheForceLoopWithAllTheirNumbers) {
   const config::Settings settings;
   const auto fixtures = std::make_unique<rt::FixtureSet>();
   const auto tissue = std::make_unique<rt::TissueMap>();
-  ASSERT_TRUE(trace::restore(record, settings.camera.pose, "a.mcap", *fixtures));
-  ASSERT_TRUE(trace::restore(record, settings.camera.pose, "a.mcap", *tissue));
+  ASSERT_TRUE(trace::restore(record, settings.camera.pose(), "a.mcap", *fixtures));
+  ASSERT_TRUE(trace::restore(record, settings.camera.pose(), "a.mcap", *tissue));
   EXPECT_EQ(fixtures->generation, 2U);
   ASSERT_EQ(fixtures->count, 3U);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -131,8 +131,8 @@ TEST(AdditionsRecord, IsRefusedWhereItsPartsDoNotAgree) {
   const auto fixtures = std::make_unique<rt::FixtureSet>();
   const auto tissue = std::make_unique<rt::TissueMap>();
   const auto refusal = [&](const trace::AdditionsRecord& record) {
-    auto restored = trace::restore(record, settings.camera.pose, "a.mcap", *fixtures);
-    if (restored) restored = trace::restore(record, settings.camera.pose, "a.mcap", *tissue);
+    auto restored = trace::restore(record, settings.camera.pose(), "a.mcap", *fixtures);
+    if (restored) restored = trace::restore(record, settings.camera.pose(), "a.mcap", *tissue);
     return restored ? "" : restored.error().text();
   };
   const trace::AdditionsRecord whole = sets.record(0);
@@ -157,10 +157,10 @@ struct RecordedLabels {
     config::LabelImage image{width_px, height_px,
                              std::string(static_cast<std::size_t>(width_px * height_px), 0)};
     for (std::size_t i = 0; i < image.labels.size(); ++i) image.labels[i] = static_cast<char>(i % 7);
-    config::toTissueMap({}, {}, image, settings.camera.pose, *sent);
+    config::toTissueMap({}, {}, image, settings.camera.pose(), *sent);
     record = trace::recordOf({}, *std::make_unique<rt::FixtureSet>(), *sent, 0);
   }
-  base::Result<void> restore() const { return trace::restore(record, settings.camera.pose, "a.mcap", *back); }
+  base::Result<void> restore() const { return trace::restore(record, settings.camera.pose(), "a.mcap", *back); }
 
   config::Settings settings;
   std::unique_ptr<rt::TissueMap> sent = std::make_unique<rt::TissueMap>();
@@ -193,7 +193,7 @@ TEST(AdditionsRecord, RefusesLabelsThatDoNotFitTheirSize) {
 /// A session of an engaged core in front of a wall: the hand presses into the ball, later through the floor.
 test::MadeUpRecords session(const config::Settings& settings) {
   test::MadeUpRecords records;
-  const rt::DepthModel model(settings.camera.effectiveDepthModel(), settings.camera.pose);
+  const rt::DepthModel model(settings.camera.effectiveDepthModel(), settings.camera.pose());
   rt::SceneBuilder builder(model, settings.grid);
   rt::SceneStorage storage(builder.shape(), builder.pointCapacity(), builder.model());
   rt::Scene scene;
@@ -234,6 +234,7 @@ test::MadeUpRecords session(const config::Settings& settings) {
   Sets sets;
   sets.change(firstAdditions());
   records.additions.push_back(sets.record(kBegin_ns));
+  const rt::StartParameters start = settings.startParameters();
   records.snapshots.push_back({.time_ns = kBegin_ns, .snapshot = {1, 1, core.memory()}});
   for (std::uint64_t number = 1; number <= kTicks; ++number) {
     const std::int64_t now_ns = kBegin_ns + static_cast<std::int64_t>(number) * kTick_ns;
@@ -249,6 +250,7 @@ test::MadeUpRecords session(const config::Settings& settings) {
                                .scene = scene,
                                .handle = handle,
                                .directive = directive,
+                               .start = start,
                                .fixtures = sets.fixtures.get(),
                                .tissue = sets.tissue.get()});
     tick.number = number;
