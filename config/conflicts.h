@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -15,6 +16,10 @@ struct Conflict {
   std::vector<std::string_view> parameters;
   base::Error error;  ///< where: the first parameter
 };
+
+/// Adds a violated rule; the first of its parameters is the place of the error.
+void addConflict(std::vector<Conflict>& conflicts, std::vector<std::string_view> parameters, std::string what,
+                 std::string remedy);
 
 /// Returns every violated rule, or none.
 std::vector<Conflict> conflictsIn(const Settings& settings);

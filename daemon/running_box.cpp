@@ -18,7 +18,7 @@
 #include "daemon/stop_guard.h"
 #include "daemon/thread_faults.h"
 #include "drivers/camera/common_depth_header.h"
-#include "drivers/make_devices.h"
+#include "drivers/driver_table.h"
 #include "drivers/trace/additions.h"
 #include "drivers/trace/trace_format.h"
 #include "rt/base/periodic_clock.h"
@@ -77,7 +77,7 @@ RunningBox::RunningBox(const config::Settings& settings, std::unique_ptr<FaultIn
       added_scene_(*control_, depth_model_, settings.camera.pose),
       scene_thread_(settings.camera.effectiveDepthModel(), settings.camera.pose, settings.grid,
                     rt::SceneNeeds::of(settings.effectiveLive()), scenes_, focus_),
-      camera_(drivers::makeCamera(settings.camera, settings.synthetic)),
+      camera_(drivers::makeCamera(settings.camera)),
       handle_(drivers::makeHandle(settings.handle, settings.live.handle, handleThreadPolicy(settings))),
       leds_(drivers::makeLedPanel(settings.leds)),
       trace_(settings,

@@ -6,9 +6,8 @@
 
 #include "config/base/nearest_names.h"
 #include "config/base/value_text.h"
-#include "config/settings/camera_rows.h"
+#include "config/settings/driver_rows.h"
 #include "config/settings/parameter_rows.h"
-#include "config/settings/stand_in_rows.h"
 
 namespace hapticd::config {
 namespace {
@@ -17,10 +16,13 @@ constexpr Effect kLive = Effect::live;
 constexpr Effect kRestart = Effect::restart;
 using enum Looser;
 
+/// A little more than pi, so that pi is accepted however it was rounded.
+constexpr double kHalfTurn = 3.1416;
+
 // Columns: name, effect, unit, {minimum, maximum}, the paper's symbol, help, and of limits which value is
 // looser. All rows have the same shape.
 // clang-format off
-constexpr auto kRowsBeforeCamera = std::to_array<Parameter>({
+constexpr auto kForceToSafety = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(force.law)>(
         "force.law", kLive, "", {}, "",
         "how depth becomes force; auto: the cheapest law and filter within force.max_error_n"),
@@ -122,7 +124,94 @@ constexpr auto kRowsBeforeCamera = std::to_array<Parameter>({
         "faster motion of the hand is treated as a fault of the handle; 0: no limit", higher_or_zero),
 });
 
-constexpr auto kRowsAfterCamera = std::to_array<Parameter>({
+constexpr auto kCameraDriverRows = std::to_array<Parameter>({
+    row<HAPTICD_MEMBER(camera.driver)>(
+        "camera.driver", kRestart, "", {}, "",
+        "source of the depth frames"),
+    row<HAPTICD_MEMBER(camera.serial)>(
+        "camera.serial", kRestart, "", {}, "",
+        "serial number of the camera to use; empty: the first one found"),
+});
+
+constexpr auto kCameraRows = std::to_array<Parameter>({
+    row<HAPTICD_MEMBER(camera.format.width_px)>(
+        "camera.width_px", kRestart, "px", {0, 1280}, "",
+        "width of the frames, 160 or more, for the driver v4l2 and for synthetic cameras other than a Kinect v1; 0: 848, or 640 for time_of_flight"),
+    row<HAPTICD_MEMBER(camera.format.height_px)>(
+        "camera.height_px", kRestart, "px", {0, 800}, "",
+        "height of the frames, 100 or more, for the driver v4l2 and for synthetic cameras other than a Kinect v1; 0: 480, or 576 for time_of_flight"),
+    row<HAPTICD_MEMBER(camera.format.intrinsics)>(
+        "camera.intrinsics", kRestart, "", {}, "",
+        "intrinsics of the same cameras: those that the camera reports, or fx_px, fy_px, cx_px and cy_px"),
+    row<HAPTICD_MEMBER(camera.format.unit_um)>(
+        "camera.unit_um", kRestart, "um", {0, 10000}, "",
+        "depth unit of the same cameras; 0: 100 um where the camera can be set to it and the range allows it, otherwise its own"),
+    row<HAPTICD_MEMBER(live.camera.latency_s)>(
+        "camera.latency_s", kRestart, "s", {0, 0.2}, "",
+        "time from exposure to arrival of a frame; laws that predict motion extrapolate the surface by it"),
+    row<HAPTICD_MEMBER(camera.depth_law)>(
+        "camera.depth_law", kRestart, "", {}, "",
+        "coefficients of the depth conversion: Table I, libfreenect's, or depth_a_per_m and depth_b_per_m"),
+    row<HAPTICD_MEMBER(camera.depth_model.a_per_m)>(
+        "camera.depth_a_per_m", kRestart, "1/m", {-1, 1}, "a",
+        "change of 1/Z per raw unit, for the depth law custom"),
+    row<HAPTICD_MEMBER(camera.depth_model.b_per_m)>(
+        "camera.depth_b_per_m", kRestart, "1/m", {-10, 10}, "b",
+        "1/Z at the raw value 0, for the depth law custom"),
+    row<HAPTICD_MEMBER(camera.depth_model.near_m)>(
+        "camera.near_m", kRestart, "m", {0.07, 10}, "",
+        "nearer measurements are rejected"),
+    row<HAPTICD_MEMBER(camera.depth_model.far_m)>(
+        "camera.far_m", kRestart, "m", {0.1, 10}, "",
+        "farther measurements are rejected"),
+    row<HAPTICD_MEMBER(camera.depth_model.fx_px)>(
+        "camera.fx_px", kRestart, "px", {100, 2000}, "f_x",
+        "focal length, horizontal"),
+    row<HAPTICD_MEMBER(camera.depth_model.fy_px)>(
+        "camera.fy_px", kRestart, "px", {100, 2000}, "f_y",
+        "focal length, vertical"),
+    row<HAPTICD_MEMBER(camera.depth_model.cx_px)>(
+        "camera.cx_px", kRestart, "px", {0, 1280}, "c_x",
+        "optical centre, from the left"),
+    row<HAPTICD_MEMBER(camera.depth_model.cy_px)>(
+        "camera.cy_px", kRestart, "px", {0, 800}, "c_y",
+        "optical centre, from the top"),
+    row<HAPTICD_MEMBER(camera.depth_model.noise.c0_m)>(
+        "camera.noise_c0_m", kRestart, "m", {0, 0.1}, "",
+        "part of the noise of Z that is the same at each depth: sigma(Z) = c0 + c1 Z + c2 Z^2; all three 0: from the camera's model"),
+    row<HAPTICD_MEMBER(camera.depth_model.noise.c1)>(
+        "camera.noise_c1", kRestart, "", {0, 0.1}, "",
+        "part of the noise of Z that grows with the depth"),
+    row<HAPTICD_MEMBER(camera.depth_model.noise.c2_per_m)>(
+        "camera.noise_c2_per_m", kRestart, "1/m", {0, 0.1}, "",
+        "part of the noise of Z that grows with the square of the depth, as of every camera that triangulates"),
+    row<HAPTICD_MEMBER(camera.depth_model.noise.standing_share)>(
+        "camera.noise_standing_share", kRestart, "", {0, 1}, "",
+        "share of the noise's variance that is the same in each frame of a resting scene"),
+    row<HAPTICD_MEMBER(camera.depth_model.noise.correlation_px)>(
+        "camera.noise_correlation_px", kRestart, "px", {1, 32}, "",
+        "distance over which the errors of neighbouring pixels are alike; a smaller one expects less noise in means over pixels"),
+    row<HAPTICD_MEMBER(camera.pose.position_m.x)>(
+        "camera.position_x_m", kRestart, "m", {-10, 10}, "",
+        "camera's position in the world, x"),
+    row<HAPTICD_MEMBER(camera.pose.position_m.y)>(
+        "camera.position_y_m", kRestart, "m", {-10, 10}, "",
+        "camera's position in the world, y"),
+    row<HAPTICD_MEMBER(camera.pose.position_m.z)>(
+        "camera.position_z_m", kRestart, "m", {-10, 10}, "",
+        "camera's position in the world, z"),
+    row<HAPTICD_MEMBER(camera.pose.roll_rad)>(
+        "camera.roll_rad", kRestart, "rad", {-kHalfTurn, kHalfTurn}, "",
+        "camera's rotation about the world's x axis, applied first"),
+    row<HAPTICD_MEMBER(camera.pose.pitch_rad)>(
+        "camera.pitch_rad", kRestart, "rad", {-kHalfTurn, kHalfTurn}, "",
+        "camera's rotation about the world's y axis, applied second"),
+    row<HAPTICD_MEMBER(camera.pose.yaw_rad)>(
+        "camera.yaw_rad", kRestart, "rad", {-kHalfTurn, kHalfTurn}, "",
+        "camera's rotation about the world's z axis, applied last"),
+});
+
+constexpr auto kGridToHandle = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(grid.point_capacity)>(
         "grid.point_capacity", kRestart, "", {1024, 1024000}, "",
         "largest number of points in a scene, for the extent reach"),
@@ -188,33 +277,9 @@ constexpr auto kRowsAfterCamera = std::to_array<Parameter>({
         "handle.measure_latency", kRestart, "", {}, "",
         "drivers udp and falcon: measure how late forces act with a knock of 0.5 N for 0.16 s when the box first engages, and "
         "reckon with what the driver cannot tell"),
-    row<HAPTICD_MEMBER(handle.udp.address)>(
-        "udp_handle.address", kRestart, "", {}, "",
-        "IPv4 address of this computer at which it receives packets"),
-    row<HAPTICD_MEMBER(handle.udp.port)>(
-        "udp_handle.port", kRestart, "", {1, 65535}, "",
-        "UDP port of this computer"),
-    row<HAPTICD_MEMBER(handle.udp.peer)>(
-        "udp_handle.peer", kRestart, "", {}, "",
-        "IPv4 address of the device's computer, or address:port; packets from others are rejected"),
-    row<HAPTICD_MEMBER(handle.udp.key_file)>(
-        "udp_handle.key_file", kRestart, "", {}, "",
-        "file with the key shared by both computers; empty: packets are not authenticated"),
-    row<HAPTICD_MEMBER(handle.hid.kind)>(
-        "hid_handle.kind", kRestart, "", {}, "",
-        "kind of device: a controller with hapticd's reports, or a SpaceMouse, which exerts no force"),
-    row<HAPTICD_MEMBER(handle.hid.device)>(
-        "hid_handle.device", kRestart, "", {}, "",
-        "USB vendor and product of the handle, hexadecimal, as lsusb shows them"),
-    row<HAPTICD_MEMBER(handle.hid.full_speed_m_per_s)>(
-        "hid_handle.full_speed_m_per_s", kRestart, "m/s", {0.001, 1}, "",
-        "speed of the HIP at full deflection of a SpaceMouse"),
-    row<HAPTICD_MEMBER(handle.falcon.firmware)>(
-        "falcon_handle.firmware", kRestart, "", {}, "",
-        "path of the firmware image, which is licensed by Novint and not part of hapticd"),
-    row<HAPTICD_MEMBER(handle.falcon.force_share)>(
-        "falcon_handle.force_share", kRestart, "", {0.01, 1}, "",
-        "fraction of the motor counts per newton that other drivers send; calibrate with a scale before raising it"),
+});
+
+constexpr auto kLedsToTrace = std::to_array<Parameter>({
     row<HAPTICD_MEMBER(leds.driver)>(
         "leds.driver", kRestart, "", {}, "",
         "driver of the LEDs"),
@@ -273,30 +338,90 @@ constexpr auto kRowsAfterCamera = std::to_array<Parameter>({
         "trace.flight_recorder_s", kRestart, "s", {0, 60}, "",
         "duration of the newest ticks kept in memory, written on a fault or by hapticctl trace dump; 0: none"),
 });
+
+constexpr auto kFaultRows = std::to_array<Parameter>({
+    row<HAPTICD_MEMBER(control.allow_fault_injection)>(
+        "control.allow_fault_injection", kRestart, "", {}, "",
+        "allow hapticd --inject to simulate faults, for tests of a box that nobody holds"),
+});
 // clang-format on
 
-template <std::size_t... kCounts>
-constexpr auto joined(const std::array<Parameter, kCounts>&... parts) {
-  std::array<Parameter, (kCounts + ...)> all{};
-  auto end = all.begin();
-  ((end = std::ranges::copy(parts, end).out), ...);
-  return all;
-}
+/// All rows: those of this file, and those that the drivers state.
+class Table {
+ public:
+  Table() {
+    add(kForceToSafety);
+    add(kCameraDriverRows);
+    addDrivers(cameraDrivers(), false);
+    add(kCameraRows);
+    add(kGridToHandle);
+    addDrivers(handleDrivers(), false);
+    add(kLedsToTrace);
+    shown_ = rows_.size();
+    addDrivers(cameraDrivers(), true);
+    addDrivers(handleDrivers(), true);
+    add(kFaultRows);
+    offer("camera.driver", cameraDrivers(), cameras_);
+    offer("handle.driver", handleDrivers(), handles_);
+  }
+  Table(const Table&) = delete;
+  Table& operator=(const Table&) = delete;
 
-constexpr auto kAll = joined(kRowsBeforeCamera, kCameraRows, kRowsAfterCamera, kStandInRows);
+  std::span<const Parameter> all() const { return rows_; }
+  std::span<const Parameter> shown() const { return all().first(shown_); }
+  std::span<const Parameter> standIns() const { return all().subspan(shown_); }
+
+ private:
+  struct Words {
+    std::vector<std::string_view> words;
+    std::vector<std::string_view> help;
+  };
+
+  void add(std::span<const Parameter> rows) { rows_.insert(rows_.end(), rows.begin(), rows.end()); }
+
+  template <typename Driver>
+  void addDrivers(std::span<const Driver> drivers, bool stand_in) {
+    for (const Driver& driver : drivers) {
+      if (driver.stands_in == stand_in) add(driver.parameters);
+    }
+  }
+
+  /// Makes the text `name` a choice of the words of the drivers.
+  template <typename Driver>
+  void offer(std::string_view name, std::span<const Driver> drivers, Words& to) {
+    for (const Driver& driver : drivers) {
+      to.words.push_back(driver.word);
+      to.help.push_back(driver.help);
+    }
+    Parameter& parameter = *std::ranges::find(rows_, name, &Parameter::name);
+    parameter.kind = Kind::choice;
+    parameter.choices = to.words;
+    parameter.choice_help = to.help;
+  }
+
+  std::vector<Parameter> rows_;
+  std::size_t shown_ = 0;
+  Words cameras_;
+  Words handles_;
+};
+
+const Table& table() {
+  static const Table kTable;
+  return kTable;
+}
 
 }  // namespace
 
 std::span<const Parameter> parameterTable() {
-  return allParameters().first(kAll.size() - kStandInRows.size());
+  return table().shown();
 }
 
 std::span<const Parameter> standInParameters() {
-  return allParameters().last(kStandInRows.size());
+  return table().standIns();
 }
 
 std::span<const Parameter> allParameters() {
-  return kAll;
+  return table().all();
 }
 
 std::vector<std::string_view> parameterGroups() {
@@ -308,13 +433,14 @@ std::vector<std::string_view> parameterGroups() {
 }
 
 const Parameter* findParameter(std::string_view name) {
-  const auto found = std::ranges::find(kAll, name, &Parameter::name);
-  return found == kAll.end() ? nullptr : &*found;
+  const std::span<const Parameter> all = allParameters();
+  const auto found = std::ranges::find(all, name, &Parameter::name);
+  return found == all.end() ? nullptr : &*found;
 }
 
 base::Error unknownParameter(std::string_view name) {
-  std::array<std::string_view, kAll.size()> names;
-  std::ranges::transform(kAll, names.begin(), &Parameter::name);
+  std::vector<std::string_view> names;
+  for (const Parameter& parameter : allParameters()) names.push_back(parameter.name);
   const std::string guess = base::didYouMean(name, names);
   return {.where = base::inQuotes(name),
           .what = "there is no parameter of this name",

@@ -12,16 +12,8 @@
 /// start.
 namespace hapticd::rt {
 
-/// The force laws.
-enum class ForceLaw : std::uint8_t {
-  nearest_springs,  ///< the paper's: mean of the springs of the nearest points
-  smooth_springs,   ///< weighted mean of the springs of all near points, continuous in position
-  proxy,            ///< spring to a proxy that planes fitted to the raw points hold back
-  surface,          ///< spring to a proxy that the visible surface holds back
-};
-constexpr auto wordsOf(ForceLaw) {
-  return words<ForceLaw>("nearest_springs", "smooth_springs", "proxy", "surface");
-}
+/// A force law; the enumerators are those of the table (rt/laws/law_table.h).
+enum class ForceLaw : std::uint8_t;
 
 /// Live. The paper's four parameters, eq. (6)-(11).
 struct SpringParameters {
@@ -122,7 +114,7 @@ struct CameraTimingParameters {
 
 /// All parameters that may change while the force loop runs, as one consistent set.
 struct LiveParameters {
-  ForceLaw law = ForceLaw::nearest_springs;
+  ForceLaw law{};  ///< the first of the table: nearest_springs
   SpringParameters springs;
   ContactParameters contact;
   SurfaceParameters surface;

@@ -109,7 +109,7 @@ FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const Eva
          .velocity_m_per_s_in_world = input.handle.velocity_m_per_s_in_world,
          .parameters = parameters,
          .law = evaluation.sample,
-         .surface_law = laws_.law() == ForceLaw::surface,
+         .surface_law = rowOf(laws_.law()).carries_standoffs,
          .frame_age_s = frameAge_s(input.scene, input.now_ns, parameters),
          .depth_share = tick.depth_share,
          .now_ns = input.now_ns,

@@ -18,6 +18,7 @@
 #include "rt/fixtures/fixture_state.h"
 #include "rt/laws/automatic_stiffness.h"
 #include "rt/laws/force_law.h"
+#include "rt/laws/law_table.h"
 #include "rt/safety/latency_probe.h"
 #include "rt/safety/stiffness_limit.h"
 #include "rt/tissue/tissue.h"
@@ -98,7 +99,7 @@ struct Tick {
   bool stopping = false;           ///< the loop is to end; no new engagement
   bool after_overrun = false;      ///< the previous tick ended late
   bool blending = false;           ///< a change of scene, law or parameters is still being blended in
-  ForceLaw law = ForceLaw::nearest_springs;  ///< the law that the force comes from
+  ForceLaw law{};                  ///< the law that the force comes from
   ContactState contact = ContactState::free;
   std::uint32_t points_used = 0;  ///< N of eq. (11)
   std::uint64_t scene_frame = 0;  ///< sequence number of the scene's frame; 0: none

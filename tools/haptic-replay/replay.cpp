@@ -79,7 +79,7 @@ namespace {
 config::Settings settingsFor(const config::Settings& settings, const DepthSource& source) {
   config::Settings own = settings;
   if (const auto camera = source.camera()) {
-    own.camera.driver = config::CameraDriver::recorded;
+    own.camera.driver = "recorded";
     own.camera.depth_law = config::DepthLaw::custom;  // so that the model is taken as it is
     own.camera.depth_model = *camera;
   }

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "config/settings/parameter_table.h"
+#include "drivers/camera/synthetic/analytic_scene.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::config {
@@ -52,11 +53,11 @@ synthetic:
   EXPECT_EQ(settings.live.springs.stiffness_n_per_m, 750);
   EXPECT_EQ(settings.live.springs.radius_m, 0.035);
   EXPECT_EQ(settings.live.springs.min_points, 12);
-  EXPECT_EQ(settings.camera.driver, CameraDriver::recorded);
+  EXPECT_EQ(settings.camera.driver, "recorded");
   EXPECT_EQ(settings.camera.recording, "some: folder");
   EXPECT_FALSE(settings.camera.loop);
   EXPECT_EQ(settings.camera.serial, "0123");
-  EXPECT_EQ(settings.synthetic.scene, SyntheticScene::sphere);
+  EXPECT_EQ(settings.camera.of<drivers::SyntheticSettings>().scene, drivers::SyntheticScene::sphere);
   EXPECT_EQ(settings.live.springs.max_points, 100);  // not set
 }
 

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticctl/doctor/named_device.h"
 
+#include <algorithm>
 #include <filesystem>
+#include <variant>
 
-#include "config/settings/hid_id.h"
+#include "config/settings/driver_rows.h"
+#include "drivers/handle/hid/hid_settings.h"
 #include "tools/hapticctl/doctor/usb_device.h"
 
 namespace hapticd::tools {
@@ -21,11 +24,15 @@ bool isChipOfLeds(const Examination& box, const std::string& chip) {
 
 bool isHidHandle(const Examination& box, const std::string& node) {
   const config::HandleSettings& handle = box.configuration.settings.handle;
-  if (handle.driver != config::HandleDriver::hid) return false;
   const std::string uevent = box.machine.read("sys/class/hidraw/" + node + "/device/uevent").value_or("");
-  const auto configured = config::hidIdFrom(handle.hid.device);
   const auto id = hidIdIn(uevent);
-  if (!configured || !id || *id != *configured) return false;
+  const auto is_it = [&id](const config::Need& need) {
+    const auto* const hid = std::get_if<config::HidNeed>(&need);
+    if (hid == nullptr || !id) return false;
+    const auto configured = drivers::hidIdFrom(hid->device);
+    return configured && *id == *configured;
+  };
+  if (std::ranges::none_of(config::driverOf(handle).needs(handle), is_it)) return false;
   return handle.serial.empty() || variableOf(uevent, "HID_UNIQ") == handle.serial;
 }
 

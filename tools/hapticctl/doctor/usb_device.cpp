@@ -16,11 +16,11 @@ std::string variableOf(const std::string& uevent, const std::string& name) {
   return {};
 }
 
-std::optional<config::HidId> hidIdIn(const std::string& uevent) {
+std::optional<drivers::HidId> hidIdIn(const std::string& uevent) {
   const std::string id = variableOf(uevent, "HID_ID");
   constexpr std::size_t kLength = 22;  // bus, vendor and product: 4, 8 and 8 digits
   if (id.size() != kLength) return std::nullopt;
-  const auto parsed = config::hidIdFrom(id.substr(9, 4) + ":" + id.substr(18, 4));
+  const auto parsed = drivers::hidIdFrom(id.substr(9, 4) + ":" + id.substr(18, 4));
   return parsed ? std::optional(*parsed) : std::nullopt;
 }
 
