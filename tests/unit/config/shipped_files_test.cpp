@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <fstream>
+#include <span>
 #include <string>
 
+#include "config/settings/driver_rows.h"
 #include "config/settings/parameter_table.h"
 #include "config/yaml_loader.h"
 #include "drivers/camera/synthetic/analytic_scene.h"
@@ -48,22 +50,29 @@ void expectLoads(const std::filesystem::path& file, Settings& settings) {
   for (const base::Error& error : loaded.error()) ADD_FAILURE() << error.text();
 }
 
-TEST(StandInParameters, AreInTheReadmeOfTheirDriver) {
-  const auto readmeOf = [](const Parameter& parameter) {
-    if (parameter.group() == "synthetic") return "drivers/camera/synthetic/README.md";
-    if (parameter.group() == "camera") return "drivers/camera/recorded/README.md";
-    return parameter.group() == "simulated_handle" ? "drivers/handle/simulated/README.md" : "docs/faults.md";
-  };
-  for (const Parameter& parameter : standInParameters()) {
-    const std::string text = test::contentOf(std::filesystem::path(HAPTICD_SOURCE) / readmeOf(parameter));
+void expectRows(std::span<const Parameter> parameters, const std::string& readme) {
+  const std::string text = test::contentOf(std::filesystem::path(HAPTICD_SOURCE) / readme);
+  for (const Parameter& parameter : parameters) {
     const std::string standard = toText(parameter.defaultValue());
     const std::string row =
         fmt::format("| `{}` | {} | {} | {} |\n", parameter.name, standard.empty() ? "empty" : standard,
                     parameter.range(), parameter.help);
-    EXPECT_NE(text.find(parameter.group() == "control" ? fmt::format("`{}`", parameter.name) : row),
-              std::string::npos)
-        << row;
+    EXPECT_NE(text.find(row), std::string::npos) << row;
   }
+}
+
+TEST(StandInParameters, AreInTheReadmeOfTheirDriver) {
+  std::size_t count = 1;  // control.allow_fault_injection
+  const auto expectRowsOf = [&count](const auto& driver, const std::string& folder) {
+    if (!driver.stands_in) return;
+    expectRows(driver.parameters, fmt::format("drivers/{}/{}/README.md", folder, driver.word));
+    count += driver.parameters.size();
+  };
+  for (const CameraDriver& driver : cameraDrivers()) expectRowsOf(driver, "camera");
+  for (const HandleDriver& driver : handleDrivers()) expectRowsOf(driver, "handle");
+  EXPECT_EQ(standInParameters().size(), count);
+  const std::string faults = test::contentOf(std::filesystem::path(HAPTICD_SOURCE) / "docs/faults.md");
+  EXPECT_NE(faults.find("`control.allow_fault_injection`"), std::string::npos);
 }
 
 TEST(ShippedFiles, HapticdYamlChangesNothingAsItIsShipped) {

@@ -14,7 +14,6 @@
 namespace hapticd::tools {
 namespace {
 
-using config::CameraDriver;
 
 class CameraListing : public testing::Test {
  protected:
