@@ -12,7 +12,6 @@
 #include "config/additions/addition_checks.h"
 #include "config/base/value_text.h"
 #include "config/settings/depth_cameras.h"
-#include "config/settings/driver_rows.h"
 #include "config/settings/law_choice.h"
 #include "config/settings/line_address.h"
 #include "config/settings/parameter_table.h"
@@ -20,13 +19,6 @@
 #include "rt/modelling/scene_builder.h"
 
 namespace hapticd::config {
-
-void addConflict(std::vector<Conflict>& conflicts, std::vector<std::string_view> parameters, std::string what,
-                 std::string remedy) {
-  base::Error error{std::string(parameters.front()), std::move(what), std::move(remedy)};
-  conflicts.push_back({std::move(parameters), std::move(error)});
-}
-
 namespace {
 
 // sizeof(sockaddr_un::sun_path) without the terminating NUL.

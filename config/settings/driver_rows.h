@@ -5,11 +5,11 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
 #include "config/base/error.h"
-#include "config/conflicts.h"
 #include "config/settings/parameter_table.h"
 #include "config/settings/settings.h"
 
@@ -17,6 +17,20 @@
 /// Each driver states it in its folder; drivers/driver_table.h is the table. A function that a driver leaves
 /// out is that of a driver to which nothing special applies.
 namespace hapticd::config {
+
+/// A violated rule between parameters whose individual values are all in range.
+struct Conflict {
+  /// Names of the parameters that the rule involves, the most likely cause first.
+  std::vector<std::string_view> parameters;
+  base::Error error;  ///< where: the first parameter
+};
+
+/// Adds a violated rule; the first of its parameters is the place of the error.
+inline void addConflict(std::vector<Conflict>& conflicts, std::vector<std::string_view> parameters,
+                        std::string what, std::string remedy) {
+  base::Error error{std::string(parameters.front()), std::move(what), std::move(remedy)};
+  conflicts.push_back({std::move(parameters), std::move(error)});
+}
 
 /// A file that a driver reads.
 struct FileNeed {
@@ -104,7 +118,7 @@ const HandleDriver& driverOf(const HandleSettings& settings);
 }  // namespace hapticd::config
 
 /// The accessor of a member of a driver's own settings for row(), as HAPTICD_MEMBER: of `camera` or `handle`.
-#define HAPTICD_OWN_MEMBER(device, Own, path)          \
-  [](auto& settings) -> auto& {                        \
-    return settings.device.template of<Own>().path;    \
+#define HAPTICD_OWN_MEMBER(device, Own, path)       \
+  [](auto& settings) -> auto& {                     \
+    return settings.device.template of<Own>().path; \
   }
