@@ -93,7 +93,7 @@ class RunningLoop {
         wall_(settings, scenes_),
         focus_(settings.handle.of<drivers::SimulatedHandleSettings>().start_m_in_world),
         control_(std::make_unique<rt::ControlChannels>()),
-        handle_(settings.handle.simulated,
+        handle_(settings.handle.of<drivers::SimulatedHandleSettings>(),
                 drivers::handleThreadPolicy(settings.handle, settings.loop, settings.loop.cpu)),
         loop_(settings.loop, wall_.pointCapacity(),
               {scenes_, handle_channels_.state, handle_channels_.command, focus_, *control_}) {}
