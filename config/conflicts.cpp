@@ -12,8 +12,6 @@
 #include "config/additions/addition_checks.h"
 #include "config/base/value_text.h"
 #include "config/settings/depth_cameras.h"
-#include "config/settings/hid_id.h"
-#include "config/settings/ipv4_endpoint.h"
 #include "config/settings/law_choice.h"
 #include "config/settings/line_address.h"
 #include "config/settings/parameter_table.h"
@@ -26,22 +24,13 @@ namespace {
 // sizeof(sockaddr_un::sun_path) without the terminating NUL.
 constexpr std::size_t kMaxSocketPathLength = 107;
 
-// Shorter directions lose digits when they are normalised.
-constexpr double kMinDirection = 1e-3;
-
-void add(std::vector<Conflict>& conflicts, std::vector<std::string_view> parameters, std::string what,
-         std::string remedy) {
-  base::Error error{std::string(parameters.front()), std::move(what), std::move(remedy)};
-  conflicts.push_back({std::move(parameters), std::move(error)});
-}
-
 void checkPointCounts(const Settings& settings, std::vector<Conflict>& conflicts) {
   const rt::SpringParameters& springs = settings.live.force;
   if (springs.min_points <= springs.max_points) return;
-  add(conflicts, {"force.min_points", "force.max_points"},
-      fmt::format("{} is above force.max_points, {}", springs.min_points, springs.max_points),
-      fmt::format("set force.min_points to at most {} or force.max_points to at least {}", springs.max_points,
-                  springs.min_points));
+  addConflict(conflicts, {"force.min_points", "force.max_points"},
+              fmt::format("{} is above force.max_points, {}", springs.min_points, springs.max_points),
+              fmt::format("set force.min_points to at most {} or force.max_points to at least {}",
+                          springs.max_points, springs.min_points));
 }
 
 bool hasValidRawValue(const rt::DepthModelParameters& model) {
@@ -56,14 +45,15 @@ bool hasValidRawValue(const rt::DepthModelParameters& model) {
 void checkDepth(const Settings& settings, std::vector<Conflict>& conflicts) {
   const rt::DepthModelParameters model = settings.camera.effectiveDepthModel();
   if (!(model.near_m < model.far_m)) {
-    add(conflicts, {"camera.near_m", "camera.far_m"},
-        fmt::format("{} m is not below camera.far_m, {} m", base::numberText(model.near_m),
-                    base::numberText(model.far_m)),
-        "set camera.near_m below camera.far_m");
+    addConflict(conflicts, {"camera.near_m", "camera.far_m"},
+                fmt::format("{} m is not below camera.far_m, {} m", base::numberText(model.near_m),
+                            base::numberText(model.far_m)),
+                "set camera.near_m below camera.far_m");
     return;
   }
   if (settings.camera.deliversDepth() || hasValidRawValue(model)) return;
-  add(conflicts,
+  addConflict(
+      conflicts,
       {"camera.depth_law", "camera.depth_a_per_m", "camera.depth_b_per_m", "camera.near_m", "camera.far_m"},
       fmt::format("Z = 1 / ({} d + {}) lies between camera.near_m, {} m, and camera.far_m, {} m, for no raw "
                   "value d of 0..{}",
@@ -78,19 +68,20 @@ void checkDepth(const Settings& settings, std::vector<Conflict>& conflicts) {
 /// Kinect's intrinsics must not be taken for those of another camera.
 void checkConfiguredIntrinsics(const Settings& settings, std::vector<Conflict>& conflicts) {
   const CameraSettings& camera = settings.camera;
-  if (!camera.deliversDepth() || camera.v4l2.intrinsics != IntrinsicsSource::configured) return;
+  if (!camera.deliversDepth() || camera.intrinsics != IntrinsicsSource::configured) return;
   const rt::DepthModelParameters model = camera.effectiveDepthModel();
   const rt::DepthModelParameters kinect;
   if (model.fx_px == kinect.fx_px && model.fy_px == kinect.fy_px) {
-    add(conflicts, {"camera.intrinsics", "camera.fx_px", "camera.fy_px"},
+    addConflict(
+        conflicts, {"camera.intrinsics", "camera.fx_px", "camera.fy_px"},
         "configured takes camera.fx_px and camera.fy_px, which are still those of a Kinect v1",
         "set camera.fx_px, camera.fy_px, camera.cx_px and camera.cy_px for the chosen size of the frames");
   } else if (model.cx_px >= model.width_px || model.cy_px >= model.height_px) {
-    add(conflicts, {"camera.cx_px", "camera.cy_px", "camera.width_px", "camera.height_px"},
-        fmt::format("the optical centre ({}, {}) lies outside the frame of {} x {} pixels",
-                    base::numberText(model.cx_px), base::numberText(model.cy_px), model.width_px,
-                    model.height_px),
-        "set camera.cx_px and camera.cy_px for the chosen size of the frames");
+    addConflict(conflicts, {"camera.cx_px", "camera.cy_px", "camera.width_px", "camera.height_px"},
+                fmt::format("the optical centre ({}, {}) lies outside the frame of {} x {} pixels",
+                            base::numberText(model.cx_px), base::numberText(model.cy_px), model.width_px,
+                            model.height_px),
+                "set camera.cx_px and camera.cy_px for the chosen size of the frames");
   }
 }
 
@@ -100,22 +91,24 @@ void checkFrameSize(const Settings& settings, std::vector<Conflict>& conflicts) 
   constexpr int kMinHeight_px = 100;
   const auto check = [&conflicts](const char* name, int value_px, int least_px) {
     if (value_px == 0 || value_px >= least_px) return;
-    add(conflicts, {name}, fmt::format("{} px is below {} px", value_px, least_px),
+    addConflict(
+        conflicts, {name}, fmt::format("{} px is below {} px", value_px, least_px),
         fmt::format("set {} to at least {}, or to 0 for the usual size of the camera", name, least_px));
   };
-  check("camera.width_px", settings.camera.v4l2.width_px, kMinWidth_px);
-  check("camera.height_px", settings.camera.v4l2.height_px, kMinHeight_px);
+  check("camera.width_px", settings.camera.width_px, kMinWidth_px);
+  check("camera.height_px", settings.camera.height_px, kMinHeight_px);
 }
 
 /// Raw depth has 16 bits.
 void checkDepthUnit(const Settings& settings, std::vector<Conflict>& conflicts) {
   const CameraSettings& camera = settings.camera;
   constexpr double kMaxRaw = 65535;
-  const double farthest_m = kMaxRaw * camera.v4l2.unit_um * 1e-6;
-  if (!camera.deliversDepth() || camera.v4l2.unit_um == 0) return;
+  const double farthest_m = kMaxRaw * camera.unit_um * 1e-6;
+  if (!camera.deliversDepth() || camera.unit_um == 0) return;
   if (camera.near_m <= farthest_m) return;
-  add(conflicts, {"camera.unit_um", "camera.near_m"},
-      fmt::format("16 bits of {} um end at {} m, nearer than camera.near_m, {} m", camera.v4l2.unit_um,
+  addConflict(
+      conflicts, {"camera.unit_um", "camera.near_m"},
+      fmt::format("16 bits of {} um end at {} m, nearer than camera.near_m, {} m", camera.unit_um,
                   base::numberText(farthest_m), base::numberText(camera.near_m)),
       "set camera.unit_um to 100 or 1000, or to 0");
 }
@@ -125,7 +118,7 @@ void checkReachInUnits(const Settings& settings, std::vector<Conflict>& conflict
   const CameraSettings& camera = settings.camera;
   if (!camera.deliversDepth()) return;
   // The unit that a real camera has of its own is known only when it has been opened.
-  const bool open = camera.driver == CameraDriver::v4l2 && camera.v4l2.unit_um == 0;
+  const bool open = driverOf(camera).unit_is_open(camera);
   const double unit_m = open ? kFineUnit_m : camera.effectiveDepthModel().unit_m;
   const double holds_m = rt::largestReachOfUnit_m(unit_m);
   const std::vector<rt::LiveParameters> laws = lawsThatMayAct(settings);
@@ -136,7 +129,8 @@ void checkReachInUnits(const Settings& settings, std::vector<Conflict>& conflict
   const rt::LiveParameters& farthest = *std::ranges::max_element(laws, {}, reachOf);
   const double reach_m = reachOf(farthest);
   if (reach_m <= holds_m) return;
-  add(conflicts,
+  addConflict(
+      conflicts,
       {"camera.unit_um", "camera.driver", "synthetic.camera", "force.law", "force.radius_m",
        "force.max_error_n", "force.stiffness_n_per_m", "safety.max_force_n"},
       fmt::format(
@@ -149,73 +143,20 @@ void checkReachInUnits(const Settings& settings, std::vector<Conflict>& conflict
                   std::ceil(1e6 * reach_m / rt::largestReachOfUnit_m(1))));
 }
 
-void checkRecording(const Settings& settings, std::vector<Conflict>& conflicts) {
-  if (settings.camera.driver != CameraDriver::recorded || !settings.camera.recording.empty()) return;
-  add(conflicts, {"camera.recording", "camera.driver"}, "is empty, and the camera.driver recorded needs it",
-      "set camera.recording to the folder that holds INDEX.txt or camera.yaml");
-}
-
 void checkStandoff(const Settings& settings, std::vector<Conflict>& conflicts) {
   const FixtureSettings* const standoff = widestStandoff(settings.additions.fixtures);
-  if (standoff == nullptr || settings.namedLaw() == rt::ForceLaw::surface) return;
-  add(conflicts, {"force.law", "fixtures"},
-      fmt::format("{} has no surface from which the stand-off fixture {} could keep its clearance",
-                  rt::wordOf(settings.namedLaw()), standoff->name),
-      fmt::format("set force.law to surface or auto, or disable the fixture {}", standoff->name));
+  if (standoff == nullptr || rt::rowOf(settings.namedLaw()).carries_standoffs) return;
+  addConflict(conflicts, {"force.law", "fixtures"},
+              fmt::format("{} has no surface from which the stand-off fixture {} could keep its clearance",
+                          rt::wordOf(settings.namedLaw()), standoff->name),
+              fmt::format("set force.law to {} or auto, or disable the fixture {}",
+                          nameOf(rt::lawThat(&rt::ForceLawRow::carries_standoffs)), standoff->name));
 }
 
 void checkLabelImage(const Settings& settings, std::vector<Conflict>& conflicts) {
   if (auto problem = labelImageProblem(settings.additions)) {
     conflicts.push_back({{"regions", "label_image"}, std::move(problem->error)});
   }
-}
-
-void checkDirection(const Settings& settings, std::vector<Conflict>& conflicts) {
-  const rt::Vec3& direction = settings.handle.simulated.direction_in_world;
-  if (rt::norm(direction) >= kMinDirection) return;
-  add(conflicts,
-      {"simulated_handle.direction_x", "simulated_handle.direction_y", "simulated_handle.direction_z"},
-      fmt::format("({}, {}, {}) is not a direction: it is shorter than {}", base::numberText(direction.x),
-                  base::numberText(direction.y), base::numberText(direction.z),
-                  base::numberText(kMinDirection)),
-      "set at least one of direction_x, direction_y and direction_z, as in 0, 0, -1");
-}
-
-void checkFalcon(const Settings& settings, std::vector<Conflict>& conflicts) {
-  if (settings.handle.driver != HandleDriver::falcon || !settings.handle.falcon.firmware.empty()) return;
-  add(conflicts, {"falcon_handle.firmware", "handle.driver"},
-      "is empty, and the handle.driver falcon needs it",
-      "set falcon_handle.firmware to the path of the image in Novint's driver");
-}
-
-void checkUdpAddress(const UdpHandleSettings& udp, std::vector<Conflict>& conflicts) {
-  const base::Result<Ipv4Endpoint> address = ipv4EndpointFrom(udp.address);
-  if (!address || address->port != 0) {
-    add(conflicts, {"udp_handle.address"},
-        address ? fmt::format("{} names a port", base::inQuotes(udp.address)) : address.error().what,
-        "write the address as 192.0.2.1, and the port in udp_handle.port");
-  }
-  if (udp.peer.empty()) return;
-  const base::Result<Ipv4Endpoint> peer = ipv4EndpointFrom(udp.peer);
-  constexpr std::uint32_t kFirstMulticast = 0xE0000000;
-  if (!peer || peer->address == 0 || peer->address >= kFirstMulticast) {
-    add(conflicts, {"udp_handle.peer"},
-        peer ? fmt::format("{} is not the address of a single computer", base::inQuotes(udp.peer))
-             : peer.error().what,
-        "write it as 192.0.2.10, or with a port as 192.0.2.10:47801");
-  } else if (address && isLoopback(*address) && !isLoopback(*peer)) {
-    add(conflicts, {"udp_handle.address", "udp_handle.peer"},
-        fmt::format("{} can be reached only from this computer, but udp_handle.peer is {}", udp.address,
-                    udp.peer),
-        "set udp_handle.address to this computer's address in the peer's network, or to 0.0.0.0 for all");
-  }
-}
-
-void checkUdpHandle(const Settings& settings, std::vector<Conflict>& conflicts) {
-  checkUdpAddress(settings.handle.udp, conflicts);
-  if (settings.handle.driver != HandleDriver::udp || !settings.handle.udp.peer.empty()) return;
-  add(conflicts, {"udp_handle.peer", "handle.driver"}, "is empty, and the handle.driver udp needs it",
-      "set udp_handle.peer to the IPv4 address of the computer that holds the device");
 }
 
 struct LedLine {
@@ -240,13 +181,13 @@ void checkLedLines(const LedSettings& leds, std::vector<Conflict>& conflicts) {
     if (text.empty()) continue;
     const base::Result<LineAddress> line = lineAddressFrom(text);
     if (!line) {
-      add(conflicts, {parameter}, line.error().what, line.error().remedy);
+      addConflict(conflicts, {parameter}, line.error().what, line.error().remedy);
       continue;
     }
     for (const auto& [other, its_line] : seen) {
       if (!isSameLine(*line, its_line)) continue;
-      add(conflicts, {parameter, other}, fmt::format("{} is also {}", textOf(*line), other),
-          "give each LED a line of its own, or leave one of the two empty");
+      addConflict(conflicts, {parameter, other}, fmt::format("{} is also {}", textOf(*line), other),
+                  "give each LED a line of its own, or leave one of the two empty");
       break;
     }
     seen.emplace_back(parameter, *line);
@@ -258,32 +199,28 @@ void checkLeds(const Settings& settings, std::vector<Conflict>& conflicts) {
   checkLedLines(leds, conflicts);
   if (leds.driver != LedDriver::gpiod) return;
   if (leds.chip.empty()) {
-    add(conflicts, {"leds.chip", "leds.driver"}, "is empty, and the leds.driver gpiod needs it",
-        "set leds.chip to the label, the name or the path of a chip (gpiodetect lists them)");
+    addConflict(conflicts, {"leds.chip", "leds.driver"}, "is empty, and the leds.driver gpiod needs it",
+                "set leds.chip to the label, the name or the path of a chip (gpiodetect lists them)");
   }
   if (std::ranges::all_of(linesOf(leds), [](const LedLine& line) { return line.text.empty(); })) {
-    add(conflicts, {"leds.driver"}, "gpiod has no LED to switch",
+    addConflict(
+        conflicts, {"leds.driver"}, "gpiod has no LED to switch",
         "set at least one of leds.power_line, leds.camera_line, leds.contact_line and leds.fault_line, or "
         "leds.driver to none");
   }
 }
 
-void checkHidHandle(const Settings& settings, std::vector<Conflict>& conflicts) {
-  const base::Result<HidId> id = hidIdFrom(settings.handle.hid.device);
-  if (!id) add(conflicts, {"hid_handle.device"}, id.error().what, id.error().remedy);
-}
-
 void checkSocketPath(std::string_view name, const std::string& path, std::vector<Conflict>& conflicts) {
   if (path.empty()) {
-    add(conflicts, {name}, "is empty", "give the path of the socket");
+    addConflict(conflicts, {name}, "is empty", "give the path of the socket");
   } else if (path.ends_with('/')) {
-    add(conflicts, {name}, fmt::format("{} names a folder", base::inQuotes(path)),
-        "give the path of the socket");
+    addConflict(conflicts, {name}, fmt::format("{} names a folder", base::inQuotes(path)),
+                "give the path of the socket");
   } else if (path.size() > kMaxSocketPathLength) {
-    add(conflicts, {name},
-        fmt::format("{} has {} bytes, a socket's path at most {}", base::inQuotes(path), path.size(),
-                    kMaxSocketPathLength),
-        "choose a shorter path, or one relative to the working directory");
+    addConflict(conflicts, {name},
+                fmt::format("{} has {} bytes, a socket's path at most {}", base::inQuotes(path), path.size(),
+                            kMaxSocketPathLength),
+                "choose a shorter path, or one relative to the working directory");
   }
 }
 
@@ -296,9 +233,9 @@ void checkSockets(const Settings& settings, std::vector<Conflict>& conflicts) {
       status.lexically_normal() != std::filesystem::path(control.control_socket).lexically_normal()) {
     return;
   }
-  add(conflicts, {"control.control_socket", "control.status_socket"},
-      fmt::format("{} is also control.status_socket", base::inQuotes(control.control_socket)),
-      "give the two sockets different paths");
+  addConflict(conflicts, {"control.control_socket", "control.status_socket"},
+              fmt::format("{} is also control.status_socket", base::inQuotes(control.control_socket)),
+              "give the two sockets different paths");
 }
 
 }  // namespace
@@ -310,14 +247,11 @@ std::vector<Conflict> conflictsIn(const Settings& settings) {
   checkFrameSize(settings, conflicts);
   checkConfiguredIntrinsics(settings, conflicts);
   checkDepthUnit(settings, conflicts);
-  checkRecording(settings, conflicts);
+  for (const CameraDriver& driver : cameraDrivers()) driver.check(settings, conflicts);
   checkReachInUnits(settings, conflicts);
   checkStandoff(settings, conflicts);
   checkLabelImage(settings, conflicts);
-  checkDirection(settings, conflicts);
-  checkHidHandle(settings, conflicts);
-  checkFalcon(settings, conflicts);
-  checkUdpHandle(settings, conflicts);
+  for (const HandleDriver& driver : handleDrivers()) driver.check(settings, conflicts);
   checkLeds(settings, conflicts);
   checkSockets(settings, conflicts);
   return conflicts;

@@ -7,8 +7,8 @@
 #include <tuple>
 #include <type_traits>
 #include <vector>
-
 #include "config/base/error.h"
+#include "config/settings/driver_rows.h"
 #include "config/settings/parameter_table.h"
 #include "config/settings/settings.h"
 #include "rt/base/fields.h"
@@ -16,13 +16,6 @@
 /// Rules between parameters; and changes of the live settings that give a person who holds the handle less
 /// protection than he has.
 namespace hapticd::config {
-
-/// A violated rule between parameters whose individual values are all in range.
-struct Conflict {
-  /// Names of the parameters that the rule involves, the most likely cause first.
-  std::vector<std::string_view> parameters;
-  base::Error error;  ///< where: the first parameter
-};
 
 /// Returns every violated rule, or none.
 std::vector<Conflict> conflictsIn(const Settings& settings);

@@ -9,7 +9,7 @@
 #include <span>
 
 #include "config/base/value_text.h"
-#include "config/settings/ipv4_endpoint.h"
+#include "config/settings/driver_rows.h"
 
 namespace hapticd::config {
 namespace {
@@ -59,33 +59,10 @@ SettingsSummary summaryOf(const Configuration& configuration) {
   return summary;
 }
 
-namespace {
-
-/// Returns whether packets of other computers reach the handle.
-bool isOpenToTheNetwork(const UdpHandleSettings& udp) {
-  const base::Result<Ipv4Endpoint> address = ipv4EndpointFrom(udp.address);
-  const base::Result<Ipv4Endpoint> peer = ipv4EndpointFrom(udp.peer);
-  return (address && !isLoopback(*address)) || (peer && !isLoopback(*peer));
-}
-
-std::optional<base::Error> unauthenticatedHandle(const HandleSettings& handle) {
-  const UdpHandleSettings& udp = handle.udp;
-  if (handle.driver != HandleDriver::udp || !udp.key_file.empty() || !isOpenToTheNetwork(udp)) {
-    return std::nullopt;
-  }
-  return base::Error{
-      "udp_handle.key_file",
-      fmt::format("is empty, and packets arrive over a network (udp_handle.address {}, udp_handle.peer "
-                  "{}): anyone who can send packets with the peer's address can move the handle",
-                  base::inQuotes(udp.address), base::inQuotes(udp.peer)),
-      "give both computers the same key, made with: openssl rand 32"};
-}
-
-}  // namespace
-
 std::vector<base::Error> warningsOf(const Settings& settings) {
   std::vector<base::Error> warnings;
-  if (auto warning = unauthenticatedHandle(settings.handle)) warnings.push_back(std::move(*warning));
+  if (auto warning = driverOf(settings.handle).warning(settings.handle))
+    warnings.push_back(std::move(*warning));
   return warnings;
 }
 

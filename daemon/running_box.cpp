@@ -19,7 +19,7 @@
 #include "daemon/trace/format/additions.h"
 #include "daemon/trace/format/trace_format.h"
 #include "drivers/camera/common_depth_header.h"
-#include "drivers/make_devices.h"
+#include "drivers/driver_table.h"
 #include "rt/base/clock.h"
 #include "rt/base/realtime_thread.h"
 #include "rt/laws/law_table.h"
@@ -85,7 +85,7 @@ RunningBox::RunningBox(const config::Settings& settings, std::unique_ptr<FaultIn
       added_scene_(*control_, depth_model_, settings.camera.pose()),
       scene_thread_(settings.camera.effectiveDepthModel(), settings.camera.pose(), settings.grid,
                     rt::SceneNeeds::of(settings.effectiveLive()), scenes_, focus_),
-      camera_(drivers::makeCamera(settings.camera, settings.synthetic)),
+      camera_(drivers::makeCamera(settings.camera)),
       handle_(drivers::makeHandle(settings.handle, settings.handle, handleThreadPolicy(settings))),
       leds_(drivers::makeLedPanel(settings.leds)),
       trace_(settings,

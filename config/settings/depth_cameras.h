@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "config/settings/settings.h"
 #include "rt/base/parameters.h"
 
 namespace hapticd::config {
@@ -10,6 +11,12 @@ struct FrameSize {
   int width_px;
   int height_px;
 };
+
+/// Returns the configured size of the frames, and what of it is left open from the usual one of the camera.
+constexpr FrameSize sizeOf(const DepthFormat& configured, FrameSize usual) {
+  return {configured.width_px > 0 ? configured.width_px : usual.width_px,
+          configured.height_px > 0 ? configured.height_px : usual.height_px};
+}
 
 /// Depth unit that cameras are set to where nothing else is configured and the range allows it.
 inline constexpr double kFineUnit_m = 1e-4;

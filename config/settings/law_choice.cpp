@@ -147,9 +147,9 @@ LawDecision chooseLaw(const Settings& settings, const SurfaceAsSeen& seen) {
   const FixtureSettings* const standoff = widestStandoff(settings.additions.fixtures);
   if (standoff == nullptr) return chooseLaw(max_error_n, stiffness_n_per_m, seen);
   LawDecision decision{
-      .law = rt::ForceLaw::surface,
+      .law = rt::lawThat(&rt::ForceLawRow::carries_standoffs),
       .reason = fmt::format("the only law that the stand-off fixture {} can act with", standoff->name)};
-  decision.error_n = stiffness_n_per_m * expectedError_m(rt::ForceLaw::surface, false, seen.noise_m);
+  decision.error_n = stiffness_n_per_m * expectedError_m(decision.law, false, seen.noise_m);
   decision.within = decision.error_n <= max_error_n;
   return decision;
 }

@@ -63,7 +63,7 @@ SurfaceAsSeen steady(const SurfaceAsSeen& seen, const SurfaceAsSeen& before);
 
 /// A chosen law with its filter, and the reason.
 struct LawDecision {
-  rt::ForceLaw law = rt::ForceLaw::surface;
+  rt::ForceLaw law = rt::lawThat(&rt::ForceLawRow::suits_every_scene);
   bool filtered = false;
   double error_n = 0;   ///< expected RMS force error
   bool within = false;  ///< the error is within the allowed one
@@ -75,8 +75,7 @@ struct LawDecision {
 /// the cost from the pitch.
 LawDecision chooseLaw(double max_error_n, double stiffness_n_per_m, const SurfaceAsSeen& seen);
 
-/// The same for the scene of `settings`: if a stand-off fixture is enabled, `surface`, because it is the only
-/// law that stand-offs can act with.
+/// The same for the scene of `settings`: if a stand-off fixture is enabled, the law that carries stand-offs.
 LawDecision chooseLaw(const Settings& settings, const SurfaceAsSeen& seen);
 
 /// Returns `settings.live` with the chosen law and filter, and the clearance of the stand-off fixtures.

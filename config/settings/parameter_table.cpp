@@ -5,20 +5,21 @@
 #include <array>
 
 #include "config/base/value_text.h"
-#include "config/settings/camera_rows.h"
+#include "config/settings/driver_rows.h"
 #include "config/settings/parameter_rows.h"
-#include "config/settings/stand_in_rows.h"
 
 namespace hapticd::config {
 namespace {
 
-constexpr Effect kRestart = Effect::restart;
 using enum Looser;
+
+/// A little more than pi, so that pi is accepted however it was rounded.
+constexpr double kHalfTurn = 3.1416;
 
 // Columns: the member, unit, {minimum, maximum}, the paper's symbol, help, and of limits which value is
 // looser. All rows have the same shape.
 // clang-format off
-constexpr auto kRowsBeforeCamera = std::to_array<Parameter>({
+constexpr auto kForceToSafety = std::to_array<Parameter>({
     HAPTICD_PARAMETER(live.force.law, "", {}, "",
         "how depth becomes force; auto: the cheapest law and filter within force.max_error_n"),
     HAPTICD_PARAMETER(live.force.max_error_n, "N", {0, 10}, "",
@@ -87,7 +88,67 @@ constexpr auto kRowsBeforeCamera = std::to_array<Parameter>({
         "faster motion of the hand is treated as a fault of the handle; 0: no limit", higher_or_zero),
 });
 
-constexpr auto kRowsAfterCamera = std::to_array<Parameter>({
+constexpr auto kCameraDriverRows = std::to_array<Parameter>({
+    HAPTICD_PARAMETER(camera.driver, "", {}, "",
+        "source of the depth frames"),
+    HAPTICD_PARAMETER(camera.serial, "", {}, "",
+        "serial number of the camera to use; empty: the first one found"),
+});
+
+constexpr auto kCameraRows = std::to_array<Parameter>({
+    HAPTICD_PARAMETER(camera.width_px, "px", {0, 1280}, "",
+        "width of the frames, 160 or more, for the driver v4l2 and for synthetic cameras other than a Kinect v1; 0: 848, or 640 for time_of_flight"),
+    HAPTICD_PARAMETER(camera.height_px, "px", {0, 800}, "",
+        "height of the frames, 100 or more, for the driver v4l2 and for synthetic cameras other than a Kinect v1; 0: 480, or 576 for time_of_flight"),
+    HAPTICD_PARAMETER(camera.intrinsics, "", {}, "",
+        "intrinsics of the same cameras: those that the camera reports, or fx_px, fy_px, cx_px and cy_px"),
+    HAPTICD_PARAMETER(camera.unit_um, "um", {0, 10000}, "",
+        "depth unit of the same cameras; 0: 100 um where the camera can be set to it and the range allows it, otherwise its own"),
+    HAPTICD_PARAMETER(camera.latency_s, "s", {0, 0.2}, "",
+        "time from exposure to arrival of a frame; laws that predict motion extrapolate the surface by it"),
+    HAPTICD_PARAMETER(camera.depth_law, "", {}, "",
+        "coefficients of the depth conversion: Table I, libfreenect's, or depth_a_per_m and depth_b_per_m"),
+    HAPTICD_PARAMETER(camera.depth_a_per_m, "1/m", {-1, 1}, "a",
+        "change of 1/Z per raw unit, for the depth law custom"),
+    HAPTICD_PARAMETER(camera.depth_b_per_m, "1/m", {-10, 10}, "b",
+        "1/Z at the raw value 0, for the depth law custom"),
+    HAPTICD_PARAMETER(camera.near_m, "m", {0.07, 10}, "",
+        "nearer measurements are rejected"),
+    HAPTICD_PARAMETER(camera.far_m, "m", {0.1, 10}, "",
+        "farther measurements are rejected"),
+    HAPTICD_PARAMETER(camera.fx_px, "px", {100, 2000}, "f_x",
+        "focal length, horizontal"),
+    HAPTICD_PARAMETER(camera.fy_px, "px", {100, 2000}, "f_y",
+        "focal length, vertical"),
+    HAPTICD_PARAMETER(camera.cx_px, "px", {0, 1280}, "c_x",
+        "optical centre, from the left"),
+    HAPTICD_PARAMETER(camera.cy_px, "px", {0, 800}, "c_y",
+        "optical centre, from the top"),
+    HAPTICD_PARAMETER(camera.noise_c0_m, "m", {0, 0.1}, "",
+        "part of the noise of Z that is the same at each depth: sigma(Z) = c0 + c1 Z + c2 Z^2; all three 0: from the camera's model"),
+    HAPTICD_PARAMETER(camera.noise_c1, "", {0, 0.1}, "",
+        "part of the noise of Z that grows with the depth"),
+    HAPTICD_PARAMETER(camera.noise_c2_per_m, "1/m", {0, 0.1}, "",
+        "part of the noise of Z that grows with the square of the depth, as of every camera that triangulates"),
+    HAPTICD_PARAMETER(camera.noise_standing_share, "", {0, 1}, "",
+        "share of the noise's variance that is the same in each frame of a resting scene"),
+    HAPTICD_PARAMETER(camera.noise_correlation_px, "px", {1, 32}, "",
+        "distance over which the errors of neighbouring pixels are alike; a smaller one expects less noise in means over pixels"),
+    HAPTICD_PARAMETER(camera.position_x_m, "m", {-10, 10}, "",
+        "camera's position in the world, x"),
+    HAPTICD_PARAMETER(camera.position_y_m, "m", {-10, 10}, "",
+        "camera's position in the world, y"),
+    HAPTICD_PARAMETER(camera.position_z_m, "m", {-10, 10}, "",
+        "camera's position in the world, z"),
+    HAPTICD_PARAMETER(camera.roll_rad, "rad", {-kHalfTurn, kHalfTurn}, "",
+        "camera's rotation about the world's x axis, applied first"),
+    HAPTICD_PARAMETER(camera.pitch_rad, "rad", {-kHalfTurn, kHalfTurn}, "",
+        "camera's rotation about the world's y axis, applied second"),
+    HAPTICD_PARAMETER(camera.yaw_rad, "rad", {-kHalfTurn, kHalfTurn}, "",
+        "camera's rotation about the world's z axis, applied last"),
+});
+
+constexpr auto kGridToHandle = std::to_array<Parameter>({
     HAPTICD_PARAMETER(grid.point_capacity, "", {1024, 1024000}, "",
         "largest number of points in a scene, for the extent reach"),
     HAPTICD_PARAMETER(loop.rate_hz, "Hz", {100, 4000}, "",
@@ -132,50 +193,20 @@ constexpr auto kRowsAfterCamera = std::to_array<Parameter>({
     HAPTICD_PARAMETER(handle.measure_latency, "", {}, "",
         "drivers udp and falcon: measure how late forces act with a knock of 0.5 N for 0.16 s when the box first engages, and "
         "reckon with what the driver cannot tell"),
-    row<HAPTICD_MEMBER(handle.udp.address)>(
-        "udp_handle.address", kRestart, "", {}, "",
-        "IPv4 address of this computer at which it receives packets"),
-    row<HAPTICD_MEMBER(handle.udp.port)>(
-        "udp_handle.port", kRestart, "", {1, 65535}, "",
-        "UDP port of this computer"),
-    row<HAPTICD_MEMBER(handle.udp.peer)>(
-        "udp_handle.peer", kRestart, "", {}, "",
-        "IPv4 address of the device's computer, or address:port; packets from others are rejected"),
-    row<HAPTICD_MEMBER(handle.udp.key_file)>(
-        "udp_handle.key_file", kRestart, "", {}, "",
-        "file with the key shared by both computers; empty: packets are not authenticated"),
-    row<HAPTICD_MEMBER(handle.hid.kind)>(
-        "hid_handle.kind", kRestart, "", {}, "",
-        "kind of device: a controller with hapticd's reports, or a SpaceMouse, which exerts no force"),
-    row<HAPTICD_MEMBER(handle.hid.device)>(
-        "hid_handle.device", kRestart, "", {}, "",
-        "USB vendor and product of the handle, hexadecimal, as lsusb shows them"),
-    row<HAPTICD_MEMBER(handle.hid.full_speed_m_per_s)>(
-        "hid_handle.full_speed_m_per_s", kRestart, "m/s", {0.001, 1}, "",
-        "speed of the HIP at full deflection of a SpaceMouse"),
-    row<HAPTICD_MEMBER(handle.falcon.firmware)>(
-        "falcon_handle.firmware", kRestart, "", {}, "",
-        "path of the firmware image, which is licensed by Novint and not part of hapticd"),
-    row<HAPTICD_MEMBER(handle.falcon.force_share)>(
-        "falcon_handle.force_share", kRestart, "", {0.01, 1}, "",
-        "fraction of the motor counts per newton that other drivers send; calibrate with a scale before raising it"),
-    row<HAPTICD_MEMBER(leds.driver)>(
-        "leds.driver", kRestart, "", {}, "",
+});
+
+constexpr auto kLedsToTrace = std::to_array<Parameter>({
+    HAPTICD_PARAMETER(leds.driver, "", {}, "",
         "driver of the LEDs"),
-    row<HAPTICD_MEMBER(leds.chip)>(
-        "leds.chip", kRestart, "", {}, "",
+    HAPTICD_PARAMETER(leds.chip, "", {}, "",
         "the GPIO chip of all LEDs: its label (pinctrl-rp1), name (gpiochip0) or path; gpiodetect lists them"),
-    row<HAPTICD_MEMBER(leds.power_line)>(
-        "leds.power_line", kRestart, "", {}, "",
+    HAPTICD_PARAMETER(leds.power_line, "", {}, "",
         "line of the power LED: blinks slowly at the start, on while hapticd runs"),
-    row<HAPTICD_MEMBER(leds.camera_line)>(
-        "leds.camera_line", kRestart, "", {}, "",
+    HAPTICD_PARAMETER(leds.camera_line, "", {}, "",
         "line of the camera LED: on while it streams, two flashes for damaged frames, blinks fast when lost"),
-    row<HAPTICD_MEMBER(leds.contact_line)>(
-        "leds.contact_line", kRestart, "", {}, "",
+    HAPTICD_PARAMETER(leds.contact_line, "", {}, "",
         "line of the contact LED: on while in contact, blinks slowly while engaged without contact"),
-    row<HAPTICD_MEMBER(leds.fault_line)>(
-        "leds.fault_line", kRestart, "", {}, "",
+    HAPTICD_PARAMETER(leds.fault_line, "", {}, "",
         "line of the fault LED: blinks slowly for a warning, two flashes while holding, blinks fast when faulted"),
     HAPTICD_PARAMETER(control.status_socket, "", {}, "",
         "path of the read-only status socket"),
@@ -204,30 +235,89 @@ constexpr auto kRowsAfterCamera = std::to_array<Parameter>({
     HAPTICD_PARAMETER(trace.flight_recorder_s, "s", {0, 60}, "",
         "duration of the newest ticks kept in memory, written on a fault or by hapticctl trace dump; 0: none"),
 });
+
+constexpr auto kFaultRows = std::to_array<Parameter>({
+    HAPTICD_PARAMETER(control.allow_fault_injection, "", {}, "",
+        "allow hapticd --inject to simulate faults, for tests of a box that nobody holds"),
+});
 // clang-format on
 
-template <std::size_t... kCounts>
-constexpr auto joined(const std::array<Parameter, kCounts>&... parts) {
-  std::array<Parameter, (kCounts + ...)> all{};
-  auto end = all.begin();
-  ((end = std::ranges::copy(parts, end).out), ...);
-  return all;
-}
+/// All rows: those of this file, and those that the drivers state.
+class Table {
+ public:
+  Table() {
+    add(kForceToSafety);
+    add(kCameraDriverRows);
+    addDrivers(cameraDrivers(), false);
+    add(kCameraRows);
+    add(kGridToHandle);
+    addDrivers(handleDrivers(), false);
+    add(kLedsToTrace);
+    shown_ = rows_.size();
+    addDrivers(cameraDrivers(), true);
+    addDrivers(handleDrivers(), true);
+    add(kFaultRows);
+    offer("camera.driver", cameraDrivers(), cameras_);
+    offer("handle.driver", handleDrivers(), handles_);
+  }
+  Table(const Table&) = delete;
+  Table& operator=(const Table&) = delete;
 
-constexpr auto kAll = joined(kRowsBeforeCamera, kCameraRows, kRowsAfterCamera, kStandInRows);
+  std::span<const Parameter> all() const { return rows_; }
+  std::span<const Parameter> shown() const { return all().first(shown_); }
+  std::span<const Parameter> standIns() const { return all().subspan(shown_); }
+
+ private:
+  struct Words {
+    std::vector<std::string_view> words;
+    std::vector<std::string_view> help;
+  };
+
+  void add(std::span<const Parameter> rows) { rows_.insert(rows_.end(), rows.begin(), rows.end()); }
+
+  template <typename Driver>
+  void addDrivers(std::span<const Driver> drivers, bool stand_in) {
+    for (const Driver& driver : drivers) {
+      if (driver.stands_in == stand_in) add(driver.parameters);
+    }
+  }
+
+  /// Makes the text `name` a choice of the words of the drivers.
+  template <typename Driver>
+  void offer(std::string_view name, std::span<const Driver> drivers, Words& to) {
+    for (const Driver& driver : drivers) {
+      to.words.push_back(driver.word);
+      to.help.push_back(driver.help);
+    }
+    Parameter& parameter = *std::ranges::find(rows_, name, &Parameter::name);
+    parameter.kind = Kind::choice;
+    parameter.choices = to.words;
+    parameter.choice_help = to.help;
+  }
+
+  std::vector<Parameter> rows_;
+  std::size_t shown_ = 0;
+  Words cameras_;
+  Words handles_;
+};
+
+const Table& table() {
+  static const Table kTable;
+  return kTable;
+}
 
 }  // namespace
 
 std::span<const Parameter> parameterTable() {
-  return allParameters().first(kAll.size() - kStandInRows.size());
+  return table().shown();
 }
 
 std::span<const Parameter> standInParameters() {
-  return allParameters().last(kStandInRows.size());
+  return table().standIns();
 }
 
 std::span<const Parameter> allParameters() {
-  return kAll;
+  return table().all();
 }
 
 std::vector<std::string_view> parameterGroups() {
@@ -239,13 +329,14 @@ std::vector<std::string_view> parameterGroups() {
 }
 
 const Parameter* findParameter(std::string_view name) {
-  const auto found = std::ranges::find(kAll, name, &Parameter::name);
-  return found == kAll.end() ? nullptr : &*found;
+  const std::span<const Parameter> all = allParameters();
+  const auto found = std::ranges::find(all, name, &Parameter::name);
+  return found == all.end() ? nullptr : &*found;
 }
 
 base::Error unknownParameter(std::string_view name) {
-  std::array<std::string_view, kAll.size()> names;
-  std::ranges::transform(kAll, names.begin(), &Parameter::name);
+  std::vector<std::string_view> names;
+  for (const Parameter& parameter : allParameters()) names.push_back(parameter.name);
   const std::string guess = base::didYouMean(name, names);
   return {.where = base::inQuotes(name),
           .what = "there is no parameter of this name",

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/settings/settings.h"
 
-#include "config/settings/depth_cameras.h"
+#include <algorithm>
+#include <cstdlib>
+
+#include "config/settings/driver_rows.h"
 
 namespace hapticd::config {
 namespace {
@@ -11,38 +14,12 @@ namespace {
 constexpr double kFactoryAPerM = -0.02605 / 9;
 constexpr double kFactoryBPerM = 28.379075 / 9;
 
-// Apparent mass of the lightest desktop styluses (Phantom Omni).
-constexpr double kLightestDevice_kg = 0.045;
-
-/// The configured size of the frames, and what of it is left open from the usual one of the camera.
-FrameSize sizeOf(const V4l2Settings& v4l2, FrameSize usual) {
-  return {v4l2.width_px > 0 ? v4l2.width_px : usual.width_px,
-          v4l2.height_px > 0 ? v4l2.height_px : usual.height_px};
-}
-
-/// The camera that the driver `synthetic` plays, unless that is a Kinect v1: what the configuration leaves
-/// open is that of the usual camera of its kind.
-rt::DepthModelParameters playedModel(const CameraSettings& camera) {
-  const V4l2Settings& v4l2 = camera.v4l2;
-  const bool is_stereo = camera.played == PlayedCamera::stereo;
-  const FrameSize size = sizeOf(v4l2, is_stereo ? kStereoSize : kFlightSize);
-  rt::DepthModelParameters model =
-      is_stereo ? stereoCamera(size, kD435FieldOfView_deg, kD435Baseline_m) : timeOfFlightCamera(size);
-  model.near_m = camera.near_m;
-  model.far_m = camera.far_m;
-  if (v4l2.intrinsics == IntrinsicsSource::configured) {
-    model.fx_px = camera.fx_px;
-    model.fy_px = camera.fy_px;
-    model.cx_px = camera.cx_px;
-    model.cy_px = camera.cy_px;
-  }
-  if (v4l2.unit_um > 0) {
-    model.unit_m = v4l2.unit_um * 1e-6;
-  } else if (is_stereo && model.far_m <= kFineUnit_m * (model.raw_values - 1)) {
-    model.unit_m = kFineUnit_m;
-  }
-  if (camera.noise().isKnown()) model.noise = camera.noise();
-  return model;
+/// Only a mistake of the program sets another word: those from outside are checked.
+template <typename Row>
+const Row& rowOf(std::span<const Row> rows, std::string_view word) {
+  const auto found = std::ranges::find(rows, word, &Row::word);
+  if (found == rows.end()) std::abort();
+  return *found;
 }
 
 }  // namespace
@@ -68,27 +45,23 @@ double standoffClearance_m(const std::vector<FixtureSettings>& fixtures) {
   return widest != nullptr ? widest->clearance_m : 0;
 }
 
+const CameraDriver& driverOf(const CameraSettings& settings) {
+  return rowOf(cameraDrivers(), settings.driver);
+}
+
+const HandleDriver& driverOf(const HandleSettings& settings) {
+  return rowOf(handleDrivers(), settings.driver);
+}
+
 double HandleSettings::effectiveDeviceMass_kg() const {
-  if (device_mass_kg > 0) return device_mass_kg;
-  switch (driver) {
-    case HandleDriver::simulated:
-      return simulated.mass_kg;
-    case HandleDriver::udp:  // any device may be behind a bridge or a controller
-    case HandleDriver::hid:
-    case HandleDriver::falcon:  // no mass of it is known to be published; it is certainly larger
-      break;
-  }
-  return kLightestDevice_kg;
+  return device_mass_kg > 0 ? device_mass_kg : driverOf(*this).device_mass_kg(*this);
 }
 
 bool CameraSettings::deliversDepth() const {
-  return driver == CameraDriver::v4l2 ||
-         (driver == CameraDriver::synthetic && played != PlayedCamera::kinect);
+  return driverOf(*this).depth_model(*this).has_value();
 }
 
-rt::DepthModelParameters CameraSettings::effectiveDepthModel() const {
-  if (stated_model) return *stated_model;
-  if (driver == CameraDriver::synthetic && played != PlayedCamera::kinect) return playedModel(*this);
+rt::DepthModelParameters CameraSettings::configuredDepthModel() const {
   rt::DepthModelParameters model;
   model.near_m = near_m;
   model.far_m = far_m;
@@ -97,17 +70,13 @@ rt::DepthModelParameters CameraSettings::effectiveDepthModel() const {
   model.cx_px = cx_px;
   model.cy_px = cy_px;
   model.noise = noise();
-  if (driver == CameraDriver::v4l2) {
-    const FrameSize size = sizeOf(v4l2, kStereoSize);
-    model.width_px = size.width_px;
-    model.height_px = size.height_px;
-    model.law = rt::DepthLawKind::linear;
-    if (v4l2.unit_um > 0) model.unit_m = v4l2.unit_um * 1e-6;
-    model.raw_no_measurement = 0;
-    model.raw_values = 65536;
-    model.principle = rt::DepthPrinciple::active_stereo;
-    return model;
-  }
+  return model;
+}
+
+rt::DepthModelParameters CameraSettings::effectiveDepthModel() const {
+  if (stated_model) return *stated_model;
+  if (const auto of_driver = driverOf(*this).depth_model(*this)) return *of_driver;
+  rt::DepthModelParameters model = configuredDepthModel();
   switch (depth_law) {
     case DepthLaw::paper:  // Table I, which the defaults are
       break;

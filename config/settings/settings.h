@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <any>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <typeindex>
 
 #include "config/settings/fixture_settings.h"
 #include "rt/base/parameters.h"
 #include "rt/base/words.h"
+#include "rt/laws/law_table.h"
 
 namespace hapticd::config {
 
 /// A force law, or no value ("auto"): the cheapest law that is accurate enough for the scene.
 using LawChoice = std::optional<rt::ForceLaw>;
 inline constexpr std::string_view kAutomaticLaw = "auto";
-enum class CameraDriver { freenect, recorded, synthetic, v4l2 };
-constexpr auto wordsOf(CameraDriver) {
-  return rt::words<CameraDriver>("freenect", "recorded", "synthetic", "v4l2");
-}
 enum class DepthLaw { paper, factory, custom };
 constexpr auto wordsOf(DepthLaw) {
   return rt::words<DepthLaw>("paper", "factory", "custom");
@@ -26,41 +26,6 @@ constexpr auto wordsOf(DepthLaw) {
 enum class IntrinsicsSource { camera, configured };
 constexpr auto wordsOf(IntrinsicsSource) {
   return rt::words<IntrinsicsSource>("camera", "configured");
-}
-/// State of a stereo camera's projector.
-enum class Emitter { unchanged, off, on, automatic };
-constexpr auto wordsOf(Emitter) {
-  return rt::words<Emitter>("unchanged", "off", "on", "auto");
-}
-/// Role of a camera among those whose exposures are synchronised by cable.
-enum class SyncRole { unchanged, standalone, master, slave, full_slave };
-constexpr auto wordsOf(SyncRole) {
-  return rt::words<SyncRole>("unchanged", "standalone", "master", "slave", "full_slave");
-}
-/// Camera that the driver `synthetic` plays.
-enum class PlayedCamera { kinect, stereo, time_of_flight };
-constexpr auto wordsOf(PlayedCamera) {
-  return rt::words<PlayedCamera>("kinect", "stereo", "time_of_flight");
-}
-enum class SyntheticScene { plane, sphere, moving_sphere, edge };
-constexpr auto wordsOf(SyntheticScene) {
-  return rt::words<SyntheticScene>("plane", "sphere", "moving_sphere", "edge");
-}
-enum class SyntheticNoise { off, quantised, sensor, harsh };
-constexpr auto wordsOf(SyntheticNoise) {
-  return rt::words<SyntheticNoise>("off", "quantised", "sensor", "harsh");
-}
-enum class HandleDriver { simulated, udp, hid, falcon };
-constexpr auto wordsOf(HandleDriver) {
-  return rt::words<HandleDriver>("simulated", "udp", "hid", "falcon");
-}
-enum class HandScript { stroke, tap, lean, mixed };
-constexpr auto wordsOf(HandScript) {
-  return rt::words<HandScript>("stroke", "tap", "lean", "mixed");
-}
-enum class HidKind { controller, spacemouse };
-constexpr auto wordsOf(HidKind) {
-  return rt::words<HidKind>("controller", "spacemouse");
 }
 enum class LedDriver { none, gpiod };
 constexpr auto wordsOf(LedDriver) {
@@ -80,19 +45,32 @@ constexpr auto wordsOf(TraceScene) {
   return rt::words<TraceScene>("off", "scene", "cloud");
 }
 
-/// A camera that the kernel drives, for the driver `v4l2`. The driver `synthetic` reads size, intrinsics and
-/// unit too, unless it plays a Kinect v1.
-struct V4l2Settings {
-  std::string device;  ///< name in /dev/v4l/by-id, or a path; empty: by serial number, or the first one found
-  int width_px = 0;    ///< of the frames that the camera sends; 0: the usual one of the camera
-  int height_px = 0;   ///< of the frames that the camera sends; 0: the usual one of the camera
-  int rate_hz = 30;
+/// Settings of single drivers: each driver has a struct of its own in its folder, with the defaults as
+/// initialisers.  Thread: as a standard container.
+class DriverSettings {
+ public:
+  /// Returns the settings of type `Own`; the defaults if none was changed.
+  template <typename Own>
+  const Own& of() const {
+    static const Own kDefaults{};
+    const auto found = own_.find(typeid(Own));
+    return found == own_.end() ? kDefaults : *std::any_cast<Own>(&found->second);
+  }
+  template <typename Own>
+  Own& of() {
+    return *std::any_cast<Own>(&own_.try_emplace(typeid(Own), Own{}).first->second);
+  }
+
+ private:
+  std::map<std::type_index, std::any> own_;
+};
+
+/// Frames of a camera that delivers depth instead of raw disparities.
+struct DepthFormat {
+  int width_px = 0;   ///< of the frames that it sends; 0: the usual one of the camera
+  int height_px = 0;  ///< of the frames that it sends; 0: the usual one of the camera
   IntrinsicsSource intrinsics = IntrinsicsSource::camera;
   int unit_um = 0;  ///< 0: 100 um where possible, otherwise the camera's own
-  Emitter emitter = Emitter::unchanged;
-  int exposure_us = 0;  ///< 0: unchanged
-  int preset = 0;       ///< 0: unchanged
-  SyncRole sync_role = SyncRole::unchanged;
 };
 
 /// The pose of a device in the world, as rt::PoseParameters has it.
@@ -115,17 +93,12 @@ struct PoseSettings {
 
 /// The camera: driver, depth conversion, noise and T_world_camera. What rt::DepthModelParameters has too is
 /// explained there.
-struct CameraSettings : PoseSettings {
+struct CameraSettings : DriverSettings, PoseSettings, DepthFormat {
   static constexpr rt::DepthModelParameters kKinect{};
 
-  CameraDriver driver = CameraDriver::freenect;
-  std::string serial;     ///< empty: the first camera found
-  std::string recording;  ///< folder with INDEX.txt or camera.yaml, for the driver `recorded`
-  bool loop = true;       ///< restart at the end, for the driver `recorded`
-  double speed = 1;       ///< playback speed relative to real time, for the driver `recorded`
-  V4l2Settings v4l2;
-  PlayedCamera played = PlayedCamera::kinect;  ///< for the driver `synthetic`
-  double latency_s = 0;                        ///< rt::StartParameters::camera_latency_s
+  std::string driver = "freenect";  ///< a word of cameraDrivers() (driver_rows.h)
+  std::string serial;               ///< empty: the first camera found
+  double latency_s = 0;             ///< rt::StartParameters::camera_latency_s
   DepthLaw depth_law = DepthLaw::paper;
   double depth_a_per_m = kKinect.a_per_m;  ///< of the depth law `custom`
   double depth_b_per_m = kKinect.b_per_m;  ///< of the depth law `custom`
@@ -143,86 +116,28 @@ struct CameraSettings : PoseSettings {
   /// The model that a recording states, which replaces the configured one; no parameter.
   std::optional<rt::DepthModelParameters> stated_model;
 
-  /// Returns true if the configuration describes a camera that delivers depth instead of raw disparities: for
-  /// the driver `v4l2`, and for `synthetic` unless it plays a Kinect v1.
+  /// Returns true if the configuration describes a camera that delivers depth instead of raw disparities.
   bool deliversDepth() const;
   rt::DepthNoiseParameters noise() const {
     return {noise_c0_m, noise_c1, noise_c2_per_m, noise_standing_share, noise_correlation_px};
   }
-  /// Returns the configured model with the coefficients selected by depth_law. For the driver `v4l2`: the
-  /// model of the camera as far as the configuration determines it; the driver completes it with what the
-  /// camera reports. For the driver `synthetic`: the model of the camera that it plays.
+  /// Returns a Kinect v1 with the configured range, intrinsics and noise.
+  rt::DepthModelParameters configuredDepthModel() const;
+  /// Returns the model of the camera as far as the configuration determines it: that which a recording
+  /// states, that of the driver, or the configured one with the coefficients selected by depth_law.
   rt::DepthModelParameters effectiveDepthModel() const;
 };
 
-/// The analytic scene of the driver `synthetic`, in front of a camera that looks along -z.
-struct SyntheticSettings {
-  SyntheticScene scene = SyntheticScene::moving_sphere;
-  SyntheticNoise noise = SyntheticNoise::sensor;
-  double distance_m = 1.0;  ///< from the camera to the plane, or to the sphere's centre
-  double tilt_rad = 0;      ///< of the plane about the camera's x axis
-  double sphere_radius_m = 0.1;
-  double motion_amplitude_m = 0.1;  ///< of the moving sphere, along x
-  double motion_period_s = 4;
-  double frame_rate_hz = 30;
-  int seed = 1;  ///< of the noise
-};
-
-/// The simulated handle and the hand that holds it. The hand moves towards the surface, strokes it, taps it
-/// or leans on it with press_force_n, retreats, and repeats this.
-struct SimulatedHandleSettings {
-  HandScript script = HandScript::stroke;
-  double mass_kg = 0.045;
-  double damping_n_s_per_m = 0.05;
-  double friction_n = 0;  ///< of the handle, along each axis: kinetic friction and limit of static friction
-  double position_quantum_m = 0;  ///< resolution of the measured position; 0: exact
-  double hand_stiffness_n_per_m = 400;
-  double hand_damping_n_s_per_m = 4;
-  rt::Vec3 start_m_in_world{0, 0, -0.8};
-  rt::Vec3 direction_in_world{0, 0, -1};  ///< of the approach; any length except zero
-  double travel_m = 0.4;                  ///< distance after which the hand turns back
-  double speed_m_per_s = 0.1;
-  double press_force_n = 2;
-  double press_s = 2;      ///< time for which it strokes or leans before it retreats
-  double stroke_m = 0.05;  ///< amplitude of the stroke across the direction of approach
-  double stroke_period_s = 2;
-};
-
-/// A device on another computer, connected by the packets of drivers/handle/udp/protocol.md.
-struct UdpHandleSettings {
-  std::string address = "127.0.0.1";  ///< of this computer, where packets of the peer arrive
-  int port = 47800;
-  std::string peer;  ///< address of the other computer; "address:port" accepts packets from that port only
-  std::string key_file;  ///< contains the key shared by both; empty: packets are not authenticated
-};
-
-/// A device on USB HID.
-struct HidHandleSettings {
-  HidKind kind = HidKind::controller;
-  std::string device = "1209:0001";  ///< vendor and product id, hexadecimal
-  double full_speed_m_per_s = 0.1;   ///< of the HIP, at full deflection of a SpaceMouse
-};
-
-/// A Novint Falcon.
-struct FalconHandleSettings {
-  std::string firmware;       ///< path of the firmware image
-  double force_share = 0.25;  ///< fraction of the motor counts per newton that other drivers send
-};
-
 /// The haptic handle and T_world_handle.
-struct HandleSettings : PoseSettings, rt::HandleScaleParameters {
-  HandleDriver driver = HandleDriver::simulated;
-  std::string serial;          ///< of the device to use; empty: the first one found
-  int clutch_button = -1;      ///< while it is held the handle moves and the HIP does not; -1: none
-  double resolution_m = 5e-5;  ///< smallest motion of the hand above the device's noise
+struct HandleSettings : DriverSettings, PoseSettings, rt::HandleScaleParameters {
+  std::string driver = "simulated";  ///< a word of handleDrivers() (driver_rows.h)
+  std::string serial;                ///< of the device to use; empty: the first one found
+  int clutch_button = -1;            ///< while it is held the handle moves and the HIP does not; -1: none
+  double resolution_m = 5e-5;        ///< smallest motion of the hand above the device's noise
   /// From a command's arrival at the device to the force, beyond what its driver measures.
   double device_latency_s = 0;
   bool measure_latency = true;  ///< rt::HandleState::probes, of devices that exert forces over a link
   double device_mass_kg = 0;    ///< of the device alone, at the hand; 0: that of the driver's lightest device
-  SimulatedHandleSettings simulated;
-  UdpHandleSettings udp;
-  HidHandleSettings hid;
-  FalconHandleSettings falcon;
 
   /// Returns device_mass_kg, or the driver's default if that is 0.
   double effectiveDeviceMass_kg() const;
@@ -270,7 +185,6 @@ struct TraceSettings {
 struct Settings {
   rt::LiveParameters live;  ///< as configured: see effectiveLive()
   CameraSettings camera;
-  SyntheticSettings synthetic;
   rt::GridParameters grid;
   rt::LoopParameters loop;
   HandleSettings handle;
@@ -281,7 +195,7 @@ struct Settings {
   SceneAdditions additions;  ///< live
 
   /// Returns the configured law; for auto, the one that works in every scene, until the scene is known.
-  rt::ForceLaw namedLaw() const { return live.force.law.value_or(rt::ForceLaw::surface); }
+  rt::ForceLaw namedLaw() const { return live.force.law.value_or(rt::lawThat(&rt::ForceLawRow::suits_every_scene)); }
   /// Returns the largest error of a law chosen automatically; by default seven percent of the force limit,
   /// the smallest force difference that a hand can detect (Pang, Tan, Durlach).
   double effectiveMaxError_n() const {

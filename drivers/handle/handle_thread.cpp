@@ -7,14 +7,11 @@
 #include <algorithm>
 #include <utility>
 
+#include "config/settings/driver_rows.h"
 #include "drivers/base/start_thread.h"
 
 namespace hapticd::drivers {
 namespace {
-
-bool carriesForces(const config::HandleSettings& settings) {
-  return settings.driver != config::HandleDriver::hid || settings.hid.kind != config::HidKind::spacemouse;
-}
 
 /// Excludes a CPU; a thread that may run nowhere else stays there.
 void keepOff(int cpu, pthread_t thread) {
@@ -28,7 +25,8 @@ void keepOff(int cpu, pthread_t thread) {
 
 HandleThreadPolicy handleThreadPolicy(const config::HandleSettings& settings, const rt::LoopParameters& loop,
                                       int isolated_cpu) {
-  return {carriesForces(settings) ? std::max(0, loop.priority - 1) : 0, isolated_cpu};
+  const bool exerts_force = config::driverOf(settings).exerts_force(settings);
+  return {exerts_force ? std::max(0, loop.priority - 1) : 0, isolated_cpu};
 }
 
 base::Result<HandleThread> startHandleThread(const HandleThreadPolicy& policy,

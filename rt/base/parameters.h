@@ -13,16 +13,8 @@
 /// loop runs; all others are fixed at start.
 namespace hapticd::rt {
 
-/// The force laws.
-enum class ForceLaw : std::uint8_t {
-  nearest_springs,  ///< the paper's: mean of the springs of the nearest points
-  smooth_springs,   ///< weighted mean of the springs of all near points, continuous in position
-  proxy,            ///< spring to a proxy that planes fitted to the raw points hold back
-  surface,          ///< spring to a proxy that the visible surface holds back
-};
-constexpr auto wordsOf(ForceLaw) {
-  return words<ForceLaw>("nearest_springs", "smooth_springs", "proxy", "surface");
-}
+/// A force law; the enumerators are those of the table (rt/laws/law_table.h).
+enum class ForceLaw : std::uint8_t;
 
 /// The paper's four parameters, eq. (6)-(11).
 struct SpringParameters {
@@ -126,7 +118,7 @@ struct LiveParameters {
   SafetyParameters safety;
   ProximityParameters proximity;
 
-  ForceLaw law = ForceLaw::nearest_springs;  ///< in use: `force.law`, or the one that was chosen
+  ForceLaw law{};  ///< in use: `force.law`, or the one that was chosen
   /// Largest clearance of the enabled stand-off fixtures: the surface is modelled that much farther.
   double standoff_clearance_m = 0;
 };

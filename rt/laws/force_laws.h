@@ -46,7 +46,7 @@ class ForceLaws {
   /// All state that the next force depends on.
   struct Memory {
     ProxyMemory proxy;
-    ForceLaw law = ForceLaw::nearest_springs;
+    ForceLaw law{};
     SearchMemory::Guess guess;
   };
   Memory memory() const HAPTICD_RT { return {memory_.proxy, law_, memory_.search.guess()}; }
@@ -58,7 +58,7 @@ class ForceLaws {
 
  private:
   LawMemory memory_;
-  ForceLaw law_ = ForceLaw::nearest_springs;
+  ForceLaw law_{};
 };
 
 }  // namespace hapticd::rt

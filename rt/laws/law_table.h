@@ -17,15 +17,29 @@
 /// The table of force laws: each row holds all that the rest of the program needs to know about a law.
 namespace hapticd::rt {
 
+/// The force laws.
+enum class ForceLaw : std::uint8_t {
+  nearest_springs,  ///< the paper's: mean of the springs of the nearest points
+  smooth_springs,   ///< weighted mean of the springs of all near points, continuous in position
+  proxy,            ///< spring to a proxy that planes fitted to the raw points hold back
+  surface,          ///< spring to a proxy that the visible surface holds back
+};
+constexpr auto wordsOf(ForceLaw) {
+  return words<ForceLaw>("nearest_springs", "smooth_springs", "proxy", "surface");
+}
+
 struct ForceLawRow {
   ForceLaw law;
-  std::string_view help;  ///< one line for users: what the force is, without a full stop
-  bool reads_points;      ///< needs the scene's points
-  bool reads_image;       ///< needs the raw values that the points come from, and what they hide
-  bool reads_surface;     ///< needs the scene's visible surface
-  bool reads_filtered;    ///< its depth passes the filter of FilterParameters
-  bool has_proxy;         ///< the force is a spring to a proxy that a surface holds back
-  bool looks_in_radius;   ///< reach_m is SpringParameters::radius_m
+  std::string_view help;           ///< one line for users: what the force is, without a full stop
+  bool reads_points;               ///< needs the scene's points
+  bool reads_image;                ///< needs the raw values that the points come from, and what they hide
+  bool reads_surface;              ///< needs the scene's visible surface
+  bool reads_filtered;             ///< its depth passes the filter of FilterParameters
+  bool has_proxy;                  ///< the force is a spring to a proxy that a surface holds back
+  bool looks_in_radius;            ///< reach_m is SpringParameters::radius_m
+  bool limits_points = false;      ///< only the nearest SpringParameters::max_points count
+  bool carries_standoffs = false;  ///< it has the surface that stand-off fixtures keep their clearance from
+  bool suits_every_scene = false;  ///< what `auto` takes until the scene is known
   /// Radius around its focus within which one evaluation needs the scene, in metres.  RT: safe.
   double (*reach_m)(const LiveParameters& parameters) noexcept;
   /// Returns the force at `input.hip_m_in_world`; the scene must hold the data that the law reads.  RT: safe.
@@ -43,6 +57,7 @@ inline constexpr std::array kForceLaws{
         .reads_filtered = true,
         .has_proxy = false,
         .looks_in_radius = true,
+        .limits_points = true,
         .reach_m = [](const LiveParameters& parameters) noexcept { return parameters.force.radius_m; },
         .force = [](const LawInput& input, LawMemory& memory) HAPTICD_RT -> ForceSample {
           SpringParameters springs = input.parameters.force;
@@ -86,6 +101,8 @@ inline constexpr std::array kForceLaws{
         .reads_filtered = false,
         .has_proxy = true,
         .looks_in_radius = false,
+        .carries_standoffs = true,
+        .suits_every_scene = true,
         .reach_m =
             [](const LiveParameters& parameters) noexcept {
               return kReachOfSurface_m + parameters.standoff_clearance_m;
@@ -112,6 +129,14 @@ constexpr const ForceLawRow& rowOf(ForceLaw law) noexcept {
 /// Returns true for laws whose force is a spring to a proxy that a surface holds back.  RT: safe.
 constexpr bool hasProxy(ForceLaw law) noexcept {
   return rowOf(law).has_proxy;
+}
+
+/// Returns the first law that has a property, or the first law of all.  RT: safe.
+constexpr ForceLaw lawThat(bool ForceLawRow::*property) noexcept {
+  for (const ForceLawRow& row : kForceLaws) {
+    if (row.*property) return row.law;
+  }
+  return {};
 }
 
 }  // namespace hapticd::rt

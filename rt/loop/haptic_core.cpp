@@ -117,7 +117,7 @@ FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const Eva
          .parameters = parameters,
          .stiffness_n_per_m = tick.stiffness_n_per_m,
          .law = evaluation.sample,
-         .surface_law = laws_.law() == ForceLaw::surface,
+         .surface_law = rowOf(laws_.law()).carries_standoffs,
          .frame_age_s = frameAge_s(input.scene, input.now_ns, input.start.camera_latency_s),
          .depth_share = tick.depth_share,
          .now_ns = input.now_ns,

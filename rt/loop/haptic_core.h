@@ -36,7 +36,7 @@ class HapticCore {
   /// Identifies the origin of a force; when it changes, the force is blended.
   struct Origin {
     std::uint64_t model = 0;  ///< 0: none
-    ForceLaw law = ForceLaw::nearest_springs;
+    ForceLaw law{};
     SpringParameters springs;  ///< stiffness 0: automatic, which changes too slowly to be blended
     ContactParameters contact;
     bool held = false;

@@ -21,6 +21,7 @@
 #include "rt/fixtures/fixture_state.h"
 #include "rt/laws/automatic_stiffness.h"
 #include "rt/laws/force_law.h"
+#include "rt/laws/law_table.h"
 #include "rt/safety/latency_probe.h"
 #include "rt/safety/stiffness_limit.h"
 #include "rt/tissue/tissue.h"
@@ -114,7 +115,7 @@ struct Tick {
   bool stopping = false;
   bool after_overrun = false;
   bool blending = false;
-  ForceLaw law = ForceLaw::nearest_springs;
+  ForceLaw law{};
   ContactState contact = ContactState::free;
   std::uint32_t points_used = 0;
   std::uint64_t scene_frame = 0;

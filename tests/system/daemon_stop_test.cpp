@@ -6,6 +6,8 @@
 
 #include "config/settings/settings.h"
 #include "daemon/running_box.h"
+#include "drivers/camera/synthetic/analytic_scene.h"
+#include "drivers/handle/simulated/simulated_hand.h"
 #include "tests/support/program.h"
 #include "tests/system/support/daemon_under_test.h"
 
@@ -45,11 +47,11 @@ namespace {
 /// A hand that presses on a plane 1 m away.
 config::Settings pressing() {
   config::Settings settings;
-  settings.camera.driver = config::CameraDriver::synthetic;
-  settings.synthetic.scene = config::SyntheticScene::plane;
-  settings.synthetic.noise = config::SyntheticNoise::off;
-  settings.handle.simulated.start_m_in_world = {0, 0, -0.97};
-  settings.handle.simulated.travel_m = 0.02;
+  settings.camera.driver = "synthetic";
+  settings.camera.of<drivers::SyntheticSettings>().scene = drivers::SyntheticScene::plane;
+  settings.camera.of<drivers::SyntheticSettings>().noise = drivers::SyntheticNoise::off;
+  settings.handle.of<drivers::SimulatedHandleSettings>().start_m_in_world = {0, 0, -0.97};
+  settings.handle.of<drivers::SimulatedHandleSettings>().travel_m = 0.02;
   settings.live.force.law = rt::ForceLaw::nearest_springs;
   settings.live.safety.handle_timeout_s = 1;
   settings.live.safety.depth_timeout_s = 5;

@@ -8,13 +8,14 @@
 
 #include "config/settings/settings.h"
 #include "drivers/camera/recorded/recording_reader.h"
+#include "drivers/camera/synthetic/analytic_scene.h"
 #include "tests/system/support/daemon_under_test.h"
 
 namespace hapticd::test {
 namespace {
 
 namespace fs = std::filesystem;
-using config::PlayedCamera;
+using drivers::PlayedCamera;
 using nlohmann::json;
 
 /// A hand that leans on a wall 1 m away.
@@ -30,8 +31,8 @@ class DaemonWithAPlayedCamera : public testing::TestWithParam<PlayedCamera> {
  protected:
   static rt::DepthModelParameters camera() {
     config::CameraSettings settings;
-    settings.driver = config::CameraDriver::synthetic;
-    settings.played = GetParam();
+    settings.driver = "synthetic";
+    settings.of<drivers::SyntheticSettings>().played = GetParam();
     return settings.effectiveDepthModel();
   }
 };

@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "config/settings/ipv4_endpoint.h"
 #include "drivers/handle/udp/conversation.h"
 #include "drivers/handle/udp/packet.h"
+#include "drivers/handle/udp/udp_settings.h"
 #include "drivers/handle/udp/udp_socket.h"
 #include "tools/haptic-bridge/device.h"
 #include "tools/haptic-bridge/device_log.h"
@@ -56,11 +56,11 @@ class ImpairedLink {
 };
 
 struct BridgeOptions {
-  config::Ipv4Endpoint peer;   ///< hapticd
-  config::Ipv4Endpoint local;  ///< zero: any
-  std::vector<std::byte> key;  ///< empty: packets are not authenticated
-  double max_force_n = 10;     ///< largest force of the device; longer forces are shortened to it
-  bool damps = true;           ///< damp contact here, if hapticd offers it and the device measures velocity
+  drivers::Ipv4Endpoint peer;   ///< hapticd
+  drivers::Ipv4Endpoint local;  ///< zero: any
+  std::vector<std::byte> key;   ///< empty: packets are not authenticated
+  double max_force_n = 10;      ///< largest force of the device; longer forces are shortened to it
+  bool damps = true;            ///< damp contact here, if hapticd offers it and the device measures velocity
   double max_damping_n_s_per_m =
       20;  ///< largest damping that the device renders without noise; more is clamped
   Impairments impairments;

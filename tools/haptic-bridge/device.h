@@ -38,7 +38,7 @@ class SimulatedDevice final : public Device {
   static constexpr std::int64_t kMaxCatchUpNs = 50'000'000;
 
   /// The settings are taken to be in the device's frame.
-  explicit SimulatedDevice(const config::SimulatedHandleSettings& settings)
+  explicit SimulatedDevice(const drivers::SimulatedHandleSettings& settings)
       : hand_(settings, static_cast<double>(kStepNs) * 1e-9) {}
 
   DeviceReading read() override;

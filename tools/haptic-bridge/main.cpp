@@ -12,6 +12,7 @@
 
 #include "config/base/program.h"
 #include "config/base/value_text.h"
+#include "drivers/handle/simulated/simulated_hand.h"
 #include "drivers/handle/udp/key_file.h"
 #include "rt/base/realtime_thread.h"
 #include "tools/haptic-bridge/bridge.h"
@@ -29,7 +30,7 @@ struct Options {
   std::string key_file;
   std::string log;
   double duration_s = 0;
-  config::SimulatedHandleSettings hand;
+  drivers::SimulatedHandleSettings hand;
   std::vector<double> start;
   std::vector<double> direction;
 };
@@ -39,8 +40,8 @@ int fail(const base::Error& error, int status) {
   return status;
 }
 
-base::Result<void> readEndpoint(const std::string& text, const char* option, config::Ipv4Endpoint& into) {
-  auto endpoint = config::ipv4EndpointFrom(text);
+base::Result<void> readEndpoint(const std::string& text, const char* option, drivers::Ipv4Endpoint& into) {
+  auto endpoint = drivers::ipv4EndpointFrom(text);
   if (endpoint && endpoint->port == 0) {
     return std::unexpected(base::Error{option, fmt::format("{} names no port", base::inQuotes(text)), ""});
   }
@@ -117,7 +118,7 @@ void addImpairments(CLI::App& app, Impairments& impairments) {
 }
 
 void addHand(CLI::App& app, Options& options) {
-  config::SimulatedHandleSettings& hand = options.hand;
+  drivers::SimulatedHandleSettings& hand = options.hand;
   app.add_option("--start", options.start, "where the simulated hand begins, handle frame (0,0,-0.8)")
       ->type_name("X,Y,Z")
       ->delimiter(',')

@@ -79,7 +79,7 @@ namespace {
 config::Settings settingsFor(const config::Settings& settings, const DepthSource& source) {
   config::Settings own = settings;
   if (const auto camera = source.camera()) {
-    own.camera.driver = config::CameraDriver::recorded;
+    own.camera.driver = "recorded";
     own.camera.stated_model = *camera;
   }
   return own;

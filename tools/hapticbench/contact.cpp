@@ -34,7 +34,7 @@ rt::Vec3 hipAt(double h_m) {
 }
 
 bool pushesBeforeContact(rt::ForceLaw law) {
-  return law == rt::ForceLaw::nearest_springs || law == rt::ForceLaw::smooth_springs;
+  return !rt::hasProxy(law);
 }
 
 }  // namespace

@@ -23,7 +23,7 @@ constexpr double kRidgeWidth_m = 0.02;
 constexpr double kFarAside_m = 0.08;  // neither edge nor ridge has an effect there, whatever the radius
 
 bool isSpringLaw(rt::ForceLaw law) {
-  return law == rt::ForceLaw::nearest_springs || law == rt::ForceLaw::smooth_springs;
+  return rt::rowOf(law).looks_in_radius;
 }
 
 rt::DepthModelParameters depthModel() {

@@ -10,6 +10,7 @@
 
 #include "rt/base/parameters.h"
 #include "rt/depth/depth_frame.h"
+#include "rt/laws/law_table.h"
 #include "tools/hapticbench/engine/report.h"
 #include "tools/hapticbench/engine/sequences.h"
 #include "tools/lib/offline/offline_box.h"
@@ -30,13 +31,11 @@ struct SweepGrid {
 /// One law with one set of parameters. What a law does not read stays at the paper's value.
 struct SweepPoint {
   std::size_t index = 0;  ///< in the whole grid
-  rt::ForceLaw law = rt::ForceLaw::nearest_springs;
+  rt::ForceLaw law{};
   rt::SpringParameters springs;
 
-  bool usesMaxPoints() const { return law == rt::ForceLaw::nearest_springs; }
-  bool usesRadius() const {
-    return law == rt::ForceLaw::nearest_springs || law == rt::ForceLaw::smooth_springs;
-  }
+  bool usesMaxPoints() const { return rt::rowOf(law).limits_points; }
+  bool usesRadius() const { return rt::rowOf(law).looks_in_radius; }
   /// The paper's law with the set that the paper chose: (500 N/m, 0.04 m, 10, 100).
   bool isPapers() const;
 };

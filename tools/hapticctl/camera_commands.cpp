@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "config/base/whole_file.h"
+#include "drivers/camera/v4l2/camera_report.h"
 #include "drivers/camera/v4l2/v4l2_camera.h"
 #include "rt/base/parameters.h"
 #include "tools/hapticctl/base/command_line.h"
@@ -78,15 +79,15 @@ int runTest(const CommandOptions& options, const TestOptions& requested) {
   }
   config::CameraSettings settings = configuration.settings.camera;
   if (!requested.device.empty()) {
-    settings.driver = config::CameraDriver::v4l2;
-    settings.v4l2.device = requested.device;
+    settings.driver = "v4l2";
+    settings.of<drivers::V4l2Settings>().device = requested.device;
     settings.serial.clear();
   }
-  if (settings.driver != config::CameraDriver::v4l2) {
+  if (settings.driver != "v4l2") {
     return report(
         base::Error{"",
                     fmt::format("camera.driver is {}, and only cameras of the driver v4l2 are measured",
-                                rt::wordOf(settings.driver)),
+                                settings.driver),
                     "set camera.driver to v4l2, or name a camera with --device"},
         options.json);
   }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "config/settings/driver_rows.h"
 #include "daemon/trace/writer/trace_writer.h"
 
 #include <fmt/format.h>
@@ -291,8 +292,6 @@ constexpr double kAroundChunk = 600;
 constexpr double kAroundFile = 200'000;
 /// A frame is modelled again where the HIP leaves the part that was modelled.
 constexpr double kModelsPerFrame = 2;
-/// Rate of a camera whose rate is not configured.
-constexpr double kUsualFrames_hz = 30;
 constexpr double kBytesPerPixel = 2;
 constexpr double kBytesPerPoint = 12;
 constexpr double kBytesPerMb = 1e6;
@@ -308,7 +307,7 @@ double bytesOf(const Record& record) {
 rt::Tick drawnTick() {
   rt::Tick tick;
   tick.mode = rt::Mode::engaged;
-  tick.law = rt::ForceLaw::proxy;
+  tick.law = rt::lawThat(&rt::ForceLawRow::has_proxy);
   tick.contact = rt::ContactState::contact;
   tick.command_force_n_in_world = {1, 2, 3};
   return tick;
@@ -332,17 +331,6 @@ double cloudBytes(double points) {
   return static_cast<double>(message.size() + kAroundMessage) + points * kBytesPerPoint;
 }
 
-double framesPerSecond(const config::CameraSettings& camera) {
-  switch (camera.driver) {
-    case config::CameraDriver::v4l2:
-      return camera.v4l2.rate_hz;
-    case config::CameraDriver::recorded:
-      return kUsualFrames_hz * camera.speed;
-    default:
-      return kUsualFrames_hz;
-  }
-}
-
 std::uint64_t hourOf(double bytes_per_second) {
   return static_cast<std::uint64_t>(std::ceil(bytes_per_second * kSecondsPerHour));
 }
@@ -352,7 +340,7 @@ std::uint64_t hourOf(double bytes_per_second) {
 TraceVolume mostPerHour(const config::Settings& settings, bool depth) {
   const rt::DepthModelParameters camera = settings.camera.effectiveDepthModel();
   const double pixels = double{1} * camera.width_px * camera.height_px;
-  const double frames_hz = framesPerSecond(settings.camera);
+  const double frames_hz = config::driverOf(settings.camera).rate_hz(settings.camera);
   const double snapshots_hz = 1e9 / static_cast<double>(depth ? kMinSnapshotPeriod_ns : kSnapshotPeriod_ns);
   const double ticks_per_s = settings.loop.rate_hz * bytesOf(rt::Tick{}) +
                              frames_hz * kModelsPerFrame * bytesOf(ModelRecord{}) +

@@ -20,4 +20,8 @@ CameraStatus FreenectCamera::status() const {
   return thread_.status(serial_.empty() ? "freenect" : "freenect " + serial_);
 }
 
+std::unique_ptr<Camera> makeFreenectCamera(const config::CameraSettings& settings) {
+  return std::make_unique<FreenectCamera>(settings.serial);
+}
+
 }  // namespace hapticd::drivers

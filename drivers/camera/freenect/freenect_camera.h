@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "config/settings/driver_rows.h"
 #include "drivers/base/worker_thread.h"
 #include "drivers/camera/camera.h"
 #include "drivers/camera/freenect/freenect_worker.h"
@@ -34,5 +35,10 @@ class FreenectCamera final : public Camera {
   std::chrono::milliseconds stop_limit_;
   WorkerThread<FreenectWorker> thread_;
 };
+
+inline constexpr config::CameraDriver kFreenectCamera{.word = "freenect",
+                                                      .help = "a Kinect v1 on USB, through libfreenect"};
+
+std::unique_ptr<Camera> makeFreenectCamera(const config::CameraSettings& settings);
 
 }  // namespace hapticd::drivers

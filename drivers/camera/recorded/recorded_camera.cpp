@@ -95,4 +95,11 @@ bool RecordedCamera::playOnce(FrameSink& sink, Clock::time_point begin) {
   return true;
 }
 
+std::unique_ptr<Camera> makeRecordedCamera(const config::CameraSettings& settings) {
+  const auto& own = settings.of<RecordedSettings>();
+  return std::make_unique<RecordedCamera>(
+      own.recording, own.loop, own.speed,
+      DepthLimits{settings.near_m, settings.far_m});
+}
+
 }  // namespace hapticd::drivers

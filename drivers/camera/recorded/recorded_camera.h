@@ -6,6 +6,8 @@
 #include <string>
 #include <thread>
 
+#include "config/settings/driver_rows.h"
+#include "config/settings/parameter_rows.h"
 #include "drivers/base/stop_signal.h"
 #include "drivers/camera/camera.h"
 #include "drivers/camera/camera_status_board.h"
@@ -46,5 +48,51 @@ class RecordedCamera final : public Camera {
   std::string last_fault_;       // playing thread only: of a damaged frame
   std::thread thread_;
 };
+
+struct RecordedSettings {
+  std::string recording;  ///< folder with INDEX.txt or camera.yaml
+  bool loop = true;       ///< restart at the end
+  double speed = 1;       ///< playback speed relative to real time
+};
+
+// Columns: as those of the table (config/settings/parameter_table.cpp).
+// clang-format off
+inline constexpr auto kRecordedRows = std::to_array<config::Parameter>({
+    config::row<HAPTICD_OWN_MEMBER(camera, RecordedSettings, recording)>(
+        "camera.recording", config::Effect::restart, "", {}, "",
+        "folder of the recording, for the driver recorded"),
+    config::row<HAPTICD_OWN_MEMBER(camera, RecordedSettings, loop)>(
+        "camera.loop", config::Effect::restart, "", {}, "",
+        "restart the recording at its end, for the driver recorded"),
+    config::row<HAPTICD_OWN_MEMBER(camera, RecordedSettings, speed)>(
+        "camera.speed", config::Effect::restart, "", {0.1, 100}, "",
+        "playback speed relative to real time, for the driver recorded"),
+});
+// clang-format on
+
+inline constexpr config::CameraDriver kRecordedCamera{
+    .word = "recorded",
+    .help = "a recording, of a Kinect v1 in libfreenect's format or of any camera in that of hapticd",
+    .parameters = kRecordedRows,
+    .stands_in = true,
+    .rate_hz =
+        [](const config::CameraSettings& camera) {
+          return config::kUsualFrames_hz * camera.of<RecordedSettings>().speed;
+        },
+    .check =
+        [](const config::Settings& settings, std::vector<config::Conflict>& conflicts) {
+          if (settings.camera.driver != "recorded" ||
+              !settings.camera.of<RecordedSettings>().recording.empty())
+            return;
+          config::addConflict(conflicts, {"camera.recording", "camera.driver"},
+                              "is empty, and the camera.driver recorded needs it",
+                              "set camera.recording to the folder that holds INDEX.txt or camera.yaml");
+        },
+    .source =
+        [](const config::CameraSettings& camera) {
+          return "the recording " + camera.of<RecordedSettings>().recording;
+        }};
+
+std::unique_ptr<Camera> makeRecordedCamera(const config::CameraSettings& settings);
 
 }  // namespace hapticd::drivers

@@ -10,8 +10,6 @@
 namespace hapticd::drivers {
 namespace {
 
-using config::SyntheticNoise;
-using config::SyntheticScene;
 using rt::Vec3;
 
 /// A camera that delivers depth is that much noisier than it states where the noise is harsh.
@@ -19,8 +17,7 @@ constexpr double kHarshScale = 2;
 
 }  // namespace
 
-AnalyticScene::AnalyticScene(const config::SyntheticSettings& settings,
-                             const rt::DepthModelParameters& depth_model)
+AnalyticScene::AnalyticScene(const SyntheticSettings& settings, const rt::DepthModelParameters& depth_model)
     : settings_(settings),
       camera_(depth_model),
       inverse_distance_per_m_(1 / settings.distance_m),

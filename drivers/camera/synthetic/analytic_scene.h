@@ -14,6 +14,34 @@
 
 namespace hapticd::drivers {
 
+/// Camera that the driver `synthetic` plays.
+enum class PlayedCamera { kinect, stereo, time_of_flight };
+constexpr auto wordsOf(PlayedCamera) {
+  return rt::words<PlayedCamera>("kinect", "stereo", "time_of_flight");
+}
+enum class SyntheticScene { plane, sphere, moving_sphere, edge };
+constexpr auto wordsOf(SyntheticScene) {
+  return rt::words<SyntheticScene>("plane", "sphere", "moving_sphere", "edge");
+}
+enum class SyntheticNoise { off, quantised, sensor, harsh };
+constexpr auto wordsOf(SyntheticNoise) {
+  return rt::words<SyntheticNoise>("off", "quantised", "sensor", "harsh");
+}
+
+/// The analytic scene of the driver `synthetic`, in front of a camera that looks along -z.
+struct SyntheticSettings {
+  PlayedCamera played = PlayedCamera::kinect;
+  SyntheticScene scene = SyntheticScene::moving_sphere;
+  SyntheticNoise noise = SyntheticNoise::sensor;
+  double distance_m = 1.0;  ///< from the camera to the plane, or to the sphere's centre
+  double tilt_rad = 0;      ///< of the plane about the camera's x axis
+  double sphere_radius_m = 0.1;
+  double motion_amplitude_m = 0.1;  ///< of the moving sphere, along x
+  double motion_period_s = 4;
+  double frame_rate_hz = 30;
+  int seed = 1;  ///< of the noise
+};
+
 /// A scene with a known true surface, and its image in a camera described by the given depth model.
 /// Everything is in the camera frame: x right, y up, looking along -z. D stands for `distance_m`, R for the
 /// radius.
@@ -33,7 +61,7 @@ namespace hapticd::drivers {
 /// Thread: one at a time (render() uses a buffer of the camera).  RT: not safe.
 class AnalyticScene {
  public:
-  AnalyticScene(const config::SyntheticSettings& settings, const rt::DepthModelParameters& depth_model);
+  AnalyticScene(const SyntheticSettings& settings, const rt::DepthModelParameters& depth_model);
 
   /// Returns the distance in metres from `p_m_in_camera` to the scene's surface at time `t_s`, positive in
   /// free space, negative inside. Inside the union of ball and wall of moving_sphere it is the larger of both
@@ -56,7 +84,7 @@ class AnalyticScene {
   void renderDisparities(std::uint64_t number, rt::DepthFrame& frame) const;
   void renderDepths(std::uint64_t number, rt::DepthFrame& frame) const;
 
-  config::SyntheticSettings settings_;
+  SyntheticSettings settings_;
   SceneCamera camera_;
   std::optional<SensorNoise> kinect_;        // of a camera that delivers disparities
   std::optional<DepthSensor> depth_sensor_;  // of a camera that delivers depth

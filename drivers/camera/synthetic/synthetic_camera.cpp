@@ -62,4 +62,8 @@ void SyntheticCamera::film(FrameSink& sink) {
   }
 }
 
+std::unique_ptr<Camera> makeSyntheticCamera(const config::CameraSettings& settings) {
+  return std::make_unique<SyntheticCamera>(settings.of<SyntheticSettings>(), settings.effectiveDepthModel());
+}
+
 }  // namespace hapticd::drivers

@@ -108,7 +108,7 @@ class RealSense {
     }
     readCalibration(sizeOf(settings), report);
     if (auto unit = setDepthUnit(settings, report); !unit) return std::unexpected(unit.error());
-    if (auto set = setControls(settings.v4l2); !set) return std::unexpected(set.error());
+    if (auto set = setControls(settings.of<V4l2Settings>()); !set) return std::unexpected(set.error());
     return report;
   }
 
@@ -147,7 +147,7 @@ class RealSense {
   base::Result<void> setDepthUnit(const config::CameraSettings& settings, CameraReport& report) const {
     auto table = depthTable();
     if (!table) {
-      if (settings.v4l2.unit_um > 0) return std::unexpected(table.error());
+      if (settings.unit_um > 0) return std::unexpected(table.error());
       report.problem = table.error().text();
       return {};
     }
@@ -157,9 +157,10 @@ class RealSense {
     }
     const double far_m = settings.far_m;
     const bool fine_reaches = far_m <= kMaxRaw * kFineUnit_um * 1e-6;
-    const auto requested_um = settings.v4l2.unit_um > 0 ? static_cast<std::uint32_t>(settings.v4l2.unit_um)
-                              : fine_reaches            ? static_cast<std::uint32_t>(kFineUnit_um)
-                                                        : table->unit_um;
+    const auto requested_um = settings.unit_um > 0
+                                  ? static_cast<std::uint32_t>(settings.unit_um)
+                              : fine_reaches ? static_cast<std::uint32_t>(kFineUnit_um)
+                                             : table->unit_um;
     if (requested_um != table->unit_um) {
       realsense::DepthTable changed = *table;
       changed.unit_um = requested_um;
@@ -168,7 +169,7 @@ class RealSense {
                              realsense::encoded(changed)});
       table = depthTable();  // what the camera made of it
       if (!table) return std::unexpected(table.error());
-      if (settings.v4l2.unit_um > 0 && table->unit_um != requested_um) {
+      if (settings.unit_um > 0 && table->unit_um != requested_um) {
         return std::unexpected(failure(fmt::format("the camera keeps its depth unit of {} um{}",
                                                    table->unit_um, set ? "" : ": " + set.error().text()),
                                        fmt::format("set camera.unit_um to {} or to 0", table->unit_um)));
@@ -178,11 +179,11 @@ class RealSense {
     return {};
   }
 
-  base::Result<void> setControls(const config::V4l2Settings& settings) const {
+  base::Result<void> setControls(const V4l2Settings& settings) const {
     constexpr std::uint8_t kEmitter = 2, kExposure = 3, kPreset = 6, kAutomaticExposure = 0xB;
     base::Result<void> done;
     if (settings.preset > 0) done = unit_.set(kPreset, oneByte(static_cast<unsigned>(settings.preset)));
-    if (done && settings.emitter != config::Emitter::unchanged) {
+    if (done && settings.emitter != Emitter::unchanged) {
       done = unit_.set(kEmitter, oneByte(static_cast<unsigned>(settings.emitter) - 1));
     }
     if (done && settings.exposure_us > 0) {
@@ -191,7 +192,7 @@ class RealSense {
       append(exposure, static_cast<std::uint32_t>(settings.exposure_us));
       if (done) done = unit_.set(kExposure, std::move(exposure));
     }
-    if (done && settings.sync_role != config::SyncRole::unchanged) {
+    if (done && settings.sync_role != SyncRole::unchanged) {
       const auto role = static_cast<std::uint32_t>(settings.sync_role) - 1;
       const auto set = call({realsense::Command::set_sync, {role, 0, 0, 0}});
       if (!set) return std::unexpected(set.error());
@@ -229,7 +230,7 @@ class Gemini {
       report.baseline_m = *baseline_m;
     }
     if (auto unit = setDepthUnit(settings, report); !unit) return std::unexpected(unit.error());
-    if (auto set = setControls(settings.v4l2); !set) return std::unexpected(set.error());
+    if (auto set = setControls(settings.of<V4l2Settings>()); !set) return std::unexpected(set.error());
     return report;
   }
 
@@ -281,9 +282,9 @@ class Gemini {
   base::Result<void> setDepthUnit(const config::CameraSettings& settings, CameraReport& report) {
     auto unit_m = depthUnit_m();
     const bool fine_reaches = settings.far_m <= kMaxRaw * kFineUnit_um * 1e-6;
-    const double requested_um = settings.v4l2.unit_um > 0 ? settings.v4l2.unit_um
-                                : fine_reaches            ? kFineUnit_um
-                                                          : 0;
+    const double requested_um = settings.unit_um > 0 ? settings.unit_um
+                                : fine_reaches              ? kFineUnit_um
+                                                            : 0;
     const auto isRequested = [&] { return unit_m && std::abs(*unit_m * 1e6 - requested_um) < 0.5; };
     if (requested_um > 0 && !isRequested()) {
       const auto unit_mm = static_cast<float>(requested_um / 1000);
@@ -292,7 +293,7 @@ class Gemini {
       static_cast<void>(call({orbbec::Operation::set_property, 0, orbbec::kDepthUnitProperty, {word}}));
       unit_m = depthUnit_m();  // what the camera made of it
     }
-    if (settings.v4l2.unit_um > 0 && !isRequested()) {
+    if (settings.unit_um > 0 && !isRequested()) {
       return std::unexpected(failure(fmt::format("the camera refuses a depth unit of {} um", requested_um),
                                      "set camera.unit_um to 0"));
     }
@@ -301,14 +302,13 @@ class Gemini {
     return {};
   }
 
-  base::Result<void> setControls(const config::V4l2Settings& settings) {
-    if (settings.exposure_us > 0 || settings.preset > 0 ||
-        settings.sync_role != config::SyncRole::unchanged) {
+  base::Result<void> setControls(const V4l2Settings& settings) {
+    if (settings.exposure_us > 0 || settings.preset > 0 || settings.sync_role != SyncRole::unchanged) {
       return std::unexpected(
           failure("camera.exposure_us, camera.preset and camera.sync_role cannot be set on an Orbbec camera",
                   "remove them from the configuration, and set them with the vendor's viewer"));
     }
-    if (settings.emitter == config::Emitter::unchanged) return {};
+    if (settings.emitter == Emitter::unchanged) return {};
     const auto value = static_cast<std::uint32_t>(settings.emitter) - 1;
     const auto set = call({orbbec::Operation::set_property, 0, orbbec::kLaserProperty, {value}});
     return set ? base::Result<void>{} : std::unexpected(set.error());
@@ -338,7 +338,7 @@ base::Result<CompletedModel> completedModel(const config::CameraSettings& settin
   CompletedModel completed{settings.effectiveDepthModel(), {}};
   rt::DepthModelParameters& model = completed.model;
   const std::string reason = report.problem.empty() ? "" : ": " + report.problem;
-  if (settings.v4l2.intrinsics == config::IntrinsicsSource::camera) {
+  if (settings.intrinsics == config::IntrinsicsSource::camera) {
     if (!report.pinhole) {
       return std::unexpected(failure(fmt::format("the camera does not report intrinsics for {} x {}{}",
                                                  model.width_px, model.height_px, reason),
@@ -353,7 +353,7 @@ base::Result<CompletedModel> completedModel(const config::CameraSettings& settin
   }
   if (report.unit_m) {
     model.unit_m = *report.unit_m;
-  } else if (settings.v4l2.unit_um == 0) {
+  } else if (settings.unit_um == 0) {
     return std::unexpected(failure("the camera does not report its depth unit" + reason,
                                    "set camera.unit_um, to 1000 for a camera that delivers millimetres"));
   }
@@ -366,7 +366,7 @@ base::Result<CompletedModel> completedModel(const config::CameraSettings& settin
         "the noise of this camera is not known{} (measure it with hapticctl camera test, and set "
         "camera.noise_c0_m, camera.noise_c1 and camera.noise_c2_per_m)",
         reason);
-  } else if (settings.v4l2.intrinsics == config::IntrinsicsSource::camera && !report.problem.empty()) {
+  } else if (settings.intrinsics == config::IntrinsicsSource::camera && !report.problem.empty()) {
     completed.advice = "a part of the camera's calibration cannot be used" + reason;
   }
   return completed;

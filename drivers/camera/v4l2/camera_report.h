@@ -12,6 +12,27 @@
 
 namespace hapticd::drivers {
 
+/// State of a stereo camera's projector.
+enum class Emitter { unchanged, off, on, automatic };
+constexpr auto wordsOf(Emitter) {
+  return rt::words<Emitter>("unchanged", "off", "on", "auto");
+}
+/// Role of a camera among those whose exposures are synchronised by cable.
+enum class SyncRole { unchanged, standalone, master, slave, full_slave };
+constexpr auto wordsOf(SyncRole) {
+  return rt::words<SyncRole>("unchanged", "standalone", "master", "slave", "full_slave");
+}
+
+/// A camera that the kernel drives, for the driver `v4l2`.
+struct V4l2Settings {
+  std::string device;  ///< name in /dev/v4l/by-id, or a path; empty: by serial number, or the first one found
+  int rate_hz = 30;
+  Emitter emitter = Emitter::unchanged;
+  int exposure_us = 0;  ///< 0: unchanged
+  int preset = 0;       ///< 0: unchanged
+  SyncRole sync_role = SyncRole::unchanged;
+};
+
 inline constexpr std::uint16_t kRealSenseVendor = 0x8086;
 inline constexpr std::uint16_t kOrbbecVendor = 0x2bc5;
 

@@ -20,4 +20,8 @@ CameraStatus V4l2Camera::status() const {
   return thread_.status("v4l2");
 }
 
+std::unique_ptr<Camera> makeV4l2Camera(const config::CameraSettings& settings) {
+  return std::make_unique<V4l2Camera>(settings);
+}
+
 }  // namespace hapticd::drivers

@@ -153,8 +153,9 @@ base::Result<void> V4l2Worker::useCameraOnce() {
   if (!camera) return std::unexpected(camera.error());
   // first, because it fails while another program streams, whose camera must not be set anew
   const rt::DepthModelParameters wanted = settings_.effectiveDepthModel();
-  const auto format = negotiateDepth(*camera->device, camera->capability.depth_format,
-                                     {wanted.width_px, wanted.height_px}, settings_.v4l2.rate_hz);
+  const auto format =
+      negotiateDepth(*camera->device, camera->capability.depth_format, {wanted.width_px, wanted.height_px},
+                     settings_.of<V4l2Settings>().rate_hz);
   if (!format) return std::unexpected(format.error());
   const auto report = prepareCamera(*camera->device, camera->video.vendor, settings_);
   if (!report) return std::unexpected(report.error());
@@ -169,7 +170,7 @@ base::Result<void> V4l2Worker::useCameraOnce() {
                       fourccText(format->pixels),
                       format->size.width_px,
                       format->size.height_px,
-                      static_cast<double>(settings_.v4l2.rate_hz),
+                      static_cast<double>(settings_.of<V4l2Settings>().rate_hz),
                       std::nullopt};
   });
   return deliver(*camera, *format, completed->model, completed->advice);

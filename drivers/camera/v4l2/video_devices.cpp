@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/v4l2/video_devices.h"
+#include "drivers/camera/v4l2/camera_report.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -96,10 +97,11 @@ base::Result<std::vector<VideoDevice>> candidatesOf(const config::CameraSettings
   };
   if (devices.empty()) return refuse("there is no video device", kConnect);
   std::vector<VideoDevice> candidates = devices;
-  if (!settings.v4l2.device.empty()) {
-    std::erase_if(candidates, [&](const VideoDevice& it) { return !isNamed(it, settings.v4l2.device); });
+  if (!settings.of<V4l2Settings>().device.empty()) {
+    std::erase_if(candidates,
+                  [&](const VideoDevice& it) { return !isNamed(it, settings.of<V4l2Settings>().device); });
     if (candidates.empty()) {
-      return refuse(fmt::format("there is no device {}", settings.v4l2.device),
+      return refuse(fmt::format("there is no device {}", settings.of<V4l2Settings>().device),
                     "connect it, or set camera.device to a name that hapticctl camera list shows");
     }
   }

@@ -101,7 +101,7 @@ void FalconHandle::useDeviceOnce(HandleChannels& channels) {
 
   auto advice = ensureFirmware(**port);
   if (!advice) return reportMissing(advice.error());
-  Session session(**port, channels, settings_.falcon.force_share);
+  Session session(**port, channels, settings_.of<FalconHandleSettings>().force_share);
   session.advice = std::move(*advice);
 
   const base::Result<void> lost = exchange(session);
@@ -115,7 +115,7 @@ void FalconHandle::useDeviceOnce(HandleChannels& channels) {
 base::Result<std::string> FalconHandle::ensureFirmware(FtdiPort& port) {
   auto answers = falconAnswers(port, stop_signal_);
   if (!answers) return std::unexpected(answers.error());
-  const auto image = readFalconImage(settings_.falcon.firmware);
+  const auto image = readFalconImage(settings_.of<FalconHandleSettings>().firmware);
   if (*answers) return image ? "" : "uses the firmware it already has, but " + image.error().text();
   if (!image) return std::unexpected(image.error());
   base::Error error{"falcon firmware", "stopped", ""};
@@ -226,6 +226,12 @@ void FalconHandle::reportMissing(const base::Error& error) {
     status.rejected = rejected_;
     status.advice.clear();
   });
+}
+
+std::unique_ptr<Handle> makeFalconHandle(const config::HandleSettings& settings,
+                                         const rt::HandleScaleParameters& scale,
+                                         const HandleThreadPolicy& policy) {
+  return std::make_unique<FalconHandle>(settings, scale, policy);
 }
 
 }  // namespace hapticd::drivers

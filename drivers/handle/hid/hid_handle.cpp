@@ -5,6 +5,8 @@
 #include <thread>
 #include <utility>
 
+#include "drivers/handle/hid/hidapi_port.h"
+
 namespace hapticd::drivers {
 namespace {
 
@@ -12,9 +14,9 @@ constexpr std::uint16_t kGenericDesktopPage = 0x01;
 constexpr std::uint16_t kMultiAxisController = 0x08;
 
 base::Result<HidSelection> selectionFrom(const config::HandleSettings& settings) {
-  const auto id = config::hidIdFrom(settings.hid.device);
+  const auto id = hidIdFrom(settings.of<HidHandleSettings>().device);
   if (!id) return std::unexpected(base::Error{"hid_handle.device", id.error().what, id.error().remedy});
-  if (settings.hid.kind == config::HidKind::spacemouse) {
+  if (settings.of<HidHandleSettings>().kind == HidKind::spacemouse) {
     return HidSelection{*id, kGenericDesktopPage, kMultiAxisController, settings.serial};
   }
   return HidSelection{*id, kControllerUsagePage, kControllerUsage, settings.serial};
@@ -36,9 +38,15 @@ base::Result<void> HidHandle::start(HandleChannels& channels) {
 }
 
 HandleStatus HidHandle::status() const {
-  HandleStatus status = thread_.status("hid " + settings_.hid.device);
+  HandleStatus status = thread_.status("hid " + settings_.of<HidHandleSettings>().device);
   status.scheduling = scheduling_;
   return status;
+}
+
+std::unique_ptr<Handle> makeHidHandle(const config::HandleSettings& settings,
+                                      const rt::HandleScaleParameters& scale,
+                                      const HandleThreadPolicy& policy) {
+  return std::make_unique<HidHandle>(settings, scale, openThroughHidapi, policy);
 }
 
 }  // namespace hapticd::drivers

@@ -3,12 +3,14 @@
 
 #include <atomic>
 #include <chrono>
+#include <memory>
 
 #include "config/settings/settings.h"
 #include "drivers/base/worker_thread.h"
 #include "drivers/handle/handle.h"
 #include "drivers/handle/handle_thread.h"
 #include "drivers/handle/hid/hid_port.h"
+#include "drivers/handle/hid/hid_settings.h"
 #include "drivers/handle/hid/hid_worker.h"
 
 namespace hapticd::drivers {
@@ -42,5 +44,9 @@ class HidHandle final : public Handle {
   std::atomic<HandleScheduling> scheduling_{HandleScheduling{}};
   WorkerThread<HidWorker> thread_;
 };
+
+std::unique_ptr<Handle> makeHidHandle(const config::HandleSettings& settings,
+                                      const rt::HandleScaleParameters& scale,
+                                      const HandleThreadPolicy& policy);
 
 }  // namespace hapticd::drivers

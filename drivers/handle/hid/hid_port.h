@@ -10,7 +10,7 @@
 #include <string>
 
 #include "config/base/error.h"
-#include "config/settings/hid_id.h"
+#include "drivers/handle/hid/hid_settings.h"
 
 namespace hapticd::drivers {
 
@@ -30,7 +30,7 @@ class HidPort {
 
 /// Identifies the requested device.
 struct HidSelection {
-  config::HidId id;
+  HidId id;
   std::uint16_t usage_page = 0;
   std::uint16_t usage = 0;
   std::string serial;  ///< empty: the first one found

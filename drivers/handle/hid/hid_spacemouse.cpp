@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <optional>
 
+#include "drivers/handle/hid/hid_settings.h"
 #include "rt/base/clock.h"
 
 namespace hapticd::drivers {
@@ -104,7 +105,8 @@ void SpaceMouseMotion::stepAxis(double rt::Vec3::*axis, int deflection, double d
 
 HidSpaceMouse::HidSpaceMouse(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale)
     : frame_(settings, scale),
-      motion_(settings.hid.full_speed_m_per_s / scale.motion_scale, kReachM / scale.motion_scale) {}
+      motion_(settings.of<HidHandleSettings>().full_speed_m_per_s / scale.motion_scale,
+              kReachM / scale.motion_scale) {}
 
 void HidSpaceMouse::opened(std::int64_t now_ns) {
   cap_ = {};

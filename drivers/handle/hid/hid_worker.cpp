@@ -5,6 +5,7 @@
 #include <array>
 #include <utility>
 
+#include "drivers/handle/hid/hid_settings.h"
 #include "rt/base/clock.h"
 
 namespace hapticd::drivers {
@@ -29,7 +30,7 @@ std::string joined(const std::string& first, const std::string& second) {
 
 HidWorker::HidWorker(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale,
                      HidSelection selection, HidOpener open, HandleChannels& channels)
-    : is_spacemouse_(settings.hid.kind == config::HidKind::spacemouse),
+    : is_spacemouse_(settings.of<HidHandleSettings>().kind == HidKind::spacemouse),
       selection_(std::move(selection)),
       open_(std::move(open)),
       controller_(settings, scale),

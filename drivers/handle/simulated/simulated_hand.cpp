@@ -34,19 +34,18 @@ Vec3 limited(const Vec3& force_n) {
                                                    : force_n;
 }
 
-config::HandScript actionOf(config::HandScript script, int round) {
-  using config::HandScript;
+HandScript actionOf(HandScript script, int round) {
   if (script != HandScript::mixed) return script;
   constexpr std::array kInTurn{HandScript::tap, HandScript::stroke, HandScript::lean};
   return kInTurn[static_cast<std::size_t>(round) % kInTurn.size()];
 }
 
-double gripFor(config::HandScript action) {
-  if (action == config::HandScript::tap) return SimulatedHand::kLooseGrip;
-  return action == config::HandScript::lean ? SimulatedHand::kFirmGrip : 1;
+double gripFor(HandScript action) {
+  if (action == HandScript::tap) return SimulatedHand::kLooseGrip;
+  return action == HandScript::lean ? SimulatedHand::kFirmGrip : 1;
 }
 
-DeviceAndHand systemOf(const config::SimulatedHandleSettings& settings, double grip) {
+DeviceAndHand systemOf(const SimulatedHandleSettings& settings, double grip) {
   return {.mass_kg = settings.mass_kg,
           .damping_n_s_per_m = settings.damping_n_s_per_m,
           .coulomb_friction_n = settings.friction_n,
@@ -63,7 +62,7 @@ Motion motionOf(const DeviceAndHand& system, double step_s, double position_m) {
 
 }  // namespace
 
-SimulatedHand::SimulatedHand(const config::SimulatedHandleSettings& settings, double step_s)
+SimulatedHand::SimulatedHand(const SimulatedHandleSettings& settings, double step_s)
     : settings_(settings),
       step_s_(step_s),
       forward_(unit(settings.direction_in_world)),
@@ -93,7 +92,7 @@ void SimulatedHand::step(const Vec3& force_n_in_world) {
 
 void SimulatedHand::beginRound() {
   action_ = actionOf(settings_.script, rounds_);
-  taps_left_ = action_ == config::HandScript::tap ? kTaps : 0;
+  taps_left_ = action_ == HandScript::tap ? kTaps : 0;
   system_ = systemOf(settings_, gripFor(action_));
   for (Motion& axis : axes_) axis.become(system_);
 }
@@ -113,8 +112,8 @@ void SimulatedHand::aim(double force_n) {
       break;
     case Phase::pressing:
       advanceAim();
-      if (action_ == config::HandScript::stroke) stroke();
-      if (phase_time_s_ >= (action_ == config::HandScript::tap ? kTap_s : settings_.press_s)) leave();
+      if (action_ == HandScript::stroke) stroke();
+      if (phase_time_s_ >= (action_ == HandScript::tap ? kTap_s : settings_.press_s)) leave();
       break;
     case Phase::retreating:
       retreat();
@@ -124,7 +123,7 @@ void SimulatedHand::aim(double force_n) {
 
 /// A lean builds up to the press force during half of its time.
 double SimulatedHand::targetForce_n() const {
-  if (action_ != config::HandScript::lean) return settings_.press_force_n;
+  if (action_ != HandScript::lean) return settings_.press_force_n;
   if (phase_ == Phase::approaching) return kFirstTouchShare * settings_.press_force_n;
   const double build_up = 2 * phase_time_s_ / std::max(settings_.press_s, step_s_);
   const double tremor = kTremorShare * std::sin(2 * std::numbers::pi * kTremor_hz * phase_time_s_);

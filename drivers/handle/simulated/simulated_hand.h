@@ -9,6 +9,31 @@
 
 namespace hapticd::drivers {
 
+enum class HandScript { stroke, tap, lean, mixed };
+constexpr auto wordsOf(HandScript) {
+  return rt::words<HandScript>("stroke", "tap", "lean", "mixed");
+}
+
+/// The simulated handle and the hand that holds it. The hand moves towards the surface, strokes it, taps it
+/// or leans on it with press_force_n, retreats, and repeats this.
+struct SimulatedHandleSettings {
+  HandScript script = HandScript::stroke;
+  double mass_kg = 0.045;
+  double damping_n_s_per_m = 0.05;
+  double friction_n = 0;  ///< of the handle, along each axis: kinetic friction and limit of static friction
+  double position_quantum_m = 0;  ///< resolution of the measured position; 0: exact
+  double hand_stiffness_n_per_m = 400;
+  double hand_damping_n_s_per_m = 4;
+  rt::Vec3 start_m_in_world{0, 0, -0.8};
+  rt::Vec3 direction_in_world{0, 0, -1};  ///< of the approach; any length except zero
+  double travel_m = 0.4;                  ///< distance after which the hand turns back
+  double speed_m_per_s = 0.1;
+  double press_force_n = 2;
+  double press_s = 2;      ///< time for which it strokes or leans before it retreats
+  double stroke_m = 0.05;  ///< amplitude of the stroke across the direction of approach
+  double stroke_period_s = 2;
+};
+
 /// A handle (mass, viscous and dry friction) held by a hand (spring and damper) that follows a script. In
 /// each round the hand moves from the start along the direction of approach until it feels a force, then
 /// performs one of these actions, moves back to the start and begins again:
@@ -49,7 +74,7 @@ class SimulatedHand {
 
   /// `step_s`: length of all steps, above zero. The direction of approach must not be zero; the mass must be
   /// above zero; friction, damping and stiffness must not be negative.
-  SimulatedHand(const config::SimulatedHandleSettings& settings, double step_s);
+  SimulatedHand(const SimulatedHandleSettings& settings, double step_s);
 
   /// Simulates one step under `force_n_in_world`, the force that the handle exerts on the hand. A force that
   /// is not finite counts as zero.
@@ -59,7 +84,7 @@ class SimulatedHand {
   rt::Vec3 velocity_m_per_s_in_world() const;
   Phase phase() const { return phase_; }
   /// Returns the action of this round; never `mixed`.
-  config::HandScript action() const { return action_; }
+  HandScript action() const { return action_; }
   /// Returns how often the script has returned to its start.
   int rounds() const { return rounds_; }
 
@@ -76,7 +101,7 @@ class SimulatedHand {
     return dot(point_m - settings_.start_m_in_world, forward_);
   }
 
-  config::SimulatedHandleSettings settings_;
+  SimulatedHandleSettings settings_;
   double step_s_;
   rt::Vec3 forward_;   // unit vector of the approach
   rt::Vec3 across_;    // unit vector of the stroke, perpendicular to forward_
@@ -86,7 +111,7 @@ class SimulatedHand {
   rt::Vec3 aim_;                // target position of the hand
   rt::Vec3 aim_velocity_;       // of the free part of the aim; zero along the approach while it is held back
   rt::Vec3 turn_;               // end of the retreat
-  config::HandScript action_ = config::HandScript::stroke;
+  HandScript action_ = HandScript::stroke;
   int taps_left_ = 0;
   Phase phase_ = Phase::approaching;
   double phase_time_s_ = 0;

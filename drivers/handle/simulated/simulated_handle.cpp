@@ -24,7 +24,7 @@ base::Result<void> requireAboveZero(const char* name, double value) {
   return std::unexpected(base::Error{name, fmt::format("{} is not above 0", value), ""});
 }
 
-base::Result<void> check(const config::SimulatedHandleSettings& settings) {
+base::Result<void> check(const SimulatedHandleSettings& settings) {
   if (auto ok = requireAboveZero("handle mass", settings.mass_kg); !ok) return ok;
   if (auto ok = requireAboveZero("hand stiffness", settings.hand_stiffness_n_per_m); !ok) return ok;
   if (auto ok = requireAboveZero("stroke period", settings.stroke_period_s); !ok) return ok;
@@ -115,6 +115,12 @@ void SimulatedHandle::simulate(HandleChannels& channels) {
     measurements_.store(sequence, std::memory_order_relaxed);
   }
   exerted_force_n_.store(0, std::memory_order_relaxed);
+}
+
+std::unique_ptr<Handle> makeSimulatedHandle(const config::HandleSettings& settings,
+                                            const rt::HandleScaleParameters& /*scale*/,
+                                            const HandleThreadPolicy& policy) {
+  return std::make_unique<SimulatedHandle>(settings.of<SimulatedHandleSettings>(), policy);
 }
 
 }  // namespace hapticd::drivers

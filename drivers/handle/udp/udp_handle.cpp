@@ -10,8 +10,8 @@
 #include <memory>
 #include <utility>
 
-#include "config/settings/ipv4_endpoint.h"
 #include "drivers/handle/udp/key_file.h"
+#include "drivers/handle/udp/udp_settings.h"
 #include "drivers/handle/udp/udp_worker.h"
 
 namespace hapticd::drivers {
@@ -24,13 +24,13 @@ base::Error at(const char* parameter, base::Error error) {
 
 base::Result<udp::WorkerSettings> workerSettingsFrom(const config::HandleSettings& settings) {
   udp::WorkerSettings worker;
-  const auto local = config::ipv4EndpointFrom(settings.udp.address);
+  const auto local = ipv4EndpointFrom(settings.of<UdpHandleSettings>().address);
   if (!local) return std::unexpected(at("udp_handle.address", local.error()));
-  worker.local = {local->address, static_cast<std::uint16_t>(settings.udp.port)};
-  const auto peer = config::ipv4EndpointFrom(settings.udp.peer);
+  worker.local = {local->address, static_cast<std::uint16_t>(settings.of<UdpHandleSettings>().port)};
+  const auto peer = ipv4EndpointFrom(settings.of<UdpHandleSettings>().peer);
   if (!peer) return std::unexpected(at("udp_handle.peer", peer.error()));
   worker.peer = *peer;
-  auto key = udp::keyFrom(settings.udp.key_file);
+  auto key = udp::keyFrom(settings.of<UdpHandleSettings>().key_file);
   if (!key) return std::unexpected(key.error());
   worker.key = std::move(*key);
   return worker;
@@ -50,7 +50,7 @@ base::Result<void> UdpHandle::start(HandleChannels& channels) {
   if (stop_event_ < 0) {
     return std::unexpected(base::Error{"udp handle", std::strerror(errno), "raise the limit of open files"});
   }
-  board_.reset("udp " + settings_.udp.peer);
+  board_.reset("udp " + settings_.of<UdpHandleSettings>().peer);
   auto worker = std::make_shared<udp::UdpWorker>(*worker_settings, HandleFrame(settings_, scale_), channels,
                                                  board_, gate_);
   worker->openSocket();  // if this fails, run() tries again
@@ -76,6 +76,12 @@ void UdpHandle::stop() {
   thread_.join();
   ::close(stop_event_);
   board_.set(HandlePresence::absent, "not started");
+}
+
+std::unique_ptr<Handle> makeUdpHandle(const config::HandleSettings& settings,
+                                      const rt::HandleScaleParameters& scale,
+                                      const HandleThreadPolicy& policy) {
+  return std::make_unique<UdpHandle>(settings, scale, policy);
 }
 
 }  // namespace hapticd::drivers

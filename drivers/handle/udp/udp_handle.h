@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <thread>
 
 #include "config/settings/settings.h"
@@ -8,6 +9,7 @@
 #include "drivers/handle/command_gate.h"
 #include "drivers/handle/handle.h"
 #include "drivers/handle/handle_thread.h"
+#include "drivers/handle/udp/udp_settings.h"
 
 namespace hapticd::drivers {
 
@@ -39,5 +41,9 @@ class UdpHandle final : public Handle {
   int stop_event_ = -1;  // eventfd; readable: the thread is to end
   std::thread thread_;
 };
+
+std::unique_ptr<Handle> makeUdpHandle(const config::HandleSettings& settings,
+                                      const rt::HandleScaleParameters& scale,
+                                      const HandleThreadPolicy& policy);
 
 }  // namespace hapticd::drivers

@@ -14,7 +14,7 @@
 namespace hapticd::drivers::udp {
 namespace {
 
-sockaddr_in socketAddressOf(const config::Ipv4Endpoint& endpoint) {
+sockaddr_in socketAddressOf(const Ipv4Endpoint& endpoint) {
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_addr.s_addr = htonl(endpoint.address);
@@ -35,14 +35,14 @@ const char* remedyFor(int failure) {
   }
 }
 
-std::unexpected<base::Error> failed(const config::Ipv4Endpoint& local, int failure) {
+std::unexpected<base::Error> failed(const Ipv4Endpoint& local, int failure) {
   return std::unexpected(
-      base::Error{fmt::format("UDP {}", config::textOf(local)), std::strerror(failure), remedyFor(failure)});
+      base::Error{fmt::format("UDP {}", textOf(local)), std::strerror(failure), remedyFor(failure)});
 }
 
 }  // namespace
 
-base::Result<UdpSocket> UdpSocket::boundTo(const config::Ipv4Endpoint& local) {
+base::Result<UdpSocket> UdpSocket::boundTo(const Ipv4Endpoint& local) {
   UdpSocket socket;
   socket.descriptor_ = base::Descriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!socket.descriptor_) return failed(local, errno);
@@ -67,7 +67,7 @@ std::optional<UdpSocket::Datagram> UdpSocket::receive(std::span<std::byte> buffe
                   {ntohl(from.sin_addr.s_addr), ntohs(from.sin_port)}};
 }
 
-int UdpSocket::send(std::span<const std::byte> bytes, const config::Ipv4Endpoint& to) const {
+int UdpSocket::send(std::span<const std::byte> bytes, const Ipv4Endpoint& to) const {
   const sockaddr_in address = socketAddressOf(to);
   const ssize_t sent = ::sendto(descriptor(), bytes.data(), bytes.size(), MSG_NOSIGNAL,
                                 reinterpret_cast<const sockaddr*>(&address), sizeof address);

@@ -7,7 +7,7 @@
 
 #include "config/base/descriptor.h"
 #include "config/base/error.h"
-#include "config/settings/ipv4_endpoint.h"
+#include "drivers/handle/udp/udp_settings.h"
 
 namespace hapticd::drivers::udp {
 
@@ -18,14 +18,14 @@ class UdpSocket {
   /// A received datagram.
   struct Datagram {
     std::span<const std::byte> bytes;  ///< in the buffer of receive(); truncated to its size
-    config::Ipv4Endpoint from;
+    Ipv4Endpoint from;
   };
 
   UdpSocket() = default;
 
   /// Opens a socket bound to `local`.  Errors: the address is not (yet) this computer's, the port is taken or
   /// not permitted.
-  static base::Result<UdpSocket> boundTo(const config::Ipv4Endpoint& local);
+  static base::Result<UdpSocket> boundTo(const Ipv4Endpoint& local);
 
   bool isOpen() const { return static_cast<bool>(descriptor_); }
   /// For poll().
@@ -35,7 +35,7 @@ class UdpSocket {
   std::optional<Datagram> receive(std::span<std::byte> buffer) const;
 
   /// Sends a datagram. Returns 0 or errno.
-  int send(std::span<const std::byte> bytes, const config::Ipv4Endpoint& to) const;
+  int send(std::span<const std::byte> bytes, const Ipv4Endpoint& to) const;
 
  private:
   base::Descriptor descriptor_;

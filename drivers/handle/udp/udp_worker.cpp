@@ -36,7 +36,7 @@ bool stopsWithin(std::int64_t wait_ns, int stop_event, int other) {
   return ::ppoll(files.data(), files.size(), &timeout, nullptr) > 0 && files[0].revents != 0;
 }
 
-bool comesFrom(const config::Ipv4Endpoint& from, const config::Ipv4Endpoint& peer) {
+bool comesFrom(const Ipv4Endpoint& from, const Ipv4Endpoint& peer) {
   return from.address == peer.address && (peer.port == 0 || from.port == peer.port);
 }
 
@@ -111,7 +111,7 @@ void UdpWorker::take(const UdpSocket::Datagram& datagram, std::int64_t now_ns) {
   }
 }
 
-void UdpWorker::takeOver(const StatePacket& packet, const config::Ipv4Endpoint& from, std::int64_t now_ns) {
+void UdpWorker::takeOver(const StatePacket& packet, const Ipv4Endpoint& from, std::int64_t now_ns) {
   constexpr std::int64_t kSmoothing = 16;  // number of states
   const bool is_new = conversation_.peerSession() != session_of_frame_ || presence_ == HandlePresence::lost;
   if (is_new && !session_began_ && !packet.fault) beginSession();
@@ -128,7 +128,7 @@ void UdpWorker::noteRefusal(std::string why, std::int64_t now_ns) {
 }
 
 /// Lets the sender prove that it is active: its next packet echoes this one.
-void UdpWorker::answerUnproven(const Header& heard, const config::Ipv4Endpoint& from, std::int64_t now_ns) {
+void UdpWorker::answerUnproven(const Header& heard, const Ipv4Endpoint& from, std::int64_t now_ns) {
   if (now_ns - answered_ns_ < kAnswerIntervalNs) return;
   answered_ns_ = now_ns;
   send({conversation_.answerTo(heard, now_ns), {}, false}, from);
@@ -190,7 +190,7 @@ void UdpWorker::sendCommand(std::int64_t now_ns) {
   gate_.sent(rt::monotonicNow_ns());
 }
 
-void UdpWorker::send(const CommandPacket& packet, const config::Ipv4Endpoint& to) {
+void UdpWorker::send(const CommandPacket& packet, const Ipv4Endpoint& to) {
   const PacketBytes bytes = encode(packet, settings_.key);
   send_failure_ = socket_.send(bytes.bytes(), to);
 }

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "config/settings/ipv4_endpoint.h"
 #include "drivers/base/status_board.h"
 #include "drivers/handle/command_gate.h"
 #include "drivers/handle/handle.h"
@@ -16,14 +15,15 @@
 #include "drivers/handle/udp/cpu_budget.h"
 #include "drivers/handle/udp/packet.h"
 #include "drivers/handle/udp/peer_clock.h"
+#include "drivers/handle/udp/udp_settings.h"
 #include "drivers/handle/udp/udp_socket.h"
 
 namespace hapticd::drivers::udp {
 
 /// Settings of a UdpWorker.
 struct WorkerSettings {
-  config::Ipv4Endpoint local;
-  config::Ipv4Endpoint peer;   ///< without a port: any port of that address
+  Ipv4Endpoint local;
+  Ipv4Endpoint peer;           ///< without a port: any port of that address
   std::vector<std::byte> key;  ///< empty: packets are not authenticated
 };
 
@@ -52,15 +52,15 @@ class UdpWorker {
 
   void receiveAll();
   void take(const UdpSocket::Datagram& datagram, std::int64_t now_ns);
-  void takeOver(const StatePacket& packet, const config::Ipv4Endpoint& from, std::int64_t now_ns);
+  void takeOver(const StatePacket& packet, const Ipv4Endpoint& from, std::int64_t now_ns);
   void noteRefusal(std::string why, std::int64_t now_ns);
-  void answerUnproven(const Header& heard, const config::Ipv4Endpoint& from, std::int64_t now_ns);
+  void answerUnproven(const Header& heard, const Ipv4Endpoint& from, std::int64_t now_ns);
   void publishNewest();
   void beginSession();
   bool isAlive(std::int64_t now_ns) const;
 
   void sendCommand(std::int64_t now_ns);
-  void send(const CommandPacket& packet, const config::Ipv4Endpoint& to);
+  void send(const CommandPacket& packet, const Ipv4Endpoint& to);
   void sendGoodbye();
 
   void become(HandlePresence presence, std::int64_t now_ns);
@@ -77,7 +77,7 @@ class UdpWorker {
   Conversation conversation_;
 
   HandlePresence presence_ = HandlePresence::absent;
-  config::Ipv4Endpoint from_;           // sender of the newest state
+  Ipv4Endpoint from_;                   // sender of the newest state
   std::uint64_t session_of_frame_ = 0;  // the peer's session that corresponds to the frame's session
   bool session_began_ = false;          // the frame's session has begun but nothing was published in it yet
   std::optional<Arrived> newest_;       // fresh, not published yet

@@ -27,15 +27,15 @@ struct Ball {
 
 struct Parts {
   Ball ball;
-  config::SyntheticSettings behind;
+  drivers::SyntheticSettings behind;
 };
 
 /// The nearer surface of the ball and the background is seen.
 Parts partsOf(MadeUpScene scene) {
-  config::SyntheticSettings behind;
+  drivers::SyntheticSettings behind;
   behind.frame_rate_hz = kFrameRate_hz;
   behind.seed = 2;
-  behind.scene = config::SyntheticScene::plane;
+  behind.scene = drivers::SyntheticScene::plane;
   behind.distance_m = 1.2;
   behind.tilt_rad = 0.3;
   switch (scene) {
@@ -44,7 +44,7 @@ Parts partsOf(MadeUpScene scene) {
     case MadeUpScene::gesture:
       return {{0.9, 0.05}, behind};
     case MadeUpScene::desk:
-      behind.scene = config::SyntheticScene::edge;
+      behind.scene = drivers::SyntheticScene::edge;
       behind.distance_m = 0.52;
       behind.tilt_rad = 0;
       return {{0.57, 0.05}, behind};
@@ -52,16 +52,16 @@ Parts partsOf(MadeUpScene scene) {
   throw std::invalid_argument("there is no such scene");
 }
 
-std::unique_ptr<drivers::AnalyticScene> sceneOf(const config::SyntheticSettings& settings) {
+std::unique_ptr<drivers::AnalyticScene> sceneOf(const drivers::SyntheticSettings& settings) {
   return std::make_unique<drivers::AnalyticScene>(settings, rt::DepthModelParameters{});
 }
 
 /// Nearest in the second half of each period.
-config::SyntheticSettings ballAt(double time_s, const Ball& ball) {
+drivers::SyntheticSettings ballAt(double time_s, const Ball& ball) {
   constexpr double kPeriod_s = 1.5;
-  config::SyntheticSettings settings;
+  drivers::SyntheticSettings settings;
   settings.frame_rate_hz = kFrameRate_hz;
-  settings.scene = config::SyntheticScene::sphere;
+  settings.scene = drivers::SyntheticScene::sphere;
   settings.distance_m =
       ball.distance_m + ball.amplitude_m * std::sin(2 * std::numbers::pi * time_s / kPeriod_s);
   return settings;

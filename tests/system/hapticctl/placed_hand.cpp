@@ -5,7 +5,7 @@
 
 #include <stdexcept>
 
-#include "config/settings/ipv4_endpoint.h"
+#include "drivers/handle/udp/udp_settings.h"
 #include "tests/system/support/bridge_log.h"
 
 namespace hapticd::test {
@@ -16,8 +16,8 @@ constexpr int kHandPort = 47801;
 /// Between two readings, which are a millisecond apart: slower than what counts as a leap.
 constexpr double kStep_m = 0.0005;
 
-config::Ipv4Endpoint endpoint(int host, int port) {
-  return *config::ipv4EndpointFrom(fmt::format("{}:{}", ownLoopback(host), port));
+drivers::Ipv4Endpoint endpoint(int host, int port) {
+  return *drivers::ipv4EndpointFrom(fmt::format("{}:{}", ownLoopback(host), port));
 }
 
 drivers::udp::UdpSocket openSocket() {

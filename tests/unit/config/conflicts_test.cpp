@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "config/settings/parameter_table.h"
+#include "drivers/handle/simulated/simulated_hand.h"
 #include "rt/laws/law_table.h"
 #include "rt/modelling/scene_builder.h"
 
@@ -307,7 +308,7 @@ TEST(NumbersThatAreNotFinite, ViolateTheRules) {
   Settings settings = with({"camera.driver=v4l2", "force.law=nearest_springs"});
   settings.camera.near_m = std::nan("");
   settings.live.force.radius_m = std::nan("");
-  settings.handle.simulated.direction_in_world.x = std::nan("");
+  settings.handle.of<drivers::SimulatedHandleSettings>().direction_in_world.x = std::nan("");
   EXPECT_EQ(checkTogether(settings).size(), 3U);
 }
 

@@ -239,7 +239,7 @@ TEST(StartParameters, AreThoseOfHandleAndCamera) {
   settings.handle.device_damping_n_s_per_m = 0.1;
   settings.handle.damping_n_s_per_m = 3;
   settings.camera.latency_s = 0.06;
-  settings.handle.simulated.mass_kg = 0.3;
+  settings.handle.of<drivers::SimulatedHandleSettings>().mass_kg = 0.3;
   EXPECT_EQ(settings.startParameters().device_mass_kg, 0.3) << "the stiffness limit depends on it";
   settings.handle.device_mass_kg = 0.2;
   const rt::StartParameters start = settings.startParameters();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/settings/parameter_table.h"
+#include "drivers/camera/synthetic/analytic_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -167,10 +168,10 @@ TEST(ParameterTable, WordsMeanTheirEnumerators) {
   ASSERT_TRUE(setFromText(settings, "camera.depth_law=factory"));
   ASSERT_TRUE(setFromText(settings, "synthetic.scene=edge"));
   ASSERT_TRUE(setFromText(settings, "synthetic.noise=quantised"));
-  EXPECT_EQ(settings.camera.driver, CameraDriver::recorded);
+  EXPECT_EQ(settings.camera.driver, "recorded");
   EXPECT_EQ(settings.camera.depth_law, DepthLaw::factory);
-  EXPECT_EQ(settings.synthetic.scene, SyntheticScene::edge);
-  EXPECT_EQ(settings.synthetic.noise, SyntheticNoise::quantised);
+  EXPECT_EQ(settings.camera.of<drivers::SyntheticSettings>().scene, drivers::SyntheticScene::edge);
+  EXPECT_EQ(settings.camera.of<drivers::SyntheticSettings>().noise, drivers::SyntheticNoise::quantised);
 }
 
 TEST(UnknownParameter, NamesTheNearestOnes) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "config/settings/parameter_table.h"
+#include "drivers/camera/recorded/recorded_camera.h"
 
 namespace hapticd::config {
 namespace {
@@ -89,9 +90,9 @@ TEST(ParameterValue, TruthValuesAreTrueAndFalseOnly) {
 TEST(ParameterValue, TextIsTakenAsItIsWritten) {
   Settings settings;
   ASSERT_TRUE(setFromText(settings, "camera.recording=/data/a=b, \xc3\xa4 \"c\""));
-  EXPECT_EQ(settings.camera.recording, "/data/a=b, \xc3\xa4 \"c\"");
+  EXPECT_EQ(settings.camera.of<drivers::RecordedSettings>().recording, "/data/a=b, \xc3\xa4 \"c\"");
   ASSERT_TRUE(setFromText(settings, "camera.recording="));
-  EXPECT_EQ(settings.camera.recording, "");
+  EXPECT_EQ(settings.camera.of<drivers::RecordedSettings>().recording, "");
 }
 
 TEST(ParameterValue, ASettingWithoutValueOrNameIsRefused) {

@@ -3,37 +3,38 @@
 #include <gtest/gtest.h>
 
 #include "config/settings/settings.h"
+#include "drivers/camera/synthetic/analytic_scene.h"
 #include "rt/depth/depth_model.h"
 
 namespace hapticd::config {
 namespace {
 
-CameraSettings playing(PlayedCamera played) {
+CameraSettings playing(drivers::PlayedCamera played) {
   CameraSettings camera;
-  camera.driver = CameraDriver::synthetic;
-  camera.played = played;
+  camera.driver = "synthetic";
+  camera.of<drivers::SyntheticSettings>().played = played;
   return camera;
 }
 
 TEST(PlayedCamera, IsAKinectUnlessTheConfigurationNamesAnother) {
   CameraSettings camera;
-  camera.driver = CameraDriver::synthetic;
-  camera.v4l2.width_px = 424;
-  camera.v4l2.unit_um = 100;
+  camera.driver = "synthetic";
+  camera.width_px = 424;
+  camera.unit_um = 100;
   EXPECT_EQ(camera.effectiveDepthModel(), rt::DepthModelParameters{});
   EXPECT_FALSE(camera.deliversDepth());
 }
 
 TEST(PlayedCamera, IsAnotherOnlyWithTheDriverSynthetic) {
-  CameraSettings camera = playing(PlayedCamera::stereo);
-  camera.driver = CameraDriver::freenect;
+  CameraSettings camera = playing(drivers::PlayedCamera::stereo);
+  camera.driver = "freenect";
   EXPECT_EQ(camera.effectiveDepthModel(), rt::DepthModelParameters{});
   EXPECT_FALSE(camera.deliversDepth());
 }
 
 // f = 848 / (2 tan 45 deg) = 424 px, c2 = 0.08 px / (424 px 0.05 m)
 TEST(PlayedCamera, OfStereoIsAD435) {
-  const CameraSettings settings = playing(PlayedCamera::stereo);
+  const CameraSettings settings = playing(drivers::PlayedCamera::stereo);
   EXPECT_TRUE(settings.deliversDepth());
   const rt::DepthModelParameters camera = settings.effectiveDepthModel();
   EXPECT_EQ(rt::faultOf(camera), rt::CameraFault::none);
@@ -56,7 +57,8 @@ TEST(PlayedCamera, OfStereoIsAD435) {
 }
 
 TEST(PlayedCamera, OfTimeOfFlightIsAFemtoMega) {
-  const rt::DepthModelParameters camera = playing(PlayedCamera::time_of_flight).effectiveDepthModel();
+  const rt::DepthModelParameters camera =
+      playing(drivers::PlayedCamera::time_of_flight).effectiveDepthModel();
   EXPECT_EQ(rt::faultOf(camera), rt::CameraFault::none);
   EXPECT_EQ(camera.width_px, 640);
   EXPECT_EQ(camera.height_px, 576);
@@ -71,31 +73,32 @@ TEST(PlayedCamera, OfTimeOfFlightIsAFemtoMega) {
 }
 
 TEST(PlayedCamera, OfTimeOfFlightMayHaveTheUsualSizeOfAStereoCamera) {
-  CameraSettings settings = playing(PlayedCamera::time_of_flight);
-  settings.v4l2.width_px = 848;
+  CameraSettings settings = playing(drivers::PlayedCamera::time_of_flight);
+  settings.width_px = 848;
   EXPECT_EQ(settings.effectiveDepthModel().width_px, 848);
   EXPECT_EQ(settings.effectiveDepthModel().height_px, 576) << "left open";
-  settings.v4l2.height_px = 480;
+  settings.height_px = 480;
   EXPECT_EQ(settings.effectiveDepthModel().width_px, 848);
   EXPECT_EQ(settings.effectiveDepthModel().height_px, 480);
 }
 
 TEST(PlayedCamera, OfTheDriverV4l2HasTheSizeOfAStereoCameraWhereItIsLeftOpen) {
   CameraSettings settings;
-  settings.driver = CameraDriver::v4l2;
+  settings.driver = "v4l2";
   EXPECT_EQ(settings.effectiveDepthModel().width_px, 848);
   EXPECT_EQ(settings.effectiveDepthModel().height_px, 480);
-  settings.v4l2.width_px = 640;
+  settings.width_px = 640;
   EXPECT_EQ(settings.effectiveDepthModel().width_px, 640);
   EXPECT_EQ(settings.effectiveDepthModel().height_px, 480);
 }
 
 TEST(PlayedCamera, TakesWhatIsConfigured) {
-  for (const PlayedCamera played : {PlayedCamera::stereo, PlayedCamera::time_of_flight}) {
+  for (const drivers::PlayedCamera played :
+       {drivers::PlayedCamera::stereo, drivers::PlayedCamera::time_of_flight}) {
     CameraSettings settings = playing(played);
-    settings.v4l2.width_px = 320;
-    settings.v4l2.height_px = 288;
-    settings.v4l2.unit_um = 250;
+    settings.width_px = 320;
+    settings.height_px = 288;
+    settings.unit_um = 250;
     settings.near_m = 0.2;
     settings.far_m = 2;
     settings.noise_c0_m = 0.001;
@@ -109,9 +112,9 @@ TEST(PlayedCamera, TakesWhatIsConfigured) {
     EXPECT_EQ(camera.unit_m, 250 * 1e-6);
     EXPECT_EQ(camera.near_m, 0.2);
     EXPECT_EQ(camera.far_m, 2);
-    EXPECT_EQ(camera.noise, (rt::DepthNoiseParameters{0.001, 0.002, 0.003, 0.2, 3}));
+    EXPECT_EQ(camera.noise, settings.noise());
     EXPECT_NE(camera.fx_px, settings.fx_px) << "those of the camera itself";
-    settings.v4l2.intrinsics = IntrinsicsSource::configured;
+    settings.intrinsics = IntrinsicsSource::configured;
     camera = settings.effectiveDepthModel();
     EXPECT_EQ(camera.fx_px, settings.fx_px);
     EXPECT_EQ(camera.fy_px, settings.fy_px);
@@ -122,7 +125,7 @@ TEST(PlayedCamera, TakesWhatIsConfigured) {
 
 // 16 bits of 100 um end at 6.5535 m.
 TEST(PlayedCamera, HasAUnitThatReachesItsFarLimit) {
-  CameraSettings settings = playing(PlayedCamera::stereo);
+  CameraSettings settings = playing(drivers::PlayedCamera::stereo);
   settings.far_m = 6.55;
   EXPECT_EQ(settings.effectiveDepthModel().unit_m, 1e-4);
   settings.far_m = 6.56;

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "config/settings_summary.h"
+#include "drivers/handle/udp/udp_settings.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::config {
@@ -9,10 +10,10 @@ namespace {
 
 Settings udpSettings(const char* address, const char* peer, const char* key_file = "") {
   Settings settings;
-  settings.handle.driver = HandleDriver::udp;
-  settings.handle.udp.address = address;
-  settings.handle.udp.peer = peer;
-  settings.handle.udp.key_file = key_file;
+  settings.handle.driver = "udp";
+  settings.handle.of<drivers::UdpHandleSettings>().address = address;
+  settings.handle.of<drivers::UdpHandleSettings>().peer = peer;
+  settings.handle.of<drivers::UdpHandleSettings>().key_file = key_file;
   return settings;
 }
 
@@ -27,7 +28,8 @@ TEST(Warnings, NameAHandleOnTheNetworkWithoutAKey) {
     const std::vector<base::Error> warnings = warningsOf(settings);
     ASSERT_EQ(warnings.size(), 1U);
     EXPECT_EQ(warnings[0].where, "udp_handle.key_file");
-    EXPECT_NE(warnings[0].text().find(settings.handle.udp.peer), std::string::npos);
+    EXPECT_NE(warnings[0].text().find(settings.handle.of<drivers::UdpHandleSettings>().peer),
+              std::string::npos);
   }
 }
 
@@ -35,7 +37,7 @@ TEST(Warnings, AreEmptyForAHandleWithAKeyOnThisComputerOrNotInUse) {
   EXPECT_TRUE(warningsOf(udpSettings("0.0.0.0", "192.0.2.10", "/etc/hapticd/key")).empty());
   EXPECT_TRUE(warningsOf(udpSettings("127.0.0.1", "127.0.0.2:47801")).empty());
   Settings unused = udpSettings("0.0.0.0", "192.0.2.10");
-  unused.handle.driver = HandleDriver::simulated;
+  unused.handle.driver = "simulated";
   EXPECT_TRUE(warningsOf(unused).empty());
 }
 

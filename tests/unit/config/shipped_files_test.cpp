@@ -4,10 +4,14 @@
 
 #include <cmath>
 #include <fstream>
+#include <span>
 #include <string>
 
+#include "config/settings/driver_rows.h"
 #include "config/settings/parameter_table.h"
 #include "config/yaml_loader.h"
+#include "drivers/camera/synthetic/analytic_scene.h"
+#include "drivers/handle/simulated/simulated_hand.h"
 #include "tests/support/file_content.h"
 #include "tests/support/temporary_folder.h"
 
@@ -46,22 +50,29 @@ void expectLoads(const std::filesystem::path& file, Settings& settings) {
   for (const base::Error& error : loaded.error()) ADD_FAILURE() << error.text();
 }
 
-TEST(StandInParameters, AreInTheReadmeOfTheirDriver) {
-  const auto readmeOf = [](const Parameter& parameter) {
-    if (parameter.group() == "synthetic") return "drivers/camera/synthetic/README.md";
-    if (parameter.group() == "camera") return "drivers/camera/recorded/README.md";
-    return parameter.group() == "simulated_handle" ? "drivers/handle/simulated/README.md" : "docs/faults.md";
-  };
-  for (const Parameter& parameter : standInParameters()) {
-    const std::string text = test::contentOf(std::filesystem::path(HAPTICD_SOURCE) / readmeOf(parameter));
+void expectRows(std::span<const Parameter> parameters, const std::string& readme) {
+  const std::string text = test::contentOf(std::filesystem::path(HAPTICD_SOURCE) / readme);
+  for (const Parameter& parameter : parameters) {
     const std::string standard = toText(parameter.defaultValue());
     const std::string row =
         fmt::format("| `{}` | {} | {} | {} |\n", parameter.name, standard.empty() ? "empty" : standard,
                     parameter.range(), parameter.help);
-    EXPECT_NE(text.find(parameter.group() == "control" ? fmt::format("`{}`", parameter.name) : row),
-              std::string::npos)
-        << row;
+    EXPECT_NE(text.find(row), std::string::npos) << row;
   }
+}
+
+TEST(StandInParameters, AreInTheReadmeOfTheirDriver) {
+  std::size_t count = 1;  // control.allow_fault_injection
+  const auto expectRowsOf = [&count](const auto& driver, const std::string& folder) {
+    if (!driver.stands_in) return;
+    expectRows(driver.parameters, fmt::format("drivers/{}/{}/README.md", folder, driver.word));
+    count += driver.parameters.size();
+  };
+  for (const CameraDriver& driver : cameraDrivers()) expectRowsOf(driver, "camera");
+  for (const HandleDriver& driver : handleDrivers()) expectRowsOf(driver, "handle");
+  EXPECT_EQ(standInParameters().size(), count);
+  const std::string faults = test::contentOf(std::filesystem::path(HAPTICD_SOURCE) / "docs/faults.md");
+  EXPECT_NE(faults.find("`control.allow_fault_injection`"), std::string::npos);
 }
 
 TEST(ShippedFiles, HapticdYamlChangesNothingAsItIsShipped) {
@@ -84,7 +95,7 @@ TEST(ShippedFiles, HapticdYamlLoadsWithEveryCommentMarkDeleted) {
 TEST(ShippedFiles, HapticdYamlIsForARealBox) {
   Settings settings;
   expectLoads(kShipped / "hapticd.yaml", settings);
-  EXPECT_EQ(settings.camera.driver, CameraDriver::freenect);
+  EXPECT_EQ(settings.camera.driver, "freenect");
   EXPECT_TRUE(settings.control.status_socket.starts_with("/run/hapticd/"));
   EXPECT_TRUE(settings.control.control_socket.starts_with("/run/hapticd/"));
   EXPECT_GT(settings.loop.priority, 0);
@@ -94,8 +105,8 @@ TEST(ShippedFiles, HapticdYamlIsForARealBox) {
 TEST(ShippedFiles, DemoYamlNeedsNoDeviceAndNoPrivilege) {
   Settings settings;
   expectLoads(kShipped / "demo.yaml", settings);
-  EXPECT_EQ(settings.camera.driver, CameraDriver::synthetic);
-  EXPECT_EQ(settings.handle.driver, HandleDriver::simulated);
+  EXPECT_EQ(settings.camera.driver, "synthetic");
+  EXPECT_EQ(settings.handle.driver, "simulated");
   EXPECT_TRUE(settings.control.engage_at_start);
   EXPECT_EQ(settings.live.safety.handle_timeout_s, 0.05);
   EXPECT_TRUE(std::filesystem::path(settings.control.status_socket).is_relative());
@@ -107,15 +118,16 @@ TEST(ShippedFiles, DemoFixturesYamlIsTheDemonstrationWithARestingBallAndNothingA
   expectLoads(kShipped / "demo-fixtures.yaml", settings);
   EXPECT_TRUE(settings.additions.fixtures.empty());
   EXPECT_TRUE(settings.additions.regions.empty());
-  EXPECT_EQ(settings.camera.driver, CameraDriver::synthetic);
-  EXPECT_EQ(settings.handle.driver, HandleDriver::simulated);
-  EXPECT_EQ(settings.synthetic.motion_amplitude_m, 0);
+  EXPECT_EQ(settings.camera.driver, "synthetic");
+  EXPECT_EQ(settings.handle.driver, "simulated");
+  EXPECT_EQ(settings.camera.of<drivers::SyntheticSettings>().motion_amplitude_m, 0);
   EXPECT_EQ(settings.namedLaw(), rt::ForceLaw::surface);
   EXPECT_TRUE(settings.control.engage_at_start);
-  const double front_m = settings.synthetic.distance_m - settings.synthetic.sphere_radius_m;
-  const double start_m = -settings.handle.simulated.start_m_in_world.z;
+  const double front_m = settings.camera.of<drivers::SyntheticSettings>().distance_m -
+                         settings.camera.of<drivers::SyntheticSettings>().sphere_radius_m;
+  const double start_m = -settings.handle.of<drivers::SimulatedHandleSettings>().start_m_in_world.z;
   EXPECT_LT(start_m, front_m);
-  EXPECT_GT(start_m + settings.handle.simulated.travel_m, front_m);
+  EXPECT_GT(start_m + settings.handle.of<drivers::SimulatedHandleSettings>().travel_m, front_m);
 }
 
 // The hand moves along -z and strokes perpendicular to it, the sphere along x: for all phases of both, the
@@ -123,9 +135,9 @@ TEST(ShippedFiles, DemoFixturesYamlIsTheDemonstrationWithARestingBallAndNothingA
 TEST(ShippedFiles, TheHandOfDemoYamlAlwaysMeetsTheSphere) {
   Settings settings;
   expectLoads(kShipped / "demo.yaml", settings);
-  const SyntheticSettings& scene = settings.synthetic;
-  const SimulatedHandleSettings& hand = settings.handle.simulated;
-  ASSERT_EQ(scene.scene, SyntheticScene::moving_sphere);
+  const drivers::SyntheticSettings& scene = settings.camera.of<drivers::SyntheticSettings>();
+  const drivers::SimulatedHandleSettings& hand = settings.handle.of<drivers::SimulatedHandleSettings>();
+  ASSERT_EQ(scene.scene, drivers::SyntheticScene::moving_sphere);
   ASSERT_EQ(hand.direction_in_world, (rt::Vec3{0, 0, -1}));
   ASSERT_EQ(settings.camera.pose().position_m, rt::Vec3{});
   const double widest_miss_m =

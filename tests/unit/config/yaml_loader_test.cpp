@@ -8,6 +8,8 @@
 #include <map>
 
 #include "config/settings/parameter_table.h"
+#include "drivers/camera/recorded/recorded_camera.h"
+#include "drivers/camera/synthetic/analytic_scene.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::config {
@@ -52,11 +54,11 @@ synthetic:
   EXPECT_EQ(settings.live.force.stiffness_n_per_m, 750);
   EXPECT_EQ(settings.live.force.radius_m, 0.035);
   EXPECT_EQ(settings.live.force.min_points, 12);
-  EXPECT_EQ(settings.camera.driver, CameraDriver::recorded);
-  EXPECT_EQ(settings.camera.recording, "some: folder");
-  EXPECT_FALSE(settings.camera.loop);
+  EXPECT_EQ(settings.camera.driver, "recorded");
+  EXPECT_EQ(settings.camera.of<drivers::RecordedSettings>().recording, "some: folder");
+  EXPECT_FALSE(settings.camera.of<drivers::RecordedSettings>().loop);
   EXPECT_EQ(settings.camera.serial, "0123");
-  EXPECT_EQ(settings.synthetic.scene, SyntheticScene::sphere);
+  EXPECT_EQ(settings.camera.of<drivers::SyntheticSettings>().scene, drivers::SyntheticScene::sphere);
   EXPECT_EQ(settings.live.force.max_points, 100);  // not set
 }
 
@@ -96,7 +98,7 @@ TEST(YamlLoader, OverridesComeAfterTheFileAndTheLastOneCounts) {
                                  {"force.radius_m=0.03", "camera.recording=a=b", "force.radius_m=0.02"});
   EXPECT_EQ(settings.live.force.radius_m, 0.02);
   EXPECT_EQ(settings.live.force.min_points, 5);
-  EXPECT_EQ(settings.camera.recording, "a=b");
+  EXPECT_EQ(settings.camera.of<drivers::RecordedSettings>().recording, "a=b");
 }
 
 TEST(YamlLoader, RulesAreCheckedAfterTheOverrides) {

@@ -13,9 +13,6 @@
 namespace hapticd::drivers {
 namespace {
 
-using config::SyntheticNoise;
-using config::SyntheticScene;
-using config::SyntheticSettings;
 using rt::Vec3;
 
 // Disparities are computed in double and stored in single precision: 2^-14 of 1024..2047.

@@ -8,10 +8,10 @@
 #include <filesystem>
 #include <string>
 
+#include "drivers/driver_table.h"
 #include "drivers/led/gpiod/chip_path.h"
 #include "drivers/led/gpiod/gpiod_leds.h"
 #include "drivers/led/gpiod/line_error.h"
-#include "drivers/make_devices.h"
 #include "frame_collector.h"
 #include "tests/support/temporary_folder.h"
 

@@ -13,9 +13,6 @@
 namespace hapticd::drivers {
 namespace {
 
-using config::PlayedCamera;
-using config::SyntheticNoise;
-using config::SyntheticScene;
 using rt::Vec3;
 
 // Depths are stored in single precision, up to 4 m.
@@ -23,13 +20,13 @@ constexpr double kSingle_m = 4 * 0x1p-24;
 
 rt::DepthModelParameters modelOf(PlayedCamera played) {
   config::CameraSettings settings;
-  settings.driver = config::CameraDriver::synthetic;
-  settings.played = played;
+  settings.driver = "synthetic";
+  settings.of<SyntheticSettings>().played = played;
   return settings.effectiveDepthModel();
 }
 
-config::SyntheticSettings settingsOf(SyntheticScene scene, SyntheticNoise noise, double tilt_rad = 0) {
-  config::SyntheticSettings settings;
+SyntheticSettings settingsOf(SyntheticScene scene, SyntheticNoise noise, double tilt_rad = 0) {
+  SyntheticSettings settings;
   settings.scene = scene;
   settings.noise = noise;
   settings.tilt_rad = tilt_rad;
@@ -95,7 +92,7 @@ TEST_P(APlayedCamera, DeliversNothingOutsideNearAndFarWhateverTheNoise) {
   for (const SyntheticNoise noise :
        {SyntheticNoise::off, SyntheticNoise::quantised, SyntheticNoise::sensor, SyntheticNoise::harsh}) {
     // from far above near_m to far below far_m within one image
-    config::SyntheticSettings settings = settingsOf(SyntheticScene::plane, noise, 1.3);
+    SyntheticSettings settings = settingsOf(SyntheticScene::plane, noise, 1.3);
     settings.distance_m = 0.6;
     AnalyticScene scene(settings, model_);
     scene.render(0.5, *frame_);
@@ -136,7 +133,7 @@ TEST_P(APlayedCamera, RoundsRandomlyWithoutBias) {
 }
 
 TEST_P(APlayedCamera, ShowsTheSameForTheSameSeedAndTime) {
-  config::SyntheticSettings settings = settingsOf(SyntheticScene::moving_sphere, SyntheticNoise::sensor);
+  SyntheticSettings settings = settingsOf(SyntheticScene::moving_sphere, SyntheticNoise::sensor);
   const auto imageOf = [&](double t_s) {
     AnalyticScene(settings, model_).render(t_s, *frame_);
     return std::vector<std::uint16_t>(frame_->image().begin(), frame_->image().end());
@@ -163,7 +160,7 @@ class BallBeforeAWall : public testing::Test {
   };
   static Row rowOf(PlayedCamera played) {
     Row row{modelOf(played), {}, {}};
-    config::SyntheticSettings settings = settingsOf(SyntheticScene::moving_sphere, SyntheticNoise::sensor);
+    SyntheticSettings settings = settingsOf(SyntheticScene::moving_sphere, SyntheticNoise::sensor);
     settings.sphere_radius_m = kWall_m - 0.6;
     settings.distance_m = 0.6;
     AnalyticScene scene(settings, row.model);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/synthetic/synthetic_camera.h"
+#include "drivers/camera/synthetic/analytic_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -7,14 +8,14 @@
 #include <cmath>
 #include <memory>
 
-#include "drivers/make_devices.h"
+#include "drivers/driver_table.h"
 #include "frame_collector.h"
 
 namespace hapticd::drivers {
 namespace {
 
 TEST(SyntheticCamera, FilmsTheSceneAtTheTimeOfItsTicks) {
-  config::SyntheticSettings settings;
+  SyntheticSettings settings;
   settings.frame_rate_hz = 20;
   test::FrameCollector frames;
   SyntheticCamera camera(settings, {});
@@ -35,7 +36,7 @@ TEST(SyntheticCamera, FilmsTheSceneAtTheTimeOfItsTicks) {
 }
 
 TEST(SyntheticCamera, DoesNotStartWithoutAFrameRate) {
-  config::SyntheticSettings settings;
+  SyntheticSettings settings;
   settings.frame_rate_hz = 0;
   test::FrameCollector frames;
   SyntheticCamera camera(settings, {});
@@ -44,15 +45,14 @@ TEST(SyntheticCamera, DoesNotStartWithoutAFrameRate) {
 
 TEST(MakeCamera, MakesTheDriverThatTheSettingsName) {
   config::CameraSettings settings;
-  config::SyntheticSettings synthetic;
-  settings.driver = config::CameraDriver::synthetic;
-  EXPECT_NE(dynamic_cast<SyntheticCamera*>(makeCamera(settings, synthetic).get()), nullptr);
-  settings.driver = config::CameraDriver::freenect;
-  EXPECT_EQ(makeCamera(settings, synthetic)->status().identity, "freenect");
-  settings.driver = config::CameraDriver::recorded;
-  settings.recording = "/nowhere";
+  settings.driver = "synthetic";
+  EXPECT_NE(dynamic_cast<SyntheticCamera*>(makeCamera(settings).get()), nullptr);
+  settings.driver = "freenect";
+  EXPECT_EQ(makeCamera(settings)->status().identity, "freenect");
+  settings.driver = "recorded";
+  settings.of<RecordedSettings>().recording = "/nowhere";
   test::FrameCollector frames;
-  const auto started = makeCamera(settings, synthetic)->start(frames);
+  const auto started = makeCamera(settings)->start(frames);
   ASSERT_FALSE(started);
   EXPECT_NE(started.error().text().find("/nowhere"), std::string::npos);
 }

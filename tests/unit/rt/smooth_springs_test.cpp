@@ -10,6 +10,7 @@
 #include "drivers/camera/kinect_image.h"
 #include "rt/depth/depth_model.h"
 #include "rt/laws/force_laws.h"
+#include "rt/laws/law_table.h"
 #include "tests/unit/rt/scene/built_scene.h"
 
 namespace hapticd::test {

@@ -37,7 +37,7 @@ class CameraTestOfV4l2 : public testing::Test {
  protected:
   void SetUp() override {
     test::addNode(folder_.path(), {});
-    settings_.driver = config::CameraDriver::v4l2;
+    settings_.driver = "v4l2";
   }
   void TearDown() override {
     EXPECT_EQ(video_->descriptors(), 0);

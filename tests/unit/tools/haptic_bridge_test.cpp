@@ -127,19 +127,19 @@ class Commander {
  public:
   Commander() : socket_(std::move(*UdpSocket::boundTo(loopback()))) {}
 
-  static config::Ipv4Endpoint loopback() { return *config::ipv4EndpointFrom("127.0.0.1"); }
-  static config::Ipv4Endpoint endpointOf(const UdpSocket& socket) {
+  static drivers::Ipv4Endpoint loopback() { return *drivers::ipv4EndpointFrom("127.0.0.1"); }
+  static drivers::Ipv4Endpoint endpointOf(const UdpSocket& socket) {
     sockaddr_in address{};
     socklen_t size = sizeof address;
     ::getsockname(socket.descriptor(), reinterpret_cast<sockaddr*>(&address), &size);
-    config::Ipv4Endpoint endpoint = loopback();
+    drivers::Ipv4Endpoint endpoint = loopback();
     endpoint.port = ntohs(address.sin_port);
     return endpoint;
   }
-  config::Ipv4Endpoint endpoint() const { return endpointOf(socket_); }
+  drivers::Ipv4Endpoint endpoint() const { return endpointOf(socket_); }
 
   /// Takes the states that have arrived and commands 2 N.
-  void command(const config::Ipv4Endpoint& bridge) {
+  void command(const drivers::Ipv4Endpoint& bridge) {
     std::array<std::byte, 256> buffer;
     const std::int64_t now_ns = rt::monotonicNow_ns();
     drivers::udp::CommandPacket packet;

@@ -146,9 +146,8 @@ TEST(GeneratedParts, ReplaceWhatIsOldAndKeepWhatPeopleWrote) {
   old.replace(old.find(line), line.size(),
               "  # radius_m: 7  # anything\n  # Of a parameter that is gone\n  # gone: 1  # 0..2\n");
   EXPECT_EQ(withParameters(old), configuration);
-  EXPECT_EQ(
-      withTypes("# Which one.\ntype Law (one, two)\ntype Other (one, two)\n"),
-      "# Which one.\ntype Law (nearest_springs, smooth_springs, proxy, surface)\ntype Other (one, two)\n");
+  EXPECT_EQ(withTypes("# Which one.\ntype Mode (one, two)\ntype Other (one, two)\n"),
+            "# Which one.\ntype Mode (starting, idle, engaged, holding, faulted)\ntype Other (one, two)\n");
 }
 
 TEST(GeneratedParts, NameTheMemberOfAFixtureThatHasNoRow) {

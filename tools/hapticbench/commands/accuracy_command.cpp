@@ -76,27 +76,30 @@ std::optional<LimitedFigure> popThroughDifference_percent(const Row& row) {
                   100 * std::abs(row.pops.least_force_n / expected_n - 1), 3);
 }
 
-const std::vector<std::pair<ForceLaw, RowRequirement<Row>>>& rowRequirements() {
+std::vector<std::pair<ForceLaw, RowRequirement<Row>>> rowRequirements() {
   const RowRequirement<Row> no_pop_through{"pushes that pop through below 20 N", [](const Row& r) {
                                              return figureIf(true, r.pops.popped_under.back(), 0);
                                            }};
-  static const std::vector<std::pair<ForceLaw, RowRequirement<Row>>> all{
-      {ForceLaw::proxy, no_pop_through},
-      {ForceLaw::surface, no_pop_through},
-      {ForceLaw::nearest_springs,
-       {"pop-through force on the plane without noise beside the closed form, %",
-        popThroughDifference_percent}},
-      {ForceLaw::surface,
-       {"RMS error on planes to 1.2 m with a sensor's noise, JND",
-        [](const Row& r) {
-          return figureIf(isSensorNoise(r.noise) && r.distance_m <= 1.2 && isPlane(r),
-                          r.error.error_jnd.rms(), 1);
-        }}},
-      {ForceLaw::surface, {"error on planes without noise, % or degrees", [](const Row& r) {
+  std::vector<std::pair<ForceLaw, RowRequirement<Row>>> all;
+  for (const rt::ForceLawRow& law : rt::kForceLaws) {
+    if (law.has_proxy) all.emplace_back(law.law, no_pop_through);
+  }
+  // of single laws
+  all.insert(all.end(), {{ForceLaw::nearest_springs,
+                          {"pop-through force on the plane without noise beside the closed form, %",
+                           popThroughDifference_percent}},
+                         {ForceLaw::surface,
+                          {"RMS error on planes to 1.2 m with a sensor's noise, JND",
+                           [](const Row& r) {
+                             return figureIf(isSensorNoise(r.noise) && r.distance_m <= 1.2 && isPlane(r),
+                                             r.error.error_jnd.rms(), 1);
+                           }}},
+                         {ForceLaw::surface,
+                          {"error on planes without noise, % or degrees", [](const Row& r) {
                              return figureIf(
                                  r.noise == SceneNoise::none && isPlane(r),
                                  std::max(r.error.error_percent.max(), r.error.direction_deg.max()), 1);
-                           }}}};
+                           }}}});
   return all;
 }
 

@@ -23,19 +23,22 @@ bool SweepPoint::isPapers() const {
 
 std::vector<SweepPoint> pointsOf(const SweepGrid& grid) {
   std::vector<SweepPoint> points;
-  const auto add = [&points](rt::ForceLaw law, const rt::SpringParameters& springs) {
-    points.push_back({points.size(), law, springs});
+  rt::SpringParameters springs;
+  const auto add = [&](bool uses_radius, bool uses_max_points) {
+    for (const rt::ForceLawRow& row : rt::kForceLaws) {
+      if (row.looks_in_radius != uses_radius || row.limits_points != uses_max_points) continue;
+      points.push_back({points.size(), row.law, springs});
+    }
   };
   for (const double stiffness : grid.stiffnesses_n_per_m) {
-    rt::SpringParameters springs{.stiffness_n_per_m = stiffness};
-    add(rt::ForceLaw::proxy, springs);
-    add(rt::ForceLaw::surface, springs);
+    springs = {.stiffness_n_per_m = stiffness};
+    add(false, false);
     for (const double radius : grid.radii_m) {
       springs.radius_m = radius;
-      add(rt::ForceLaw::smooth_springs, springs);
+      add(true, false);
       for (const int count : grid.max_points) {
         springs.max_points = count;
-        add(rt::ForceLaw::nearest_springs, springs);
+        add(true, true);
       }
       springs.max_points = rt::SpringParameters{}.max_points;
     }

@@ -31,12 +31,12 @@ inline constexpr auto kAllLaws = [] {
 
 /// A force law and what of its settings changes its cost or its error. Ordered by its members in turn.
 struct LawSetting {
-  rt::ForceLaw law = rt::ForceLaw::nearest_springs;
+  rt::ForceLaw law{};
   bool filtered = false;  ///< by config::filterOfChoice(); only the laws on points
-  int fusion_frames = rt::SurfaceParameters{}.fusion_frames;  ///< of the law `surface`
+  int fusion_frames = rt::SurfaceParameters{}.fusion_frames;  ///< of the laws on the surface
 
   /// Its force depends on frames before the newest one.
-  bool usesEarlierFrames() const { return filtered || (law == rt::ForceLaw::surface && fusion_frames > 1); }
+  bool usesEarlierFrames() const { return filtered || (rt::rowOf(law).reads_surface && fusion_frames > 1); }
   friend auto operator<=>(const LawSetting&, const LawSetting&) = default;
 };
 auto fieldsOf(Is<LawSetting> auto& setting) {

@@ -87,13 +87,13 @@ base::Result<BenchSequence> sequenceIn(const fs::path& folder, std::size_t most_
 }  // namespace
 
 BenchSequence syntheticScene() {
-  config::SyntheticSettings table;
-  table.scene = config::SyntheticScene::plane;
-  table.noise = config::SyntheticNoise::quantised;
+  drivers::SyntheticSettings table;
+  table.scene = drivers::SyntheticScene::plane;
+  table.noise = drivers::SyntheticNoise::quantised;
   table.distance_m = 1.05;
   table.tilt_rad = -0.65;
-  config::SyntheticSettings ball = table;
-  ball.scene = config::SyntheticScene::sphere;
+  drivers::SyntheticSettings ball = table;
+  ball.scene = drivers::SyntheticScene::sphere;
   ball.distance_m = 0.95;
   ball.sphere_radius_m = 0.12;
   BenchSequence scene{"synthetic", {}};

@@ -11,6 +11,7 @@
 #include "config/settings/settings.h"
 #include "drivers/base/start_thread.h"
 #include "drivers/camera/synthetic/analytic_scene.h"
+#include "drivers/handle/simulated/simulated_hand.h"
 #include "drivers/handle/simulated/simulated_handle.h"
 #include "rt/base/clock.h"
 #include "rt/depth/depth_model.h"
@@ -28,12 +29,12 @@ constexpr std::chrono::milliseconds kLook{5};  // as hapticd's control thread
 /// tick does the work of contact.
 config::Settings settingsOf(const LoopSetting& setting) {
   config::Settings settings;
-  settings.synthetic.scene = config::SyntheticScene::plane;
+  settings.camera.of<drivers::SyntheticSettings>().scene = drivers::SyntheticScene::plane;
   settings.live.safety.handle_timeout_s = 1;
   settings.live.safety.depth_timeout_s = 5;
-  settings.handle.simulated.start_m_in_world = {0, 0, -0.97};
-  settings.handle.simulated.travel_m = 0.05;
-  settings.handle.simulated.stroke_m = 0.01;
+  settings.handle.of<drivers::SimulatedHandleSettings>().start_m_in_world = {0, 0, -0.97};
+  settings.handle.of<drivers::SimulatedHandleSettings>().travel_m = 0.05;
+  settings.handle.of<drivers::SimulatedHandleSettings>().stroke_m = 0.01;
   settings.loop.rate_hz = 1e6 / static_cast<double>(setting.period_us);
   settings.loop.cpu = setting.cpu;
   settings.loop.priority = setting.priority;
@@ -54,7 +55,9 @@ class WallModel {
     scenes_.prepareSlots([this](rt::Scene& slot) {
       storage_.emplace_back(builder_.shape(), builder_.pointCapacity(), builder_.model()).attachTo(slot);
     });
-    drivers::AnalyticScene(settings.synthetic, settings.camera.effectiveDepthModel()).render(0, *frame_);
+    drivers::AnalyticScene(settings.camera.of<drivers::SyntheticSettings>(),
+                           settings.camera.effectiveDepthModel())
+        .render(0, *frame_);
     frame_->sequence = 0;
   }
 
@@ -88,9 +91,9 @@ class RunningLoop {
   explicit RunningLoop(const config::Settings& settings)
       : settings_(settings),
         wall_(settings, scenes_),
-        focus_(settings.handle.simulated.start_m_in_world),
+        focus_(settings.handle.of<drivers::SimulatedHandleSettings>().start_m_in_world),
         control_(std::make_unique<rt::ControlChannels>()),
-        handle_(settings.handle.simulated,
+        handle_(settings.handle.of<drivers::SimulatedHandleSettings>(),
                 drivers::handleThreadPolicy(settings.handle, settings.loop, settings.loop.cpu)),
         loop_(settings.loop, settings.startParameters(), wall_.pointCapacity(),
               {scenes_, handle_channels_.state, handle_channels_.command, focus_, *control_}) {}

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "config/settings/driver_rows.h"
 #include "tools/hapticctl/doctor/camera_list.h"
 #include "tools/hapticctl/doctor/checks.h"
 #include "tools/hapticctl/doctor/devices.h"
@@ -21,7 +22,7 @@ Finding bandwidthFinding(const Examination& box, const ConnectedCamera& camera) 
   const std::string name = "depth camera bandwidth";
   const config::CameraSettings& settings = box.configuration.settings.camera;
   const rt::DepthModelParameters frame = settings.effectiveDepthModel();
-  const int rate_hz = settings.v4l2.rate_hz;
+  const double rate_hz = config::driverOf(settings).rate_hz(settings);
   const double needed_mb_s = 1e-6 * kBytesPerPixel * frame.width_px * frame.height_px * rate_hz;
   const std::string needs = fmt::format("{} x {} at {} Hz takes {:.1f} MB/s", frame.width_px, frame.height_px,
                                         rate_hz, needed_mb_s);
@@ -68,9 +69,9 @@ Findings checkCameras(const Examination& box) {
         warning("depth camera",
                 fmt::format("{} at {} cannot be used: {}", camera.name, camera.place, camera.note), ""));
   }
-  if (settings.driver != config::CameraDriver::v4l2) {
-    findings.push_back(good("depth camera", fmt::format("none of the kernel's is used: camera.driver is {}",
-                                                        rt::wordOf(settings.driver))));
+  if (settings.driver != "v4l2") {
+    findings.push_back(good(
+        "depth camera", fmt::format("none of the kernel's is used: camera.driver is {}", settings.driver)));
     return findings;
   }
   findings.push_back(moduleFinding(box));
@@ -153,9 +154,9 @@ Findings checkKinect(const Examination& box) {
     findings.push_back(driverFinding(box.machine, camera));
   }
   if (!findings.empty()) return findings;
-  const config::CameraDriver driver = box.configuration.settings.camera.driver;
-  if (driver == config::CameraDriver::freenect) return {absenceFinding(*devices)};
-  return {good("kinect", fmt::format("there is none on USB, and camera.driver is {}", rt::wordOf(driver)))};
+  const std::string& driver = box.configuration.settings.camera.driver;
+  if (driver == "freenect") return {absenceFinding(*devices)};
+  return {good("kinect", fmt::format("there is none on USB, and camera.driver is {}", driver))};
 }
 
 }  // namespace hapticd::tools

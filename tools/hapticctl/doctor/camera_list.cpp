@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "config/base/value_text.h"
+#include "config/settings/driver_rows.h"
 #include "drivers/camera/v4l2/capture_stream.h"
 #include "drivers/camera/v4l2/system_calls.h"
 #include "tools/hapticctl/doctor/devices.h"
@@ -67,7 +68,6 @@ const KnownCamera* knownCamera(std::uint16_t vendor, std::uint16_t product) {
 
 namespace {
 
-using config::CameraDriver;
 using drivers::VideoDevice;
 
 constexpr const char* kKinect = "Kinect v1";
@@ -204,23 +204,14 @@ void chooseKinect(CameraList& list, const config::CameraSettings& settings) {
 
 void choose(CameraList& list, const std::vector<Examined>& found, const config::CameraSettings& settings,
             const std::vector<VideoDevice>& videos) {
-  switch (settings.driver) {
-    case CameraDriver::v4l2:
-      return chooseNode(list, found, settings, videos);
-    case CameraDriver::freenect:
-      return chooseKinect(list, settings);
-    case CameraDriver::recorded:
-      list.source = "the recording " + settings.recording;
-      return;
-    case CameraDriver::synthetic:
-      list.source = "a computed scene";
-      return;
-  }
+  if (settings.driver == "v4l2") return chooseNode(list, found, settings, videos);
+  if (settings.driver == "freenect") return chooseKinect(list, settings);
+  list.source = config::driverOf(settings).source(settings);
 }
 
 /// What to set so that hapticd uses the camera.
 std::string remedyFor(const ConnectedCamera& camera, const config::CameraSettings& settings) {
-  const bool is_driver = camera.driver == rt::wordOf(settings.driver);
+  const bool is_driver = camera.driver == settings.driver;
   if (!is_driver) return fmt::format("set camera.driver to {}", camera.driver);
   if (camera.driver == "freenect") return "camera.serial chooses one of several";
   return camera.serial.empty() ? fmt::format("set camera.device to {}", camera.place)

@@ -3,11 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <variant>
 #include <algorithm>
 #include <filesystem>
 #include <sstream>
 
-#include "config/settings/hid_id.h"
+#include "drivers/handle/hid/hid_settings.h"
+#include "config/settings/driver_rows.h"
 
 namespace hapticd::tools {
 
@@ -19,11 +21,11 @@ std::string variableOf(const std::string& uevent, const std::string& name) {
   return {};
 }
 
-std::optional<config::HidId> hidIdIn(const std::string& uevent) {
+std::optional<drivers::HidId> hidIdIn(const std::string& uevent) {
   const std::string id = variableOf(uevent, "HID_ID");
   constexpr std::size_t kLength = 22;  // bus, vendor and product: 4, 8 and 8 digits
   if (id.size() != kLength) return std::nullopt;
-  const auto parsed = config::hidIdFrom(id.substr(9, 4) + ":" + id.substr(18, 4));
+  const auto parsed = drivers::hidIdFrom(id.substr(9, 4) + ":" + id.substr(18, 4));
   return parsed ? std::optional(*parsed) : std::nullopt;
 }
 
@@ -93,11 +95,15 @@ bool isChipOfLeds(const Examination& box, const std::string& chip) {
 
 bool isHidHandle(const Examination& box, const std::string& node) {
   const config::HandleSettings& handle = box.configuration.settings.handle;
-  if (handle.driver != config::HandleDriver::hid) return false;
   const std::string uevent = box.machine.read("sys/class/hidraw/" + node + "/device/uevent").value_or("");
-  const auto configured = config::hidIdFrom(handle.hid.device);
   const auto id = hidIdIn(uevent);
-  if (!configured || !id || *id != *configured) return false;
+  const auto is_it = [&id](const config::Need& need) {
+    const auto* const hid = std::get_if<config::HidNeed>(&need);
+    if (hid == nullptr || !id) return false;
+    const auto configured = drivers::hidIdFrom(hid->device);
+    return configured && *id == *configured;
+  };
+  if (std::ranges::none_of(config::driverOf(handle).needs(handle), is_it)) return false;
   return handle.serial.empty() || variableOf(uevent, "HID_UNIQ") == handle.serial;
 }
 

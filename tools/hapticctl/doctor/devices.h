@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "config/settings/hid_id.h"
+#include "drivers/handle/hid/hid_settings.h"
 #include "tools/hapticctl/doctor/examination.h"
 #include "tools/hapticctl/doctor/machine.h"
 
@@ -16,7 +16,7 @@ namespace hapticd::tools {
 std::string variableOf(const std::string& uevent, const std::string& name);
 
 /// Vendor and product in the uevent of a HID device, "HID_ID=0003:0000046D:0000C626"; nothing if absent.
-std::optional<config::HidId> hidIdIn(const std::string& uevent);
+std::optional<drivers::HidId> hidIdIn(const std::string& uevent);
 
 inline constexpr const char* kKinectVendor = "045e";
 inline constexpr std::array kKinectCameras{"02ae", "02bf"};

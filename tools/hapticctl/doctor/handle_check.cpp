@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <charconv>
 #include <sstream>
+#include <utility>
+#include <variant>
 
+#include "config/settings/driver_rows.h"
 #include "tools/hapticctl/doctor/checks.h"
 #include "tools/hapticctl/doctor/devices.h"
 #include "tools/hapticctl/doctor/findings.h"
@@ -13,15 +16,11 @@ namespace hapticd::tools {
 namespace {
 
 constexpr const char* kName = "handle";
-constexpr const char* kFalconVendor = "0403";
-constexpr const char* kFalconProduct = "cb48";
 
 /// Converts a path of the configuration, which begins with '/', to one of a Machine, which does not.
 std::string belowRoot(const std::string& path) {
   return path.starts_with('/') ? path.substr(1) : path;
 }
-
-// --- a device on another computer
 
 /// The local ports in /proc/net/udp, whose second column is "address:port" in hexadecimal.
 bool isPortInUse(const std::string& table, int port) {
@@ -41,81 +40,73 @@ bool isPortInUse(const std::string& table, int port) {
   return false;
 }
 
-Finding portFinding(const Examination& box, int port) {
+/// One check for each kind of thing that a driver needs.
+struct NeedCheck {
+  const Examination& box;
+
+  Findings operator()(const config::PortNeed& need) const;
+  Findings operator()(const config::FileNeed& need) const;
+  Findings operator()(const config::HidNeed& need) const;
+  Findings operator()(const config::UsbNeed& need) const;
+};
+
+Findings NeedCheck::operator()(const config::PortNeed& need) const {
   const Reading<std::string> table = box.machine.read("proc/net/udp");
-  if (!table) return unreadable(kName, "proc/net/udp", table.error());
-  const bool in_use = isPortInUse(*table, port);
+  if (!table) return {unreadable(kName, "proc/net/udp", table.error())};
+  const bool in_use = isPortInUse(*table, need.port);
   if (in_use == box.daemon.answers) {
-    return good(kName, fmt::format("UDP port {} is {}", port, in_use ? "hapticd's" : "free for hapticd"));
+    return {
+        good(kName, fmt::format("UDP port {} is {}", need.port, in_use ? "hapticd's" : "free for hapticd"))};
   }
   if (!in_use) {
-    return warning(kName, fmt::format("hapticd runs, but nothing listens on UDP port {}", port),
-                   "systemctl restart hapticd, if its configuration was changed since its start");
+    return {warning(kName, fmt::format("hapticd runs, but nothing listens on UDP port {}", need.port),
+                    "systemctl restart hapticd, if its configuration was changed since its start")};
   }
-  return warning(
-      kName, fmt::format("UDP port {} is in use, and hapticd does not respond", port),
-      fmt::format("ss -ulpn 'sport = :{}' shows by whom; end that, or set another udp_handle.port", port));
+  return {warning(kName, fmt::format("UDP port {} is in use, and hapticd does not respond", need.port),
+                  fmt::format("ss -ulpn 'sport = :{}' shows by whom; end that, or set another {}", need.port,
+                              need.parameter))};
 }
 
-Findings keyFindings(const Examination& box, const std::string& file) {
-  if (file.empty()) return {};
-  const Reading<Access> access = box.machine.access(belowRoot(file));
-  if (!access && access.error().absent()) {
-    return {failureOfTheService(box, kName, fmt::format("there is no key {}", file),
-                                "put the key there that both sides share, or correct udp_handle.key_file")};
+Findings NeedCheck::operator()(const config::FileNeed& need) const {
+  if (need.path.empty()) {
+    if (need.optional) return {};
+    return {failureOfTheService(box, kName, fmt::format("no {} is configured", need.noun), need.remedy)};
   }
-  if (!access) return {unreadable(kName, belowRoot(file), access.error())};
+  const Reading<Access> access = box.machine.access(belowRoot(need.path));
+  if (need.secret ? !access && access.error().absent() : !box.machine.exists(belowRoot(need.path))) {
+    return {
+        failureOfTheService(box, kName, fmt::format("there is no {} {}", need.noun, need.path), need.remedy)};
+  }
+  if (!need.secret) return {};
+  if (!access) return {unreadable(kName, belowRoot(need.path), access.error())};
   if ((access->mode & 0007U) == 0) return {};
-  return {warning(kName, fmt::format("everyone may read the key {}", file),
-                  fmt::format("chmod o= {0} && chgrp hapticd {0}", file))};
+  return {warning(kName, fmt::format("everyone may read the {} {}", need.noun, need.path),
+                  fmt::format("chmod o= {0} && chgrp hapticd {0}", need.path))};
 }
 
-Findings udpFindings(const Examination& box) {
-  const config::UdpHandleSettings& udp = box.configuration.settings.handle.udp;
-  Findings findings{portFinding(box, udp.port)};
-  for (Finding& finding : keyFindings(box, udp.key_file)) findings.push_back(std::move(finding));
-  return findings;
-}
-
-// --- devices on this machine
-
-Findings hidFindings(const Examination& box) {
-  const std::string& device = box.configuration.settings.handle.hid.device;
+Findings NeedCheck::operator()(const config::HidNeed& need) const {
   const Reading<Names> names = box.machine.list("sys/class/hidraw");
   if (!names && !names.error().absent()) return {unreadable(kName, "sys/class/hidraw", names.error())};
   for (const std::string& name : names.value_or(Names{})) {
     if (!isHidHandle(box, name)) continue;
-    const Findings wrong = accessFindings(box, kName, device, "dev/" + name);
-    return wrong.empty() ? Findings{good(kName, fmt::format("{} at /dev/{}", device, name))} : wrong;
+    const Findings wrong = accessFindings(box, kName, need.device, "dev/" + name);
+    return wrong.empty() ? Findings{good(kName, fmt::format("{} at /dev/{}", need.device, name))} : wrong;
   }
-  return {warning(kName, fmt::format("the HID device {} is not connected", device),
-                  "plug it in, or correct hid_handle.device; lsusb shows the numbers")};
+  return {warning(kName, fmt::format("the HID device {} is not connected", need.device),
+                  fmt::format("plug it in, or correct {}; lsusb shows the numbers", need.parameter))};
 }
 
-Findings firmwareFindings(const Examination& box) {
-  const std::string& file = box.configuration.settings.handle.falcon.firmware;
-  if (!file.empty() && box.machine.exists(belowRoot(file))) return {};
-  return {failureOfTheService(box, kName,
-                              file.empty() ? "no firmware is configured" : "there is no firmware " + file,
-                              "put the device's firmware there and set falcon_handle.firmware")};
-}
-
-Findings falconFindings(const Examination& box) {
-  Findings findings = firmwareFindings(box);
+Findings NeedCheck::operator()(const config::UsbNeed& need) const {
   const Reading<std::vector<UsbDevice>> devices = usbDevices(box.machine);
   if (!devices) return {unreadable(kName, "sys/bus/usb/devices", devices.error())};
-  const auto falcon = std::ranges::find_if(*devices, [](const UsbDevice& device) {
-    return device.vendor == kFalconVendor && device.product == kFalconProduct;
+  const auto found = std::ranges::find_if(*devices, [&need](const UsbDevice& device) {
+    return device.vendor == need.vendor && device.product == need.product;
   });
-  if (falcon == devices->end()) {
-    findings.push_back(warning(kName, "there is no Falcon on USB", "plug it in, and its own power supply"));
-    return findings;
+  if (found == devices->end()) {
+    return {warning(kName, fmt::format("there is no {} on USB", need.name), need.remedy)};
   }
-  for (Finding& finding : accessFindings(box, kName, falcon->text(), falcon->node())) {
-    findings.push_back(std::move(finding));
-  }
-  if (findings.empty()) findings.push_back(good(kName, "Falcon " + falcon->text()));
-  return findings;
+  const Findings wrong = accessFindings(box, kName, found->text(), found->node());
+  return wrong.empty() ? Findings{good(kName, fmt::format("{} {}", need.name, found->text()))} : wrong;
 }
 
 }  // namespace
@@ -125,17 +116,19 @@ Findings checkHandle(const Examination& box) {
     return {failureOfTheService(box, kName, "the configuration cannot be used: " + box.configuration.problem,
                                 "/usr/libexec/hapticd/hapticd --config /etc/hapticd/hapticd.yaml --check")};
   }
-  switch (box.configuration.settings.handle.driver) {
-    case config::HandleDriver::udp:
-      return udpFindings(box);
-    case config::HandleDriver::hid:
-      return hidFindings(box);
-    case config::HandleDriver::falcon:
-      return falconFindings(box);
-    case config::HandleDriver::simulated:
-      break;
+  const config::HandleSettings& handle = box.configuration.settings.handle;
+  const std::vector<config::Need> needs = config::driverOf(handle).needs(handle);
+  if (needs.empty()) return {good(kName, handle.driver + ", so there is no device")};
+  Findings findings;
+  bool is_well = true;  // what is as it should be does not matter after something that is not
+  for (const config::Need& need : needs) {
+    for (Finding& finding : std::visit(NeedCheck{box}, need)) {
+      const bool is_ok = finding.verdict == Verdict::ok;
+      if (is_well || !is_ok) findings.push_back(std::move(finding));
+      is_well = is_well && is_ok;
+    }
   }
-  return {good(kName, "simulated, so there is no device")};
+  return findings;
 }
 
 }  // namespace hapticd::tools

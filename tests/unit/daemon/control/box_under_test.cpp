@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "drivers/camera/synthetic/analytic_scene.h"
+#include "drivers/handle/simulated/simulated_hand.h"
 #include "tests/support/program.h"
 
 namespace hapticd::daemon::test {
@@ -12,12 +14,12 @@ config::Settings settingsOf(const std::filesystem::path& state_folder) {
   config::Settings settings;
   settings.state.folder = state_folder;
   settings.live.force.law = rt::ForceLaw::nearest_springs;
-  settings.camera.driver = config::CameraDriver::synthetic;
-  settings.synthetic.scene = config::SyntheticScene::plane;
-  settings.synthetic.noise = config::SyntheticNoise::off;
-  settings.handle.simulated.start_m_in_world = {0, 0, -0.5};
-  settings.handle.simulated.travel_m = 0.01;
-  settings.handle.simulated.stroke_m = 0;
+  settings.camera.driver = "synthetic";
+  settings.camera.of<drivers::SyntheticSettings>().scene = drivers::SyntheticScene::plane;
+  settings.camera.of<drivers::SyntheticSettings>().noise = drivers::SyntheticNoise::off;
+  settings.handle.of<drivers::SimulatedHandleSettings>().start_m_in_world = {0, 0, -0.5};
+  settings.handle.of<drivers::SimulatedHandleSettings>().travel_m = 0.01;
+  settings.handle.of<drivers::SimulatedHandleSettings>().stroke_m = 0;
   return settings;
 }
 
@@ -34,7 +36,7 @@ void BoxUnderTest::setSettings(const config::Settings& settings) {
 void BoxUnderTest::start() {
   const auto started = box_->start();
   ASSERT_TRUE(started) << started.error().error.text();
-  const bool sees = settings().camera.driver == config::CameraDriver::synthetic;
+  const bool sees = settings().camera.driver == "synthetic";
   EXPECT_TRUE(hapticd::test::becomesTrue([&] {
     periodic();
     const std::lock_guard lock(mutex_);

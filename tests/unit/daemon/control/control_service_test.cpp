@@ -9,6 +9,7 @@
 #include "control_fixture.h"
 #include "daemon/control/base/status_json.h"
 #include "daemon/control/server/varlink_message.h"
+#include "drivers/handle/simulated/simulated_hand.h"
 
 namespace hapticd::daemon::test {
 namespace {
@@ -206,7 +207,7 @@ TEST_F(ControlServiceTest, EngagesAndDisengages) {
 
 TEST_F(ControlServiceTest, ReportsWhyEngagingWasRefusedAndAcceptsRequestsToEngageAnyway) {
   config::Settings inside = box.settings();
-  inside.handle.simulated.start_m_in_world.z = -0.99;  // of a wall at -1
+  inside.handle.of<drivers::SimulatedHandleSettings>().start_m_in_world.z = -0.99;  // of a wall at -1
   box.setSettings(inside);
   start();
   const json refused = {{"error", "io.hapticd.Control.Refused"},

@@ -101,7 +101,7 @@ TEST_F(SnapshotTest, GivesEveryPixelOfTheFrameInReplies) {
 
 TEST_F(SnapshotTest, SaysWhyThereIsNoFrame) {
   config::Settings settings = box.settings();
-  settings.camera.driver = config::CameraDriver::freenect;  // of which there is none
+  settings.camera.driver = "freenect";  // of which there is none
   box.setSettings(settings);
   start();
   RawClient client = statusClient();

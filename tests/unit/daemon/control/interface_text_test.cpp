@@ -134,7 +134,7 @@ TEST_F(InterfaceTextTest, DescribesWhatIsAnsweredOfTracesProfilesAndCalibration)
 
 TEST_F(InterfaceTextTest, DescribesThatThereIsNoFrame) {
   config::Settings settings = box.settings();
-  settings.camera.driver = config::CameraDriver::freenect;  // of which there is none
+  settings.camera.driver = "freenect";  // of which there is none
   box.setSettings(settings);
   start();
   EXPECT_EQ("io.hapticd.Status.NoFrame", checkedReply("io.hapticd.Status", "GetSnapshot")["error"]);

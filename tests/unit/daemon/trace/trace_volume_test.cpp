@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The stated upper bound of what a trace writes, against files and against the documentation.
 #include "daemon/trace/writer/trace_writer.h"
+#include "drivers/camera/v4l2/camera_report.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -113,10 +114,10 @@ TEST(TraceVolume, FollowsTheConfiguration) {
   EXPECT_GT(mostPerHour(settings, true).clouds, usual.depth) << "12 bytes of a point for 2 of a pixel";
   EXPECT_EQ(mostPerHour(settings, false).clouds, 0U);
   settings = {};
-  settings.camera.driver = config::CameraDriver::v4l2;
-  settings.camera.v4l2.rate_hz = 60;
+  settings.camera.driver = "v4l2";
+  settings.camera.of<V4l2Settings>().rate_hz = 60;
   const TraceVolume at_60_hz = mostPerHour(settings, true);
-  settings.camera.v4l2.rate_hz = 30;
+  settings.camera.of<V4l2Settings>().rate_hz = 30;
   EXPECT_NEAR(static_cast<double>(at_60_hz.depth),
               2.0 * static_cast<double>(mostPerHour(settings, true).depth), 2);
 }

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "config/base/descriptor.h"
-#include "drivers/make_devices.h"
+#include "drivers/driver_table.h"
 #include "fake_falcon.h"
 #include "rt/base/clock.h"
 #include "tests/support/temporary_folder.h"
@@ -54,8 +54,8 @@ class Rig {
     if (device == nullptr) throw std::runtime_error("the emulated bus is not loaded");
     falcon = device();
     for (std::size_t i = 0; i < 200; ++i) image += static_cast<char>(i * 7 + i / 62);
-    settings.driver = config::HandleDriver::falcon;
-    settings.falcon.firmware = folder.write("image.bin", image);
+    settings.driver = "falcon";
+    settings.of<FalconHandleSettings>().firmware = folder.write("image.bin", image);
     falcon->image_bytes = image.size();
   }
   ~Rig() {
@@ -174,7 +174,7 @@ TEST(FalconHandle, LoadsTheFirmwareRequestsHomingAndMeasures) {
 TEST(FalconHandle, KeepsAFirmwareThatRespondsAndNeedsNoImageThen) {
   if (!isChildOnTheBus()) return;
   Rig rig;
-  rig.settings.falcon.firmware = "/nonexistent/image.bin";
+  rig.settings.of<FalconHandleSettings>().firmware = "/nonexistent/image.bin";
   rig.startHomedAtCentre();
   EXPECT_NE(rig.handle->status().advice.find("/nonexistent/image.bin: cannot be read"), std::string::npos)
       << rig.handle->status().advice;
@@ -187,7 +187,7 @@ TEST(FalconHandle, DescribesTheFaultOfAnImageThatItNeeds) {
                                                         {std::string(65'537, 'x'), "more than 65536 bytes"}};
   for (const auto& [content, complaint] : images) {
     Rig rig;
-    rig.settings.falcon.firmware = rig.folder.write("bad.bin", content);
+    rig.settings.of<FalconHandleSettings>().firmware = rig.folder.write("bad.bin", content);
     rig.falcon->has_firmware = false;
     rig.start();
     EXPECT_TRUE(rig.waitForDetail(complaint)) << rig.handle->status().detail;
@@ -327,7 +327,7 @@ TEST(FalconHandle, ReleasesTheForceOnReconnectionAlthoughTheDiskStalls) {
   ASSERT_TRUE(rig.commandUntil({0, 0, 1}, [](FakeFalcon& f) { return f.motors == Counts{-63, -63, -63}; }));
   rig.look([](FakeFalcon& falcon) { falcon.plugged = false; });
   ASSERT_TRUE(rig.waitFor(HandlePresence::lost));
-  const StalledFile stalled(rig.settings.falcon.firmware);
+  const StalledFile stalled(rig.settings.of<FalconHandleSettings>().firmware);
   if (!stalled.works()) GTEST_SKIP() << "needs root to let a file stall";
   rig.look([](FakeFalcon& falcon) {
     EXPECT_EQ(falcon.motors, (Counts{-63, -63, -63})) << "it has a power supply of its own";

@@ -12,6 +12,7 @@
 #include <future>
 
 #include "drivers/handle/command_gate.h"
+#include "drivers/handle/hid/hid_settings.h"
 #include "drivers/handle/udp/cpu_budget.h"
 #include "rt/base/realtime_thread.h"
 #include "tests/support/rerun.h"
@@ -69,14 +70,13 @@ TEST(CommandGate, CountsTheWaitOfTheFirstCommandThatANewerOneReplaced) {
 
 TEST(HandleThreadPolicy, IsSecondToTheForceThreadWhereForcesAreCarried) {
   config::HandleSettings settings;
-  for (const auto driver : {config::HandleDriver::simulated, config::HandleDriver::udp,
-                            config::HandleDriver::hid, config::HandleDriver::falcon}) {
+  for (const auto driver : {"simulated", "udp", "hid", "falcon"}) {
     settings.driver = driver;
     EXPECT_EQ(handleThreadPolicy(settings, {.priority = 80}, -1).priority, 79);
     EXPECT_EQ(handleThreadPolicy(settings, {.priority = 1}, -1).priority, 0);
   }
-  settings.driver = config::HandleDriver::hid;
-  settings.hid.kind = config::HidKind::spacemouse;
+  settings.driver = "hid";
+  settings.of<HidHandleSettings>().kind = HidKind::spacemouse;
   EXPECT_EQ(handleThreadPolicy(settings, {.priority = 80}, -1).priority, 0) << "it exerts no force";
   EXPECT_EQ(handleThreadPolicy(settings, {.priority = 80}, 3).avoided_cpu, 3);
 }

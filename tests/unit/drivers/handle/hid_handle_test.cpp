@@ -18,6 +18,7 @@
 #include <optional>
 
 #include "drivers/handle/hid/hid_controller.h"
+#include "drivers/handle/hid/hid_settings.h"
 #include "rt/base/clock.h"
 #include "tests/unit/drivers/frame_collector.h"
 
@@ -223,8 +224,8 @@ TEST_F(HidHandleTest, WithASpaceMouseMovesTheHipByItsOwnClockAndReportsThatForce
   socket_.plug();
   config::HandleSettings settings;
   settings.serial = "S7";
-  settings.hid.kind = config::HidKind::spacemouse;
-  settings.hid.full_speed_m_per_s = 1;
+  settings.of<HidHandleSettings>().kind = HidKind::spacemouse;
+  settings.of<HidHandleSettings>().full_speed_m_per_s = 1;
   start(settings);
   socket_.send(std::array<std::uint8_t, 7>{1, 0x5E, 0x01, 0, 0, 0, 0});  // 350 to the right, sent once
   ASSERT_TRUE(eventually([&] { return channels_->state.refresh() && state().position_m_in_world.x == 0.5; }));
@@ -248,7 +249,7 @@ TEST_F(HidHandleTest, StopsStartsAndRefusesSettingsThatDescribeNoDevice) {
   handle_->stop();
   EXPECT_TRUE(handle_->start(*channels_));
   config::HandleSettings settings;
-  settings.hid.device = "joystick";
+  settings.of<HidHandleSettings>().device = "joystick";
   const auto refused = HidHandle(settings, {}, socket_.opener()).start(*channels_);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().where, "hid_handle.device");

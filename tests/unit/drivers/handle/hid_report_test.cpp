@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "config/settings/hid_id.h"
 #include "drivers/handle/hid/hid_controller.h"
+#include "drivers/handle/hid/hid_settings.h"
 #include "drivers/handle/hid/hid_spacemouse.h"
 #include "drivers/handle/hid/report.h"
 
@@ -210,11 +210,11 @@ TEST(SpaceMouseMotion, EndsAtItsReachAndLeavesOutAPause) {
 }
 
 TEST(HidId, IsReadAsLsusbShowsItAndOtherwiseRefused) {
-  EXPECT_EQ(config::hidIdFrom("046d:C626").value(), (config::HidId{0x046D, 0xC626}));
-  EXPECT_EQ(textOf(config::HidId{0x046D, 0xC626}), "046d:c626");
+  EXPECT_EQ(hidIdFrom("046d:C626").value(), (HidId{0x046D, 0xC626}));
+  EXPECT_EQ(textOf(HidId{0x046D, 0xC626}), "046d:c626");
   for (const char* bad : {"", "046d", "046d:", "46d:c626", "046dc626", "046d:c62g", "046d-c626", "0x46:c626",
                           "046d:c6260", "-46d:c626", "+46d:c626", "0000:c626"}) {
-    EXPECT_FALSE(config::hidIdFrom(bad)) << bad;
+    EXPECT_FALSE(hidIdFrom(bad)) << bad;
   }
 }
 

@@ -10,10 +10,10 @@
 #include <numeric>
 #include <vector>
 
+#include "drivers/driver_table.h"
 #include "drivers/handle/simulated/device_and_hand.h"
 #include "drivers/handle/simulated/simulated_hand.h"
 #include "drivers/handle/simulated/simulated_handle.h"
-#include "drivers/make_devices.h"
 #include "rt/base/clock.h"
 #include "tests/unit/drivers/frame_collector.h"
 
@@ -74,7 +74,6 @@ TEST(Motion, OfASpringWithCoulombFrictionLosesTwiceFrictionByStiffnessPerHalfSwi
   EXPECT_NEAR(motion.position_m(), 0.01 - 8 * 2 * friction_n / stiffness_n_per_m, 1e-7);
 }
 
-using config::SimulatedHandleSettings;
 using rt::Vec3;
 using Phase = SimulatedHand::Phase;
 
@@ -226,7 +225,7 @@ struct Contact {
   double seconds = 0;
   double peak_n = 0;
   double start_s = 0;
-  config::HandScript touch = config::HandScript::mixed;
+  HandScript touch = HandScript::mixed;
 };
 std::vector<Contact> contactsOf(const SimulatedHandleSettings& settings, int rounds) {
   std::vector<Contact> contacts;
@@ -248,7 +247,7 @@ std::vector<Contact> contactsOf(const SimulatedHandleSettings& settings, int rou
 
 TEST(SimulatedHand, TapsBrieflyAndReturnsToItsStartAfterFourTaps) {
   SimulatedHandleSettings settings;
-  settings.script = config::HandScript::tap;
+  settings.script = HandScript::tap;
   const auto contacts = contactsOf(settings, 2);
   ASSERT_EQ(contacts.size(), 2U * SimulatedHand::kTaps);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -267,7 +266,7 @@ TEST(SimulatedHand, TapsBrieflyAndReturnsToItsStartAfterFourTaps) {
 
 TEST(SimulatedHand, LeansSlowlyUpToThePressForceAndTrembles) {
   SimulatedHandleSettings settings;
-  settings.script = config::HandScript::lean;
+  settings.script = HandScript::lean;
   SimulatedHand hand(settings, kStepS);
   while (hand.phase() != Phase::pressing) hand.step(wallForce(hand));
   std::vector<double> forces_n;
@@ -298,13 +297,12 @@ TEST(SimulatedHand, LeansSlowlyUpToThePressForceAndTrembles) {
 
 TEST(SimulatedHand, MixesTapsStrokesAndLeans) {
   SimulatedHandleSettings settings;
-  settings.script = config::HandScript::mixed;
+  settings.script = HandScript::mixed;
   settings.press_s = 1;
-  std::vector<config::HandScript> touches;
+  std::vector<HandScript> touches;
   for (const Contact& contact : contactsOf(settings, 6)) touches.push_back(contact.touch);
-  using enum config::HandScript;
-  const std::vector<config::HandScript> expected{tap, tap, tap, tap, stroke, lean,
-                                                 tap, tap, tap, tap, stroke, lean};
+  using enum HandScript;
+  const std::vector<HandScript> expected{tap, tap, tap, tap, stroke, lean, tap, tap, tap, tap, stroke, lean};
   EXPECT_EQ(touches, expected);
 }
 
@@ -413,10 +411,10 @@ TEST(SimulatedHandle, StopsStartsAndStopsAgain) {
 
 TEST(SimulatedHandle, DoesNotStartWithSettingsThatDescribeNoHand) {
   const auto channels = std::make_unique<HandleChannels>();
-  config::SimulatedHandleSettings no_direction;
+  SimulatedHandleSettings no_direction;
   no_direction.direction_in_world = {};
   EXPECT_FALSE(SimulatedHandle(no_direction).start(*channels));
-  config::SimulatedHandleSettings no_mass;
+  SimulatedHandleSettings no_mass;
   no_mass.mass_kg = 0;
   EXPECT_FALSE(SimulatedHandle(no_mass).start(*channels));
 }

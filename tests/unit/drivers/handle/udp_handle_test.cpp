@@ -11,7 +11,8 @@
 #include <memory>
 #include <numbers>
 
-#include "drivers/make_devices.h"
+#include "drivers/driver_table.h"
+#include "drivers/handle/udp/udp_settings.h"
 #include "rt/base/clock.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/drivers/frame_collector.h"
@@ -91,11 +92,11 @@ class Peer {
 
 config::HandleSettings settings(const std::string& key_file = {}) {
   config::HandleSettings settings;
-  settings.driver = config::HandleDriver::udp;
-  settings.udp.address = test::ownLoopback(1);
-  settings.udp.port = kPort;
-  settings.udp.peer = test::ownLoopback(2);
-  settings.udp.key_file = key_file;
+  settings.driver = "udp";
+  settings.of<UdpHandleSettings>().address = test::ownLoopback(1);
+  settings.of<UdpHandleSettings>().port = kPort;
+  settings.of<UdpHandleSettings>().peer = test::ownLoopback(2);
+  settings.of<UdpHandleSettings>().key_file = key_file;
   return settings;
 }
 
@@ -387,11 +388,11 @@ TEST(UdpHandle, DoesNotStartWithInvalidSettings) {
     return started ? std::string() : started.error().text();
   };
   config::HandleSettings broken = settings();
-  broken.udp.peer = "device.example";
+  broken.of<UdpHandleSettings>().peer = "device.example";
   EXPECT_NE(refusal(broken).find("udp_handle.peer: \"device.example\" is not an IPv4 address"),
             std::string::npos);
   broken = settings();
-  broken.udp.address = "127.0.0.256";
+  broken.of<UdpHandleSettings>().address = "127.0.0.256";
   EXPECT_NE(refusal(broken).find("udp_handle.address"), std::string::npos);
 
   const std::string key = folder.write("key", kKey);

@@ -2,6 +2,7 @@
 // The driver with a camera behind the system calls.
 
 #include "drivers/camera/v4l2/v4l2_camera.h"
+#include "drivers/camera/v4l2/camera_report.h"
 
 #include <gtest/gtest.h>
 #include <linux/videodev2.h>
@@ -21,7 +22,7 @@ class V4l2 : public testing::Test {
  protected:
   void SetUp() override {
     test::addNode(folder_.path(), {});
-    settings_.driver = config::CameraDriver::v4l2;
+    settings_.driver = "v4l2";
   }
   void TearDown() override {
     if (camera_) camera_->stop();
@@ -135,8 +136,8 @@ TEST_F(V4l2, DeliversASizeThatFillsNoWholeTiles) {
     it.width = 424;
     it.height = 240;
   });
-  settings_.v4l2.width_px = 424;
-  settings_.v4l2.height_px = 240;
+  settings_.width_px = 424;
+  settings_.height_px = 240;
   start();
   video_->send(video_->countingFrame(0));
   ASSERT_TRUE(frames_.waitForFrames(1));
@@ -247,10 +248,10 @@ TEST_F(V4l2, ACameraThatFallsSilentIsOpenedAgain) {
 }
 
 TEST_F(V4l2, SetsWhatIsConfigured) {
-  settings_.v4l2.emitter = config::Emitter::on;
-  settings_.v4l2.exposure_us = 8000;
-  settings_.v4l2.preset = 4;
-  settings_.v4l2.unit_um = 200;
+  settings_.of<V4l2Settings>().emitter = Emitter::on;
+  settings_.of<V4l2Settings>().exposure_us = 8000;
+  settings_.of<V4l2Settings>().preset = 4;
+  settings_.unit_um = 200;
   start();
   video_->send(video_->countingFrame(0));
   ASSERT_TRUE(frames_.waitForFrames(1));
@@ -265,9 +266,9 @@ TEST_F(V4l2, SetsWhatIsConfigured) {
 
 TEST_F(V4l2, ConfiguredIntrinsicsAndUnitServeACameraThatDoesNotAnswer) {
   video_->change([](auto& it) { it.control_result = -ETIMEDOUT; });
-  settings_.v4l2.intrinsics = config::IntrinsicsSource::configured;
+  settings_.intrinsics = config::IntrinsicsSource::configured;
   settings_.fx_px = settings_.fy_px = 430;
-  settings_.v4l2.unit_um = 1000;
+  settings_.unit_um = 1000;
   start();
   video_->send(video_->countingFrame(0));
   ASSERT_TRUE(frames_.waitForFrames(1));
@@ -316,7 +317,7 @@ const std::vector<Refusal> kRefusals{
     {"NoExtensionUnit", [](auto& it) { it.control_result = -ENOENT; }, "no control 1 in its extension unit"},
     {"ControlOfAnotherSize", [](auto& it) { it.control_result = -ENOBUFS; }, "does not have 1024 bytes"},
     {"KeepsUnit", [](auto& it) { it.keeps_unit = true; }, "keeps its depth unit of 1000 um",
-     [](auto& it) { it.v4l2.unit_um = 100; }},
+     [](auto& it) { it.unit_um = 100; }},
     {"NoUnit", [](auto& it) { it.unit_um = 0; }, "does not report its depth unit"},
     {"DamagedTable",
      [](auto& it) {

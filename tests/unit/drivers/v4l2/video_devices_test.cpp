@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/camera/v4l2/video_devices.h"
+#include "drivers/camera/v4l2/camera_report.h"
 
 #include <gtest/gtest.h>
 
@@ -36,12 +37,12 @@ TEST_F(VideoDevices, AreListedInTheOrderOfTheirNumbers) {
 TEST_F(VideoDevices, AreChosenByLinkPathOrSerialNumber) {
   const auto devices = videoDevices(folder_.path());
   for (const std::string name : {"usb-b", "/dev/v4l/by-id/usb-b", "/dev/video10"}) {
-    settings_.v4l2.device = name;
+    settings_.of<V4l2Settings>().device = name;
     const auto candidates = candidatesOf(settings_, devices);
     ASSERT_TRUE(candidates && candidates->size() == 1) << name;
     EXPECT_EQ(candidates->front().serial, "222") << name;
   }
-  settings_.v4l2.device.clear();
+  settings_.of<V4l2Settings>().device.clear();
   settings_.serial = "111";
   const auto candidates = candidatesOf(settings_, devices);
   ASSERT_TRUE(candidates && candidates->size() == 1);
@@ -53,7 +54,7 @@ TEST_F(VideoDevices, AnErrorNamesWhatWasFound) {
   settings_.serial = "333";
   EXPECT_NE(candidatesOf(settings_, devices).error().text().find("found: 111, 222"), std::string::npos);
   settings_.serial.clear();
-  settings_.v4l2.device = "usb-c";
+  settings_.of<V4l2Settings>().device = "usb-c";
   EXPECT_NE(candidatesOf(settings_, devices).error().text().find("no device usb-c"), std::string::npos);
   EXPECT_FALSE(candidatesOf({}, videoDevices(folder_.path() / "nothing")));
 }

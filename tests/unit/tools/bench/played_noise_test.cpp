@@ -16,29 +16,30 @@
 namespace hapticd::tools {
 namespace {
 
-using config::PlayedCamera;
-using config::SyntheticNoise;
-using config::SyntheticScene;
+using drivers::PlayedCamera;
+using drivers::SyntheticNoise;
+using drivers::SyntheticScene;
 
 constexpr int kFrames = 32;
 constexpr double kPeriod_s = 1.0 / 30;
 
 rt::DepthModelParameters modelOf(PlayedCamera played) {
   config::CameraSettings settings;
-  settings.driver = config::CameraDriver::synthetic;
-  settings.played = played;
+  settings.driver = "synthetic";
+  settings.of<drivers::SyntheticSettings>().played = played;
   return settings.effectiveDepthModel();
 }
 
-config::SyntheticSettings plane(double tilt_rad, SyntheticNoise noise = SyntheticNoise::sensor) {
-  config::SyntheticSettings settings;
+drivers::SyntheticSettings plane(double tilt_rad, SyntheticNoise noise = SyntheticNoise::sensor) {
+  drivers::SyntheticSettings settings;
   settings.scene = SyntheticScene::plane;
   settings.noise = noise;
   settings.tilt_rad = tilt_rad;
   return settings;
 }
 
-DepthNoiseReport reportOf(const config::SyntheticSettings& settings, const rt::DepthModelParameters& camera) {
+DepthNoiseReport reportOf(const drivers::SyntheticSettings& settings,
+                          const rt::DepthModelParameters& camera) {
   drivers::AnalyticScene scene(settings, camera);
   DepthNoise noise;
   const auto frame = std::make_unique<rt::DepthFrame>();

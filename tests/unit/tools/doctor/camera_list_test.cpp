@@ -14,11 +14,10 @@
 namespace hapticd::tools {
 namespace {
 
-using config::CameraDriver;
 
 class CameraListing : public testing::Test {
  protected:
-  CameraListing() { settings.driver = CameraDriver::v4l2; }
+  CameraListing() { settings.driver = "v4l2"; }
 
   /// A device on USB of which the kernel shows no video node.
   void addUsbDevice(const std::string& name, const std::string& vendor, const std::string& product) const {
@@ -55,11 +54,11 @@ TEST_F(CameraListing, ShowsOneLineForAllNodesOfADevice) {
 
 TEST_F(CameraListing, NamesTheSettingThatWouldUseAnotherCamera) {
   test::addNode(files.root(), {});
-  settings.driver = CameraDriver::synthetic;
+  settings.driver = "synthetic";
   EXPECT_EQ(only().suitability, Suitability::usable);
   EXPECT_EQ(only().note, "set camera.driver to v4l2");
   EXPECT_EQ(list().source, "a computed scene");
-  settings.driver = CameraDriver::v4l2;
+  settings.driver = "v4l2";
   settings.serial = "77";
   EXPECT_EQ(only().note, "set camera.serial to 012345678901");
   EXPECT_EQ(list().source, "");
@@ -127,7 +126,7 @@ TEST_F(CameraListing, AKinectIsForTheDriverFreenect) {
   // the kernel's driver, which libfreenect detaches
   test::addNode(files.root(), {.vendor = "045e", .product = "02ae"});
   EXPECT_EQ(only().note, "set camera.driver to freenect");
-  settings.driver = CameraDriver::freenect;
+  settings.driver = "freenect";
   EXPECT_EQ(only().suitability, Suitability::used);
   EXPECT_EQ(list().source, "045e:02ae at 1-1.1");
   settings.serial = "A1";

@@ -6,6 +6,10 @@
 #include <algorithm>
 
 #include "doctor_fixture.h"
+#include "drivers/camera/v4l2/camera_report.h"
+#include "drivers/handle/falcon/falcon_handle.h"
+#include "drivers/handle/hid/hid_settings.h"
+#include "drivers/handle/udp/udp_settings.h"
 #include "tests/support/video/made_up_sysfs.h"
 
 // The check of depth cameras that the kernel drives, on synthetic files of /sys, /proc, /etc and /dev.
@@ -23,7 +27,7 @@ class DoctorsCamera : public DoctorOnFiles {
     files.makeFolder("sys/module/uvcvideo");
     files.set("dev/video0", "");
     files.setMode("dev/video0", 0660);
-    box.configuration.settings.camera.driver = config::CameraDriver::v4l2;
+    box.configuration.settings.camera.driver = "v4l2";
     box.depth_probe = [](const drivers::VideoDevice&) -> base::Result<std::uint32_t> {
       return V4L2_PIX_FMT_Z16;
     };
@@ -53,7 +57,7 @@ TEST_F(DoctorsCamera, TakesNoMoreThanItsLinkCarries) {
                    "848 x 480 at 30 Hz takes 24.4 MB/s of a link with 5000 Mbit/s", ""));
   files.set(kUsb + "speed", "480");
   EXPECT_EQ(named("depth camera bandwidth").verdict, Verdict::ok);
-  box.configuration.settings.camera.v4l2.rate_hz = 90;
+  box.configuration.settings.camera.of<drivers::V4l2Settings>().rate_hz = 90;
   EXPECT_TRUE(says(named("depth camera bandwidth"), Verdict::fail,
                    "73.3 MB/s of a link with 480 Mbit/s: more than it carries", "USB 3"));
   files.remove(kUsb + "speed");
@@ -80,7 +84,7 @@ TEST_F(DoctorsCamera, NeedsTheKernelsModule) {
 }
 
 TEST_F(DoctorsCamera, IsNotExaminedWithAnotherDriver) {
-  box.configuration.settings.camera.driver = config::CameraDriver::freenect;
+  box.configuration.settings.camera.driver = "freenect";
   EXPECT_EQ(checkCameras(box).size(), 1U);
   EXPECT_TRUE(says(named("depth camera"), Verdict::ok, "camera.driver is freenect", ""));
 }
@@ -133,14 +137,14 @@ TEST_F(DoctorOfHandles, FailsOnAConfigurationThatCannotBeUsed) {
 
 TEST_F(DoctorOfHandles, ReadsTheConfigurationBelowTheRoot) {
   files.set("etc/hapticd/hapticd.yaml", "handle: {driver: hid}");
-  EXPECT_EQ(readConfiguration(files.root()).settings.handle.driver, config::HandleDriver::hid);
+  EXPECT_EQ(readConfiguration(files.root()).settings.handle.driver, "hid");
   files.remove("etc/hapticd/hapticd.yaml");
-  EXPECT_EQ(readConfiguration(files.root()).settings.handle.driver, config::HandleDriver::simulated);
+  EXPECT_EQ(readConfiguration(files.root()).settings.handle.driver, "simulated");
   EXPECT_EQ(readConfiguration(files.root()).problem, "");
 }
 
 TEST_F(DoctorOfHandles, LooksWhoHasTheUdpPort) {
-  handle().driver = config::HandleDriver::udp;
+  handle().driver = "udp";
   const std::string head = "  sl  local_address rem_address   st\n";
   const std::string ours = "  51: 0100007F:BAB8 00000000:0000 07\n";  // 47800
   files.set("proc/net/udp", head + ours);
@@ -154,8 +158,8 @@ TEST_F(DoctorOfHandles, LooksWhoHasTheUdpPort) {
 }
 
 TEST_F(DoctorOfHandles, LooksForTheKeyAndWhoMayReadIt) {
-  handle().driver = config::HandleDriver::udp;
-  handle().udp.key_file = "/etc/hapticd/key";
+  handle().driver = "udp";
+  handle().of<drivers::UdpHandleSettings>().key_file = "/etc/hapticd/key";
   files.set("proc/net/udp", "");
   EXPECT_TRUE(
       says(checkHandle(box), Verdict::fail, "there is no key /etc/hapticd/key", "udp_handle.key_file"));
@@ -167,19 +171,19 @@ TEST_F(DoctorOfHandles, LooksForTheKeyAndWhoMayReadIt) {
 }
 
 TEST_F(DoctorOfHandles, LooksForTheConfiguredHidDeviceAndItsRights) {
-  handle().driver = config::HandleDriver::hid;
+  handle().driver = "hid";
   EXPECT_TRUE(says(checkHandle(box), Verdict::warn, "the HID device 1209:0001 is not connected",
                    "hid_handle.device"));
-  handle().hid.device = "046d:c626";
+  handle().of<drivers::HidHandleSettings>().device = "046d:c626";
   EXPECT_TRUE(says(checkHandle(box), Verdict::ok, "046d:c626 at /dev/hidraw0"));
   files.setMode("dev/hidraw0", 0600);
   EXPECT_TRUE(says(checkHandle(box), Verdict::fail, "keeps the group hapticd out"));
 }
 
 TEST_F(DoctorOfHandles, LooksForAFalconAndItsFirmware) {
-  handle().driver = config::HandleDriver::falcon;
+  handle().driver = "falcon";
   EXPECT_TRUE(says(checkHandle(box), Verdict::fail, "no firmware is configured", "falcon_handle.firmware"));
-  handle().falcon.firmware = "/var/lib/hapticd/falcon.bin";
+  handle().of<drivers::FalconHandleSettings>().firmware = "/var/lib/hapticd/falcon.bin";
   EXPECT_TRUE(says(checkHandle(box), Verdict::fail, "there is no firmware /var/lib/hapticd/falcon.bin"));
   files.set("var/lib/hapticd/falcon.bin", "");
   EXPECT_TRUE(says(checkHandle(box), Verdict::warn, "there is no Falcon on USB"));

@@ -386,7 +386,7 @@ TEST_F(Doctor, LooksAtAHidDeviceWhoseIdManyShareOnlyIfTheConfigurationNamesIt) {
   files.setMode("dev/hidraw0", 0600);
   EXPECT_TRUE(says(only(checkHid), Verdict::ok, "no handle", ""));
   config::HandleSettings& handle = box.configuration.settings.handle;
-  handle.driver = config::HandleDriver::hid;
+  handle.driver = "hid";
   EXPECT_TRUE(says(only(checkHid), Verdict::fail, "Somebody's gadget", "udevadm trigger"));
   handle.serial = "T2";
   EXPECT_TRUE(says(only(checkHid), Verdict::ok, "no handle", ""));

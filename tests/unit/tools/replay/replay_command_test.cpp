@@ -116,7 +116,7 @@ TEST_F(ReplayCommand, DampsByTheVelocityOfTheSamples) {
   for (const double delay_s : {0.0, 0.004}) {
     config::Settings settings = unlimited(config::Settings{});
     settings.live.force.law = rt::ForceLaw::proxy;
-    settings.handle.driver = config::HandleDriver::udp;
+    settings.handle.driver = "udp";
     const auto lengthWith = [&](rt::ContactDamping damping) {
       settings.live.safety.contact_damping = damping;
       source_ = std::make_unique<DepthSource>(

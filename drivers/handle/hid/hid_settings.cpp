@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/settings/hid_id.h"
+#include "drivers/handle/hid/hid_settings.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 #include "config/base/value_text.h"
 
-namespace hapticd::config {
+namespace hapticd::drivers {
 namespace {
 
 constexpr std::size_t kDigits = 4;
@@ -37,4 +37,9 @@ std::string textOf(const HidId& id) {
   return fmt::format("{:04x}:{:04x}", id.vendor, id.product);
 }
 
-}  // namespace hapticd::config
+void checkHidHandle(const config::Settings& settings, std::vector<config::Conflict>& conflicts) {
+  const base::Result<HidId> id = hidIdFrom(settings.handle.of<HidHandleSettings>().device);
+  if (!id) config::addConflict(conflicts, {"hid_handle.device"}, id.error().what, id.error().remedy);
+}
+
+}  // namespace hapticd::drivers
