@@ -279,7 +279,6 @@ double HapticCore::fixtureWork_j(const Before& before, const Change& change, con
 SafetyChain::Motion HapticCore::motionSince(const Before& before, const Change& change, const Input& input,
                                             const Evaluation& evaluation, const Tick& tick) const HAPTICD_RT {
   const Vec3& surface_velocity_m_per_s = evaluation.sample.surface_velocity_m_per_s_in_world;
-  const LiveParameters& parameters = input.directive.parameters;
   const HandleScaleParameters& scale = input.start.handle;
   const double to_hand = 1 / scale.motion_scale;
   const double stiffness = tick.stiffness_n_per_m;

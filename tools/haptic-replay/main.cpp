@@ -96,7 +96,7 @@ TraceOutcome replayOne(const fs::path& trace, const fs::path& out) {
   outcome.comparison = *comparison;
   if (out.empty()) return outcome;
   const fs::path csv = out / trace.stem().concat(".csv");
-  if (const auto written = writeWholeFile(csv, table.text(), IfExists::replace); !written)
+  if (const auto written = base::writeWholeFile(csv, table.text(), base::IfExists::replace); !written)
     outcome.error = written.error().text();
   return outcome;
 }

@@ -54,15 +54,15 @@ struct ExportOptions {
   std::string format = "csv";     ///< or recording
   std::string channel = "ticks";  ///< of a CSV: ticks, models, directives, events
   std::string out;                ///< empty: the trace's name with another ending, in this folder
-  IfExists if_exists = IfExists::refuse;
-  TraceSelection selection;
+  base::IfExists if_exists = base::IfExists::refuse;
+  trace::TraceSelection selection;
 };
 
 /// Options of `trace plot`.
 struct PlotOptions {
   std::string out;  ///< .png or .svg; empty: the trace's name with .png, in this folder
-  IfExists if_exists = IfExists::refuse;
-  TraceSelection selection;
+  base::IfExists if_exists = base::IfExists::refuse;
+  trace::TraceSelection selection;
 };
 
 // Each works on a file, without the daemon, prints its result on stdout or its error on stderr, shows its

@@ -8,6 +8,7 @@
 
 #include "config/settings/law_choice.h"
 #include "config/settings/settings.h"
+#include "drivers/handle/simulated/simulated_handle.h"
 
 namespace hapticd::config {
 namespace {
