@@ -79,7 +79,7 @@ TEST_P(StandoffStart, HoldsTheProxyWhereANewLookDoes) {
                                  .hip_m_in_world = hip,
                                  .velocity_m_per_s_in_world = {},
                                  .parameters = rig.box.parameters(),
-                                 .stiffness_n_per_m = rig.box.parameters().springs.stiffness_n_per_m,
+                                 .stiffness_n_per_m = rig.box.parameters().force.stiffness_n_per_m,
                                  .law = law,
                                  .surface_law = true,
                                  .period_s = kTick_s};

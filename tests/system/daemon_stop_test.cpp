@@ -83,7 +83,7 @@ TEST(StopForce, GoesToZeroWithinTheSlewLimitBeforeTheLoopEnds) {
     largest_step_n = std::max(largest_step_n, norm(forces[i] - forces[i - 1]));
   }
   EXPECT_LE(largest_step_n, step_n * (1 + 1e-9));   // rounding of a double
-  EXPECT_EQ(box.status().trace_ticks_dropped, 0U);  // otherwise a step could have been missed
+  EXPECT_EQ(box.status().loop.trace_ticks_dropped, 0U);  // otherwise a step could have been missed
 }
 
 }  // namespace

@@ -218,11 +218,11 @@ TEST(TissueContact, BlendsTheFrictionOfTheRegions) {
   tissue.at({0, 0, -0.004});
   EXPECT_NEAR(tissue.contact.friction, 0.5, kRounding);
   // The law holds friction times the depth by springs of k_s, half as stiff as the region.
-  EXPECT_NEAR(tissue.tissue.frictionOfLaw(tissue.parameters), 1, kRounding);
+  EXPECT_NEAR(tissue.tissue.frictionOfLaw(tissue.parameters.contact), 1, kRounding);
   tissue.at({0.02, 0, -0.004});
   EXPECT_NEAR(tissue.contact.friction, 0.3, kRounding);
   tissue.at({0.1, 0, -0.004});
-  EXPECT_NEAR(tissue.tissue.frictionOfLaw(tissue.parameters), 0.1, kRounding);
+  EXPECT_NEAR(tissue.tissue.frictionOfLaw(tissue.parameters.contact), 0.1, kRounding);
 }
 
 TEST(TissueContact, PassesTheCueByTheShareOfTheRegion) {

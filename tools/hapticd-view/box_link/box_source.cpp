@@ -394,7 +394,7 @@ void read(const Json& json, Enumeration& value) {
 Json allTickFields() {
   Json names = Json::array();
   const rt::Tick tick;
-  drivers::visitFields(tick, [&names](std::string_view name, const auto&) { names.push_back(name); });
+  trace::visitFields(tick, [&names](std::string_view name, const auto&) { names.push_back(name); });
   return names;
 }
 
@@ -406,14 +406,14 @@ void forEachTick(const Json& reply, const std::function<void(const rt::Tick&)>& 
   // looked up once per field, and not once per tick
   std::vector<const Json*> lists;
   const rt::Tick names;
-  drivers::visitFields(names, [&](std::string_view name, const auto&) {
+  trace::visitFields(names, [&](std::string_view name, const auto&) {
     const auto list = columns->find(std::string(name));
     const bool usable = list != columns->end() && list->is_array() && list->size() >= ticks.size();
     lists.push_back(usable ? &*list : nullptr);
   });
   for (std::size_t row = 0; row < ticks.size(); ++row) {
     auto list = lists.begin();
-    drivers::visitFields(ticks[row], [&](std::string_view, auto& value) {
+    trace::visitFields(ticks[row], [&](std::string_view, auto& value) {
       if (*list != nullptr) read((**list)[row], value);
       ++list;
     });

@@ -115,9 +115,9 @@ TEST(TraceVolume, FollowsTheConfiguration) {
   EXPECT_EQ(mostPerHour(settings, false).clouds, 0U);
   settings = {};
   settings.camera.driver = "v4l2";
-  settings.camera.of<V4l2Settings>().rate_hz = 60;
+  settings.camera.of<drivers::V4l2Settings>().rate_hz = 60;
   const TraceVolume at_60_hz = mostPerHour(settings, true);
-  settings.camera.of<V4l2Settings>().rate_hz = 30;
+  settings.camera.of<drivers::V4l2Settings>().rate_hz = 30;
   EXPECT_NEAR(static_cast<double>(at_60_hz.depth),
               2.0 * static_cast<double>(mostPerHour(settings, true).depth), 2);
 }
