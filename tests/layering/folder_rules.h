@@ -8,7 +8,8 @@
 namespace hapticd::test {
 
 /// A folder of a room, or the one file of it that puts a program together, and which other folders of the
-/// same room its files may include. A name that ends in "/" stands for all folders below it.
+/// same room its files may include. A name that ends in "/" stands for all folders below it, a folder that
+/// ends in "/*" for each one in it that has no rule of its own.
 struct FolderRule {
   std::string folder;
   std::vector<std::string> may_use;

@@ -86,6 +86,20 @@ TEST_F(FolderRulesTest, FindAFolderWithoutARuleAndARuleWithoutAFolder) {
             (Strings{"daemon/lower/new has no rule", "daemon/gone has a rule and no code"}));
 }
 
+TEST_F(FolderRulesTest, HoldEachFolderBelowOneToACommonRule) {
+  for (const std::string name : {"one", "two"})
+    fs::create_directories(folder_.path() / "daemon/lower" / name);
+  folder_.write("daemon/own.h", "#pragma once\n");
+  folder_.write("daemon/lower/one/own.h", "#pragma once\n#include \"daemon/lower/own.h\"\n");
+  folder_.write("daemon/lower/two/own.h", "#pragma once\n#include \"daemon/lower/one/own.h\"\n");
+  rules_.push_back({"daemon/lower/*", {"daemon/lower"}});
+  rules_.push_back({"daemon/upper/*", {}});
+  EXPECT_EQ(foldersWithoutRules(folder_.path(), rules_), (Strings{"daemon/upper/* has a rule and no code"}));
+  EXPECT_EQ(
+      wrongIncludesInside(folder_.path(), rules_),
+      (Strings{"daemon/lower/two/own.h:2: daemon/lower/two must not include \"daemon/lower/one/own.h\""}));
+}
+
 TEST_F(FolderRulesTest, FindACycle) {
   rules_.push_back({"daemon/lowest", {"daemon/upper"}});
   EXPECT_EQ(cyclesOf(rules_), Strings{});

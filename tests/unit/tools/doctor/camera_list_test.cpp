@@ -14,7 +14,6 @@
 namespace hapticd::tools {
 namespace {
 
-
 class CameraListing : public testing::Test {
  protected:
   CameraListing() { settings.driver = "v4l2"; }
