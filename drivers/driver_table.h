@@ -23,12 +23,14 @@ struct CameraRow {
   std::unique_ptr<Camera> (*make)(const config::CameraSettings& settings);
 };
 
+// clang-format off
 inline constexpr std::array kCameras{
     CameraRow{kFreenectCamera, makeFreenectCamera},
     CameraRow{kRecordedCamera, makeRecordedCamera},
     CameraRow{kSyntheticCamera, makeSyntheticCamera},
     CameraRow{kV4l2Camera, makeV4l2Camera},
 };
+// clang-format on
 
 struct HandleRow {
   config::HandleDriver driver;
@@ -36,12 +38,14 @@ struct HandleRow {
                                   const rt::HandleScaleParameters& scale, const HandleThreadPolicy& policy);
 };
 
+// clang-format off
 inline constexpr std::array kHandles{
     HandleRow{kSimulatedHandle, makeSimulatedHandle},
     HandleRow{kUdpHandle, makeUdpHandle},
     HandleRow{kHidHandle, makeHidHandle},
     HandleRow{kFalconHandle, makeFalconHandle},
 };
+// clang-format on
 
 /// Creates the camera driver selected by the settings; it is not started.
 std::unique_ptr<Camera> makeCamera(const config::CameraSettings& settings);

@@ -209,7 +209,7 @@ std::vector<std::string> foldersWithoutRules(const fs::path& root, const std::ve
   }
   for (const FolderRule& rule : rules) {
     const bool is_used = std::ranges::any_of(with_code, [&](const std::string& name) {
-      return ruleOf(rules, name + "/") == &rule || name == rule.folder;
+      return name == rule.folder || (!fs::is_regular_file(root / name) && ruleOf(rules, name + "/") == &rule);
     });
     if (!is_used) wrong.push_back(rule.folder + " has a rule and no code");
   }
