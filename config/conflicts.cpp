@@ -106,11 +106,10 @@ void checkDepthUnit(const Settings& settings, std::vector<Conflict>& conflicts) 
   const double farthest_m = kMaxRaw * camera.unit_um * 1e-6;
   if (!camera.deliversDepth() || camera.unit_um == 0) return;
   if (camera.near_m <= farthest_m) return;
-  addConflict(
-      conflicts, {"camera.unit_um", "camera.near_m"},
-      fmt::format("16 bits of {} um end at {} m, nearer than camera.near_m, {} m", camera.unit_um,
-                  base::numberText(farthest_m), base::numberText(camera.near_m)),
-      "set camera.unit_um to 100 or 1000, or to 0");
+  addConflict(conflicts, {"camera.unit_um", "camera.near_m"},
+              fmt::format("16 bits of {} um end at {} m, nearer than camera.near_m, {} m", camera.unit_um,
+                          base::numberText(farthest_m), base::numberText(camera.near_m)),
+              "set camera.unit_um to 100 or 1000, or to 0");
 }
 
 /// The raw values within the reach of a law on points must fit into a scene.

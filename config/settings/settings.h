@@ -195,7 +195,9 @@ struct Settings {
   SceneAdditions additions;  ///< live
 
   /// Returns the configured law; for auto, the one that works in every scene, until the scene is known.
-  rt::ForceLaw namedLaw() const { return live.force.law.value_or(rt::lawThat(&rt::ForceLawRow::suits_every_scene)); }
+  rt::ForceLaw namedLaw() const {
+    return live.force.law.value_or(rt::lawThat(&rt::ForceLawRow::suits_every_scene));
+  }
   /// Returns the largest error of a law chosen automatically; by default seven percent of the force limit,
   /// the smallest force difference that a hand can detect (Pang, Tan, Durlach).
   double effectiveMaxError_n() const {

@@ -391,8 +391,9 @@ SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervi
         mode_gain * scale.motion_scale * scale.force_scale * fixtures.damping_n_s_per_m;
   }
   tick.scaled_force_n_in_world = gain * scale.force_scale * damped_n;
-  state_.stiffness.follow(StiffnessRules::of(parameters, scale, tick.stiffness_limit_n_per_m, input.scene.noise),
-                          inContact(tick) || fixtures.holds, input.period_s);
+  state_.stiffness.follow(
+      StiffnessRules::of(parameters, scale, tick.stiffness_limit_n_per_m, input.scene.noise),
+      inContact(tick) || fixtures.holds, input.period_s);
   SafetyChain::Motion motion;
   if (comparable) motion = motionSince(before, change, input, evaluation, tick);
   motion.max_damping_n_s_per_m =

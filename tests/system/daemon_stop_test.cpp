@@ -82,7 +82,7 @@ TEST(StopForce, GoesToZeroWithinTheSlewLimitBeforeTheLoopEnds) {
   for (std::size_t i = 1; i < forces.size(); ++i) {
     largest_step_n = std::max(largest_step_n, norm(forces[i] - forces[i - 1]));
   }
-  EXPECT_LE(largest_step_n, step_n * (1 + 1e-9));   // rounding of a double
+  EXPECT_LE(largest_step_n, step_n * (1 + 1e-9));        // rounding of a double
   EXPECT_EQ(box.status().loop.trace_ticks_dropped, 0U);  // otherwise a step could have been missed
 }
 

@@ -45,9 +45,9 @@ std::vector<rt::Tick> ticksOf(const std::filesystem::path& folder) {
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().extension() != ".mcap") continue;
     EXPECT_TRUE(trace::readTrace(entry.path(), {.tick = [&](const rt::Tick& tick) {
-                                     ticks.push_back(tick);
-                                     return true;
-                                   }}));
+                                   ticks.push_back(tick);
+                                   return true;
+                                 }}));
   }
   return ticks;
 }

@@ -120,8 +120,8 @@ TEST(TraceReplayWithFixtures, ReproducesEveryForceToTheBit) {
   const fs::path trace = loggedSession(home, daemon, 75);
   std::uint64_t acting = 0;
   const auto info = trace::readTrace(trace, {.tick = [&acting](const rt::Tick& tick) {
-                                         return acting += tick.fixtures_in_contact != 0, true;
-                                       }});
+                                       return acting += tick.fixtures_in_contact != 0, true;
+                                     }});
   ASSERT_TRUE(info) << info.error().text();
   EXPECT_GE(info->additions, 1U);
   EXPECT_GT(acting, 100U);
@@ -148,11 +148,11 @@ Session recordsIn(const fs::path& trace) {
     return [&several](const auto& record) { return several.push_back(record), true; };
   };
   const auto info = trace::readTrace(trace, {.tick = into(content.ticks),
-                                               .model = into(content.models),
-                                               .directive = into(content.directives),
-                                               .additions = into(content.additions),
-                                               .snapshot = into(content.snapshots),
-                                               .depth = into(content.depth)});
+                                             .model = into(content.models),
+                                             .directive = into(content.directives),
+                                             .additions = into(content.additions),
+                                             .snapshot = into(content.snapshots),
+                                             .depth = into(content.depth)});
   EXPECT_TRUE(info) << info.error().text();
   content.options.realtime_offset_ns = info->realtime_offset_ns;
   content.options.metadata = info->metadata;

@@ -39,11 +39,11 @@ MadeUpRecords recordsIn(const fs::path& file) {
     return [&several](const auto& record) { return several.push_back(record), true; };
   };
   const auto info = trace::readTrace(file, {.tick = into(records.ticks),
-                                              .model = into(records.models),
-                                              .directive = into(records.directives),
-                                              .additions = into(records.additions),
-                                              .event = into(records.events),
-                                              .snapshot = into(records.snapshots)});
+                                            .model = into(records.models),
+                                            .directive = into(records.directives),
+                                            .additions = into(records.additions),
+                                            .event = into(records.events),
+                                            .snapshot = into(records.snapshots)});
   EXPECT_TRUE(info) << info.error().text();
   EXPECT_TRUE(info && info->complete);
   return records;

@@ -43,9 +43,9 @@ int run(int argc, char** argv) {
   }
   Palpation palpation;
   const auto info = trace::readTrace(trace, {.tick = [&palpation](const rt::Tick& tick) {
-                                         palpation.add(tick);
-                                         return true;
-                                       }});
+                                       palpation.add(tick);
+                                       return true;
+                                     }});
   if (!info) return fail(info.error(), EX_NOINPUT);
   const PalpationMap map = palpation.map(1e-3 * cell_mm);
   if (map.cells.empty()) {

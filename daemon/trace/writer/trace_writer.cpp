@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/settings/driver_rows.h"
 #include "daemon/trace/writer/trace_writer.h"
+#include "config/settings/driver_rows.h"
 
 #include <fmt/format.h>
 

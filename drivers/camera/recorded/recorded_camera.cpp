@@ -97,9 +97,8 @@ bool RecordedCamera::playOnce(FrameSink& sink, Clock::time_point begin) {
 
 std::unique_ptr<Camera> makeRecordedCamera(const config::CameraSettings& settings) {
   const auto& own = settings.of<RecordedSettings>();
-  return std::make_unique<RecordedCamera>(
-      own.recording, own.loop, own.speed,
-      DepthLimits{settings.near_m, settings.far_m});
+  return std::make_unique<RecordedCamera>(own.recording, own.loop, own.speed,
+                                          DepthLimits{settings.near_m, settings.far_m});
 }
 
 }  // namespace hapticd::drivers

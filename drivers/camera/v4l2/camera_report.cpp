@@ -157,10 +157,9 @@ class RealSense {
     }
     const double far_m = settings.far_m;
     const bool fine_reaches = far_m <= kMaxRaw * kFineUnit_um * 1e-6;
-    const auto requested_um = settings.unit_um > 0
-                                  ? static_cast<std::uint32_t>(settings.unit_um)
-                              : fine_reaches ? static_cast<std::uint32_t>(kFineUnit_um)
-                                             : table->unit_um;
+    const auto requested_um = settings.unit_um > 0 ? static_cast<std::uint32_t>(settings.unit_um)
+                              : fine_reaches       ? static_cast<std::uint32_t>(kFineUnit_um)
+                                                   : table->unit_um;
     if (requested_um != table->unit_um) {
       realsense::DepthTable changed = *table;
       changed.unit_um = requested_um;
@@ -282,9 +281,7 @@ class Gemini {
   base::Result<void> setDepthUnit(const config::CameraSettings& settings, CameraReport& report) {
     auto unit_m = depthUnit_m();
     const bool fine_reaches = settings.far_m <= kMaxRaw * kFineUnit_um * 1e-6;
-    const double requested_um = settings.unit_um > 0 ? settings.unit_um
-                                : fine_reaches              ? kFineUnit_um
-                                                            : 0;
+    const double requested_um = settings.unit_um > 0 ? settings.unit_um : fine_reaches ? kFineUnit_um : 0;
     const auto isRequested = [&] { return unit_m && std::abs(*unit_m * 1e6 - requested_um) < 0.5; };
     if (requested_um > 0 && !isRequested()) {
       const auto unit_mm = static_cast<float>(requested_um / 1000);

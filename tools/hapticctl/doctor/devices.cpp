@@ -3,13 +3,13 @@
 
 #include <fmt/format.h>
 
-#include <variant>
 #include <algorithm>
 #include <filesystem>
 #include <sstream>
+#include <variant>
 
-#include "drivers/handle/hid/hid_settings.h"
 #include "config/settings/driver_rows.h"
+#include "drivers/handle/hid/hid_settings.h"
 
 namespace hapticd::tools {
 

@@ -89,8 +89,9 @@ namespace foxglove = trace::foxglove;
 
 /// By the value of FoxgloveChannel.
 constexpr std::array<trace::ChannelName, kFoxgloveChannels> kNames{
-    trace::kChannelName<rt::Tick>, trace::foxglove::kSceneChannel,      trace::foxglove::kTransformsChannel,
-    trace::foxglove::kCloudChannel,       trace::foxglove::kReachCloudChannel, trace::foxglove::kImageChannel,
+    trace::kChannelName<rt::Tick>,        trace::foxglove::kSceneChannel,
+    trace::foxglove::kTransformsChannel,  trace::foxglove::kCloudChannel,
+    trace::foxglove::kReachCloudChannel,  trace::foxglove::kImageChannel,
     trace::foxglove::kCalibrationChannel, trace::foxglove::kLogChannel};
 
 std::string schemaOf(FoxgloveChannel channel) {
@@ -319,7 +320,7 @@ void FoxgloveSession::sendEvent(std::uint32_t id, const Json& event) {
       time != nullptr && time->is_number_integer() ? time->get<std::uint64_t>() : 0;
   auto message = std::make_shared<std::string>();
   trace::foxglove::encodeLog(realtime_ns, levelOf(textAt(event, "priority")), textAt(event, "kind"),
-                      textAt(event, "text"), *message);
+                             textAt(event, "text"), *message);
   send(id, realtime_ns, message, MessageKey::queued);
 }
 
@@ -338,19 +339,20 @@ void FoxgloveSession::onDepth(const std::shared_ptr<const DepthPicture>& picture
     last_cloud_ns_ = header.arrival_ns;
     publish(cloud, realtime_ns, [&](std::uint64_t time_ns, std::string& to) {
       trace::foxglove::encodePointCloud(time_ns, trace::foxglove::kCameraFrame,
-                                 points_.decimated(header, image, kCloudStep), to);
+                                        points_.decimated(header, image, kCloudStep), to);
     });
   }
   publish(cloud_reach, realtime_ns, [&](std::uint64_t time_ns, std::string& to) {
-    trace::foxglove::encodePointCloud(time_ns, trace::foxglove::kCameraFrame, points_.inBall(header, image, reach()), to);
+    trace::foxglove::encodePointCloud(time_ns, trace::foxglove::kCameraFrame,
+                                      points_.inBall(header, image, reach()), to);
   });
   publish(depth_image, realtime_ns, [&](std::uint64_t time_ns, std::string& to) {
     trace::foxglove::encodeImage(time_ns, trace::foxglove::kOpticalFrame,
-                          {header.width_px,
-                           header.height_px,
-                           header.stride_bytes,
-                           {reinterpret_cast<const char*>(image.data()), image.size()}},
-                          to);
+                                 {header.width_px,
+                                  header.height_px,
+                                  header.stride_bytes,
+                                  {reinterpret_cast<const char*>(image.data()), image.size()}},
+                                 to);
   });
   publish(camera_calibration, realtime_ns, [&](std::uint64_t time_ns, std::string& to) {
     trace::foxglove::encodeCalibration(time_ns, trace::foxglove::kOpticalFrame, calibrationOf(header), to);

@@ -317,11 +317,9 @@ base::Result<Plot> plotOf(const trace::SelectedTrace& trace, const trace::TraceS
                           const trace::Progress& progress) {
   Content content = contentFor(trace);
   if (content.curves.empty()) return std::unexpected(nothingToDraw(trace.file()));
-  if (auto read = readLimits(content, trace, progress); !read)
-    return std::unexpected(read.error());
+  if (auto read = readLimits(content, trace, progress); !read) return std::unexpected(read.error());
   const std::size_t most = selection.most_ticks == 0 ? kUsualPoints : selection.most_ticks;
-  if (auto read = readCurves(content, trace, most, progress); !read)
-    return std::unexpected(read.error());
+  if (auto read = readCurves(content, trace, most, progress); !read) return std::unexpected(read.error());
   if (content.curves.front().points.empty()) {
     return std::unexpected(
         base::Error{trace.file().string(), "has no ticks in that time", "choose another stretch"});

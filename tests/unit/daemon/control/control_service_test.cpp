@@ -269,7 +269,7 @@ TEST(StatusJson, ShowsTheNewestTransitionsOldestFirst) {
   status.loop.state.transition_count = 18;
   for (std::uint64_t n = 3; n <= 18; ++n) {
     status.loop.state.transitions[n % rt::kTransitionsKept] = {n, 1000 + std::int64_t(n), rt::Mode::engaged,
-                                                         rt::Mode::holding, rt::Cause::depth_stale};
+                                                               rt::Mode::holding, rt::Cause::depth_stale};
   }
   status.loop.state.transitions_by_cause[3] = 17;
   const json transitions = shown(status)["loop"]["transitions"];

@@ -160,7 +160,9 @@ struct RecordedLabels {
     config::toTissueMap({}, {}, image, settings.camera.pose(), *sent);
     record = trace::recordOf({}, *std::make_unique<rt::FixtureSet>(), *sent, 0);
   }
-  base::Result<void> restore() const { return trace::restore(record, settings.camera.pose(), "a.mcap", *back); }
+  base::Result<void> restore() const {
+    return trace::restore(record, settings.camera.pose(), "a.mcap", *back);
+  }
 
   config::Settings settings;
   std::unique_ptr<rt::TissueMap> sent = std::make_unique<rt::TissueMap>();
