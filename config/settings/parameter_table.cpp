@@ -6,7 +6,7 @@
 
 #include "config/base/value_text.h"
 #include "config/settings/driver_rows.h"
-#include "config/settings/parameter_rows.h"
+#include "config/settings/row_of_member.h"
 
 namespace hapticd::config {
 namespace {

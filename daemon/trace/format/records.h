@@ -109,4 +109,11 @@ struct CloudRecord {
   std::vector<float> points_m_in_camera = {};  ///< x, y, z, x, y, z, ...
 };
 
+/// A file stored in a trace.
+struct TraceAttachment {
+  std::string name;
+  std::string media_type;
+  std::string data;
+};
+
 }  // namespace hapticd::trace

@@ -14,7 +14,6 @@
 
 #include "config/base/error.h"
 #include "daemon/trace/format/records.h"
-#include "daemon/trace/writer/trace_writer.h"
 
 namespace hapticd::trace {
 

@@ -16,13 +16,6 @@
 
 namespace hapticd::trace {
 
-/// A file stored in a trace.
-struct TraceAttachment {
-  std::string name;
-  std::string media_type;
-  std::string data;
-};
-
 /// Options of a TraceWriter.
 struct TraceOptions {
   bool compress = true;                   ///< compress chunks with zstd

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "config/settings/driver_rows.h"
-#include "config/settings/parameter_rows.h"
+#include "config/settings/row_of_member.h"
 #include "drivers/base/stop_signal.h"
 #include "drivers/camera/camera.h"
 #include "drivers/camera/camera_status_board.h"

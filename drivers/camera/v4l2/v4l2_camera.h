@@ -7,7 +7,7 @@
 
 #include "config/settings/depth_cameras.h"
 #include "config/settings/driver_rows.h"
-#include "config/settings/parameter_rows.h"
+#include "config/settings/row_of_member.h"
 #include "drivers/base/worker_thread.h"
 #include "drivers/camera/camera.h"
 #include "drivers/camera/v4l2/v4l2_worker.h"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "config/settings/driver_rows.h"
-#include "config/settings/parameter_rows.h"
+#include "config/settings/row_of_member.h"
 #include "drivers/base/status_board.h"
 #include "drivers/base/stop_signal.h"
 #include "drivers/handle/command_gate.h"

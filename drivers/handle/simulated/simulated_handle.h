@@ -11,7 +11,7 @@
 
 #include "config/base/value_text.h"
 #include "config/settings/driver_rows.h"
-#include "config/settings/parameter_rows.h"
+#include "config/settings/row_of_member.h"
 #include "drivers/handle/command_gate.h"
 #include "drivers/handle/handle.h"
 #include "drivers/handle/handle_thread.h"

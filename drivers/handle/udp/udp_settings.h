@@ -9,7 +9,7 @@
 
 #include "config/base/error.h"
 #include "config/settings/driver_rows.h"
-#include "config/settings/parameter_rows.h"
+#include "config/settings/row_of_member.h"
 
 namespace hapticd::drivers {
 

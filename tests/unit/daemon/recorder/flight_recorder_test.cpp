@@ -4,6 +4,7 @@
 #include "daemon/recorder/flight_recorder.h"
 #include "daemon/trace/reader/trace_folder.h"
 #include "daemon/trace/reader/trace_reader.h"
+#include "daemon/trace/writer/trace_writer.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::daemon {

@@ -13,6 +13,7 @@
 
 #include "daemon/trace/reader/trace_folder.h"
 #include "daemon/trace/reader/trace_reader.h"
+#include "daemon/trace/writer/trace_writer.h"
 #include "rt/base/clock.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"

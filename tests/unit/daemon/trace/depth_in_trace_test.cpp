@@ -11,6 +11,7 @@
 #include "daemon/trace/format/trace_format.h"
 #include "daemon/trace/reader/trace_reader.h"
 #include "daemon/trace/recovery/trace_recovery.h"
+#include "daemon/trace/writer/trace_writer.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/support/temporary_folder.h"
 
