@@ -40,12 +40,6 @@ bool VelocityCheck::add(const Vec3& position_m, std::int64_t time_ns, const Vec3
   return norm(error_m_) > kTolerance_m + kTolerance_s * speed_m_per_s_;
 }
 
-namespace {
-
-using rt::Vec3;
-
-}  // namespace
-
 HandleFrame::HandleFrame(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale)
     : rotation_world_handle_(rt::rotationOf(settings.pose())),
       origin_m_in_world_(settings.pose().position_m),

@@ -12,11 +12,9 @@
 #include "rt/base/vec3.h"
 
 /// Message types that Foxglove and Lichtblick draw without a plug-in (github.com/foxglove/foxglove-sdk,
-/// schemas/ros2). Traces and the live view use the same ones.
-/// Messages of the schemas in foxglove_messages.h, encoded in CDR. The structures have only the parts that
-/// hapticd uses; everything else is written empty. Each encode() appends one message; `realtime_ns` is
-/// CLOCK_REALTIME.
-/// Thread: any.  RT: not safe (allocates).
+/// schemas/ros2), and their messages encoded in CDR. Traces and the live view use the same ones. The
+/// structures have only the parts that hapticd uses; everything else is written empty. Each encode() appends
+/// one message; `realtime_ns` is CLOCK_REALTIME. Thread: any.  RT: not safe (allocates).
 namespace hapticd::trace::foxglove {
 
 // Topics and schema names. Messages are encoded in CDR.

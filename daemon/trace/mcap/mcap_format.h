@@ -18,11 +18,6 @@
 #include "drivers/base/crc32.h"
 
 /// The container format MCAP (mcap.dev/spec, version 0): parts shared by writer, reader and recovery.
-///
-/// The limits first: what reading a file may take at most, whatever the file contains; every program that
-/// reads traces reads them through these limits. Memory and time are limited per byte of the file, so that a
-/// small file can neither fill nor stop a computer. Traces stay a tenth of that or less: a second of them
-/// takes 70 kB, and 0.7 MB decompressed.
 namespace hapticd::trace {
 
 /// zstd compression with reusable buffers.
@@ -123,6 +118,11 @@ class ByteReader {
   std::string_view rest_;
   bool good_ = true;
 };
+
+// What reading a file may take at most, whatever the file contains; every program that reads traces reads
+// them through these limits. Memory and time are limited per byte of the file, so that a small file can
+// neither fill nor stop a computer. Traces stay a tenth of that or less: a second of them takes 70 kB, and
+// 0.7 MB decompressed.
 
 // Larger ones are not written.
 inline constexpr std::size_t kMaxMessageBytes = 4 << 20;

@@ -242,8 +242,6 @@ TEST(Reload, LeavesTheLabelImageOfAProfile) {
   EXPECT_EQ(reloaded(running, file)->settings.additions.label_image, "file.pgm");
 }
 
-using Texts = std::vector<std::string>;
-
 // What a reload loosens while the box is engaged waits for a person; everything else does not.
 
 constexpr const char* kNerve =

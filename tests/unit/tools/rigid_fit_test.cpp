@@ -164,7 +164,6 @@ TEST(PointPairs, AreRefusedInWordsThatATerminalMayShow) {
 }
 
 using rt::PoseParameters;
-using rt::Vec3;
 
 /// Rounding of some dozens of operations on numbers below 10.
 constexpr double kRounding = 1e-12;

@@ -147,7 +147,6 @@ base::Result<std::vector<PointPair>> pairsOf(const std::vector<PlacedLandmark>& 
 
 namespace {
 
-using base::Error;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using rt::FixtureKind;

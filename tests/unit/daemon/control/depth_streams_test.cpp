@@ -138,8 +138,6 @@ TEST_F(SnapshotTest, ForgetsClientsThatLeftAndTakesNoMoreThanEightAtATime) {
   EXPECT_EQ(0, reply["parameters"]["firstRow"]);
 }
 
-using nlohmann::json;
-
 // The descriptor of the shared depth frames, over the real sockets.
 
 constexpr const char* kShareDepth = R"({"method":"io.hapticd.Status.ShareDepth","more":true})";
