@@ -143,7 +143,8 @@ SurfaceBuilder::SurfaceBuilder(const DepthModel& model)
       observed_(std::make_unique<float[]>(lattice_.blocks())),
       is_full_(std::make_unique<std::uint8_t[]>(lattice_.blocks())),
       fit_blocks_(std::make_unique<float[]>(FacetBlocks::sizeFor(lattice_.rows))),
-      fit_memory_(lattice_.rows) {
+      fit_memory_(lattice_.rows),
+      body_fit_(model, column_shifts_) {
   const PixelWindow all = model.wholeDisparity();
   gaps_.raw_first = all.raw_first;
   gaps_.raw_last = all.raw_last;
@@ -339,6 +340,24 @@ void SurfaceBuilder::startHidden(const Job& job) noexcept {
   }
 }
 
+void SurfaceBuilder::fitBody(const Vec3& centre_m_in_world, const Job& job, VisibleSurface& surface) noexcept {
+  const Vec3 focus = model_.positionInCamera(centre_m_in_world);
+  if (!(-focus.z > kNearestDepth_m)) return;
+  const DepthModelParameters& camera = model_.parameters();
+  const ImagePosition image{camera.cx_px - camera.fx_px * focus.x / focus.z,
+                            camera.cy_px + camera.fy_px * focus.y / focus.z};
+  const int column = static_cast<int>(std::lround((image.u - BlockLattice::kMiddle_px) / kBlock_px));
+  const int row = static_cast<int>(std::lround((image.v - BlockLattice::kMiddle_px) / kBlock_px));
+  if (column < job.sites.column_first || column > job.sites.column_last || row < job.sites.row_first ||
+      row > job.sites.row_last)
+    return;
+  Facet facet = surface.visible.facet[lattice_.at(row, column)];
+  facet.disparity += facet.per_column * static_cast<float>(image.u - (column * kBlock_px + BlockLattice::kMiddle_px)) +
+                     facet.per_row * static_cast<float>(image.v - (row * kBlock_px + BlockLattice::kMiddle_px));
+  surface.body = body_fit_.fit(surface.visible.image, job.pixels, image, facet, job.noise);
+  surface.body.per_second = static_cast<double>(facet.per_second);
+}
+
 void SurfaceBuilder::build(const DisparityFrame& frame, const std::uint16_t* hidden,
                            const Vec3& centre_m_in_world, double radius_m,
                            const SurfaceParameters& parameters, VisibleSurface& surface) noexcept {
@@ -347,6 +366,7 @@ void SurfaceBuilder::build(const DisparityFrame& frame, const std::uint16_t* hid
   surface.lattice = lattice_;
   surface.blocks = {};
   surface.hides_anything = false;
+  surface.body = {};
   const bool new_frame = static_cast<std::uint32_t>(frame.sequence) != sequence_;
   beginFrame(frame, parameters);
   column_shifts_.update(frame);
@@ -368,6 +388,7 @@ void SurfaceBuilder::build(const DisparityFrame& frame, const std::uint16_t* hid
   buildLayer(visible_, job, region, surface.visible);
   if (new_frame) estimateMotion(job.block_noise);
   fit(visible_, job, region, surface.visible);
+  fitBody(centre_m_in_world, job, surface);
   if (!surface.hides_anything) return;
   buildLayer(hidden_, job, region, surface.hidden);
   fit(hidden_, job, region, surface.hidden);

@@ -8,6 +8,7 @@
 #include "rt/depth/depth_model.h"
 #include "rt/depth/disparity_image.h"
 #include "rt/modelling/block_image.h"
+#include "rt/modelling/body_fit.h"
 #include "rt/modelling/column_shifts.h"
 #include "rt/modelling/facet_fit.h"
 #include "rt/scene/visible_surface.h"
@@ -97,6 +98,7 @@ class SurfaceBuilder {
   void estimateMotion(double block_noise) noexcept;
   void fit(const BlockMeans& means, const Job& job, const Region& region, SurfaceLayer& layer) noexcept;
   void startHidden(const Job& job) noexcept;
+  void fitBody(const Vec3& centre_m_in_world, const Job& job, VisibleSurface& surface) noexcept;
 
   const DepthModel& model_;
   BlockLattice lattice_;
@@ -110,6 +112,7 @@ class SurfaceBuilder {
   std::unique_ptr<std::uint8_t[]> is_full_;
   std::unique_ptr<float[]> fit_blocks_;
   FacetMemory fit_memory_;
+  BodyFit body_fit_;
 
   // State of the newest frame.
   std::uint32_t sequence_ = 0;  ///< 0: none

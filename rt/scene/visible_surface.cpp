@@ -123,6 +123,34 @@ double SurfaceView::shellAt(double depth_m) const noexcept {
 }
 
 Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image) const HAPTICD_RT {
+  const FocusBody& body = surface_.body;
+  float share_of_body = 0;
+  Four of_body{};
+  if (body.exists) {
+    const double du = image.u - body.column_px;
+    const double dv = image.v - body.row_px;
+    constexpr double kWhole = 0.75;
+    const double distance = std::sqrt(du * du + dv * dv) / body.radius_px;
+    if (distance < 1) {
+      const FocusBody::Crossing there = body.crossing(du / camera_.fx_px, dv / camera_.fy_px);
+      if (there.exists) {
+        const double w = body.inverse_depth_per_m / there.stretch;
+        const double a_per_m = model_.disparity().a_per_m;
+        const double disparity = (w - model_.disparity().b_per_m) / a_per_m;
+        const double per_slope = -w / (there.cosine * a_per_m);
+        of_body = Four{static_cast<float>(disparity), static_cast<float>(per_slope * there.normal.x / camera_.fx_px),
+                       static_cast<float>(per_slope * there.normal.y / camera_.fy_px), static_cast<float>(body.per_second)};
+        const auto pixel_column = std::clamp(static_cast<int>(std::lround(image.u)), 0, model_.width_px() - 1);
+        const auto pixel_row = std::clamp(static_cast<int>(std::lround(image.v)), 0, model_.height_px() - 1);
+        const std::uint16_t raw = layer.image[pixel_row * model_.stride_px() + pixel_column];
+        const float slack = 0.5F * (std::abs(of_body[1]) + std::abs(of_body[2]));
+        if (raw < kNoRawDisparity && std::abs(static_cast<float>(raw) - of_body[0]) <= static_cast<float>(body.tolerance_raw) + slack) {
+          const double t = std::clamp((distance - kWhole) / (1 - kWhole), 0.0, 1.0);
+          share_of_body = static_cast<float>(1 - t * t * (3 - 2 * t));
+        }
+      }
+    }
+  }
   constexpr double kPerBlock = 1.0 / BlockLattice::kBlock_px;
   const BlockWindow& window = surface_.blocks;
   if (window.columns() < 2 || window.rows() < 2) return {};
@@ -153,6 +181,7 @@ Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image
     if (!estimateFromFacets(corners, static_cast<float>(raw), surface_.of_facet_raw, numbers))
       numbers = estimateFromPixel(layer.image, model_, pixel_row, pixel_column, image);
   }
+  if (share_of_body > 0) numbers += share_of_body * (of_body - numbers);
   const double a = model_.disparity().a_per_m;
   const double w = a * (double{numbers[0]} + age_s_ * double{numbers[3]}) + model_.disparity().b_per_m;
   if (!(w > 0)) return sheet;

@@ -9,6 +9,7 @@
 #include "rt/base/vec3.h"
 #include "rt/depth/depth_model.h"
 #include "rt/depth/disparity_image.h"
+#include "rt/scene/focus_body.h"
 
 namespace hapticd::rt {
 
@@ -94,6 +95,7 @@ struct VisibleSurface {
   /// A pixel belongs to a facet if it is within this many raw units of the facet's plane.
   float of_facet_raw = 3;
   bool hides_anything = false;  ///< `hidden` is modelled and differs from `visible`
+  FocusBody body;               ///< the body seen at the focus; more exact than the facets, where it exists
 
   /// Returns true if places within `radius` of `p_m_in_world` may be looked up.  RT: safe.
   bool covers(const Vec3& p_m_in_world, double radius) const noexcept {
