@@ -4,17 +4,23 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 
 #include <Eigen/Dense>
 
 namespace hapticd::rt {
 namespace {
 
-/// Half the sides of the windows.
-constexpr std::array kRadius_m{0.014, 0.022, 0.034, 0.052, 0.08};
 /// A smaller window does not determine a curvature.
 constexpr double kLeastRadius_px = 6;
 constexpr int kSteps = 2;
+constexpr int kColdSteps = 4;
+/// How far the surface may bend away within the smallest window while its curvature is unknown.
+constexpr double kUnknownSag_m = 0.012;
+/// Sum over the cells of the squares of their mean residuals, in standard deviations, that noise explains.
+constexpr double kNoiseMisfit = 6;
+constexpr double kLeastPixels = 60;
 /// Standard deviation of a pixel, raw units of a Kinect v1.
 constexpr double kNoise_raw = 0.56;
 /// Side of the square of pixels that share one sample of the noise.
@@ -22,7 +28,7 @@ constexpr double kPatch_px = 9;
 constexpr double kTolerance_sigma = 5;
 /// Radius of curvature that bodies typically have; standard deviation of the curvature before anything is
 /// known.
-constexpr double kUsualRadius_m = 0.02;
+constexpr double kUsualRadius_m = 0.01;
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
@@ -98,6 +104,23 @@ Vector3 preferred(const Vector3& curvature, const Matrix3& covariance, double pr
   return (1 / weight) * sum - curvature;
 }
 
+int strideFor(double radius_px) {
+  return static_cast<int>(std::ceil(radius_px / (BodySamples::kMaxPerSide / 2)));
+}
+
+/// Moves the parameters of a body towards those of another estimate of the same place.
+void blend(FocusBody& body, const FocusBody& towards, double share, double a_per_m) {
+  const Vec3 e = body.tangent;
+  const Vec3 f = body.otherTangent();
+  const double along_normal = dot(towards.normal, body.normal);
+  Vector6 difference;
+  difference << (towards.inverse_depth_per_m - body.inverse_depth_per_m) / a_per_m,
+      dot(towards.normal, e) / along_normal, dot(towards.normal, f) / along_normal,
+      dot(e, towards.a * e) - body.curvature.along_1, dot(e, towards.a * f) - body.curvature.twist,
+      dot(f, towards.a * f) - body.curvature.along_2;
+  change(body, share * difference, a_per_m);
+}
+
 }  // namespace
 
 FocusBody BodyFit::startOf(const ImagePosition& focus, const Facet& facet) const noexcept {
@@ -121,11 +144,10 @@ FocusBody BodyFit::startOf(const ImagePosition& focus, const Facet& facet) const
   return body;
 }
 
-bool BodyFit::collect(const std::uint16_t* image, const PixelWindow& pixels, const FocusBody& body,
-                      double radius_px) noexcept {
+bool BodyFit::collect(const Job& job, const FocusBody& body, double radius_px) noexcept {
   constexpr int kSide = BodySamples::kCellsPerSide;
-  constexpr int kHalf = BodySamples::kMaxPerSide / 2;
-  const int stride = static_cast<int>(std::ceil(radius_px / kHalf));
+  const PixelWindow& pixels = job.pixels;
+  const int stride = strideFor(radius_px);
   const int column_0 = static_cast<int>(std::lround(body.column_px));
   const int row_0 = static_cast<int>(std::lround(body.row_px));
   const int reach = static_cast<int>(radius_px) / stride;
@@ -145,7 +167,7 @@ bool BodyFit::collect(const std::uint16_t* image, const PixelWindow& pixels, con
         if (column < pixels.column_first || column > pixels.column_last) continue;
         const double dx = column - body.column_px;
         if (dx * dx + dy * dy > most) continue;
-        const std::uint16_t raw = image[row * model_.stride_px() + column];
+        const std::uint16_t raw = job.image[row * model_.stride_px() + column];
         if (raw >= kNoRawDisparity) continue;
         samples_.column_px[count] = static_cast<float>(dx);
         samples_.row_px[count] = static_cast<float>(dy);
@@ -165,98 +187,121 @@ bool BodyFit::collect(const std::uint16_t* image, const PixelWindow& pixels, con
   return seen > 0;
 }
 
+/// The prior of the curvatures, relative to the depth.
+double BodyFit::priorAt(double depth_m) noexcept {
+  return (depth_m / kUsualRadius_m) * (depth_m / kUsualRadius_m);
+}
+
+BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, std::size_t window, bool cold) noexcept {
+  Trial trial{.fitted = start, .chosen = start, .agrees = 0, .radius_px = kRadius_m[window] * job.px_per_m};
+  if (trial.radius_px < kLeastRadius_px || !collect(job, start, trial.radius_px)) return trial;
+  const double stride = strideFor(trial.radius_px);
+  const double per_patch = kPatch_px * kPatch_px / (stride * stride);
+  const double variance = job.sigma_raw * job.sigma_raw * per_patch;
+  const double information = variance / job.prior;
+  BodyEquations equations{};
+  Matrix6 inverse;
+  const int steps = cold ? kColdSteps : kSteps;
+  for (int step = 0; step <= steps; ++step) {
+    BodyMeasure measure = job.measure;
+    if (cold) measure.tolerance_raw += std::max(0.0, 1 - 0.34 * step) * kUnknownSag_m / job.unit_m;
+    equations = equationsOf(samples_, trial.fitted, measure);
+    Matrix6 matrix = matrixOf(equations);
+    Vector6 residuals;
+    for (int i = 0; i < 6; ++i) residuals[i] = equations.residuals[i];
+    for (int i = 3; i < 6; ++i) matrix(i, i) += information;
+    residuals[3] -= information * trial.fitted.curvature.along_1;
+    residuals[4] -= information * trial.fitted.curvature.twist;
+    residuals[5] -= information * trial.fitted.curvature.along_2;
+    for (int i = 0; i < 3; ++i) matrix(i, i) += 1e-9;
+    inverse = matrix.inverse();
+    if (step < steps) change(trial.fitted, inverse * residuals, job.measure.a_per_m);
+  }
+  // Do the residuals look like noise?
+  double misfit = 0;
+  for (int cell = 0; cell < BodySamples::kCells; ++cell) {
+    const double weight = equations.cell_weight[cell];
+    if (weight < 4) continue;
+    const double mean = equations.cell_residual[cell] / weight;
+    misfit += mean * mean / (job.sigma_raw * job.sigma_raw * std::min(1.0, per_patch / weight));
+  }
+  trial.agrees = equations.weight * stride * stride > kLeastPixels ? fallingStep(misfit, kNoiseMisfit, 2 * kNoiseMisfit) : 0;
+  // What the noise leaves open.
+  const Matrix6 covariance = variance * inverse;
+  const Matrix3 of_curvature = covariance.block<3, 3>(3, 3);
+  const TangentCurvature& k = trial.fitted.curvature;
+  Vector6 by;
+  by.tail<3>() = preferred(Vector3(k.along_1, k.twist, k.along_2), of_curvature, job.prior);
+  by.head<3>() = covariance.block<3, 3>(0, 3) * (of_curvature.inverse() * by.tail<3>());
+  trial.chosen = trial.fitted;
+  change(trial.chosen, by, job.measure.a_per_m);
+  if (getenv("BODYDBG")) fprintf(stderr, "win %.0f mm r %.1f px stride %.0f weight %.0f misfit %.2f agrees %.2f rms %.2f k %.1f %.1f %.1f chosen k %.1f %.1f %.1f sd k %.1f sd raw %.2f cold %d\n", kRadius_m[window] * 1000, trial.radius_px, stride, equations.weight, misfit, trial.agrees, std::sqrt(equations.square/equations.weight)/job.sigma_raw, trial.fitted.curvature.along_1*job.per_m, trial.fitted.curvature.twist*job.per_m, trial.fitted.curvature.along_2*job.per_m, trial.chosen.curvature.along_1*job.per_m, trial.chosen.curvature.twist*job.per_m, trial.chosen.curvature.along_2*job.per_m, std::sqrt(of_curvature(0,0))*job.per_m, std::sqrt(covariance(0,0)), (int)cold);
+  return trial;
+}
+
 FocusBody BodyFit::fit(const std::uint16_t* image, const PixelWindow& pixels, const ImagePosition& focus,
                        const Facet& facet, double noise) noexcept {
-  FocusBody result;
-  if (facet.disparity < 0) return result;
-  FocusBody start = startOf(focus, facet);
-  if (!start.exists) return result;
+  if (facet.disparity < 0) return last_ = {};
   const DepthModelParameters& camera = model_.parameters();
   const DisparityScale& scale = model_.disparity();
+  FocusBody start = startOf(focus, facet);
+  bool cold = true;
+  if (last_.exists) {
+    FocusBody same = last_.movedTo(start.ray_x - last_.ray_x, start.ray_y - last_.ray_y);
+    same.column_px = focus.u;
+    same.row_px = focus.v;
+    const double off_raw = (same.inverse_depth_per_m - start.inverse_depth_per_m) / scale.a_per_m;
+    if (same.exists && std::abs(off_raw) < kTolerance_sigma * noise * kNoise_raw) {
+      start = same;
+      cold = false;
+    }
+  }
+  if (!start.exists) return last_ = {};
   const double depth_m = 1 / start.inverse_depth_per_m;
   const double sigma = noise * kNoise_raw;
-  const double unit_m = scale.unit_m(depth_m);
-  BodyMeasure measure{camera.fx_px, camera.fy_px, scale.a_per_m, scale.b_per_m, kTolerance_sigma * sigma};
-  const double prior = (depth_m / kUsualRadius_m) * (depth_m / kUsualRadius_m);
-  double share = 1;
-  bool first = true;
-  FocusBody body = start;    // not shrunk, the start for the next window
-  for (const double radius_m : kRadius_m) {
-    const double radius_px = radius_m * camera.fx_px / depth_m;
-    if (radius_px < kLeastRadius_px) continue;
-    if (!collect(image, pixels, body, radius_px)) break;
-    const double stride = std::ceil(radius_px / (BodySamples::kMaxPerSide / 2));
-    const double per_patch = kPatch_px * kPatch_px / (stride * stride);
-    FocusBody grown = body;
-    BodyEquations equations{};
-    Matrix6 inverse;
-    const int steps = first ? kSteps + 2 : kSteps;
-    for (int step = 0; step <= steps; ++step) {
-      BodyMeasure now = measure;
-      if (first) {
-        // The start has no curvature.
-        const double sag_m = 0.5 * radius_m * radius_m / 0.02;
-        now.tolerance_raw += std::max(0.0, 1 - 0.5 * step) * sag_m / unit_m;
-      }
-      equations = equationsOf(samples_, grown, now);
-      Matrix6 matrix = matrixOf(equations);
-      Vector6 residuals;
-      for (int i = 0; i < 6; ++i) residuals[i] = equations.residuals[i];
-      const double information = sigma * sigma * per_patch / prior;
-      for (int i = 3; i < 6; ++i) matrix(i, i) += information;
-      residuals[3] -= information * grown.curvature.along_1;
-      residuals[4] -= information * grown.curvature.twist;
-      residuals[5] -= information * grown.curvature.along_2;
-      matrix(0, 0) += 1e-9;
-      matrix(1, 1) += 1e-9;
-      matrix(2, 2) += 1e-9;
-      inverse = matrix.inverse();
-      if (step < steps) change(grown, inverse * residuals, scale.a_per_m);
-    }
-    // Do the residuals look like noise?
-    double misfit = 0;
-    for (int cell = 0; cell < BodySamples::kCells; ++cell) {
-      const double weight = equations.cell_weight[cell];
-      if (weight < 4) continue;
-      const double mean = equations.cell_residual[cell] / weight;
-      misfit += mean * mean / (sigma * sigma * std::min(1.0, per_patch / weight));
-    }
-    const double agrees = fallingStep(misfit, 9, 18) * (equations.weight * stride * stride > 60 ? 1 : 0);
-    if (!(agrees > 0)) break;
-    share *= agrees;
-    // What the noise leaves open.
-    const Matrix6 covariance = sigma * sigma * per_patch * inverse;
-    const Matrix3 of_curvature = covariance.block<3, 3>(3, 3);
-    const Vector3 curvature(grown.curvature.along_1, grown.curvature.twist, grown.curvature.along_2);
-    Vector6 by;
-    by.tail<3>() = preferred(curvature, of_curvature, prior);
-    by.head<3>() = covariance.block<3, 3>(0, 3) * (of_curvature.inverse() * by.tail<3>());
-    FocusBody chosen = grown;
-    change(chosen, by, scale.a_per_m);
-    if (first) {
-      result = chosen;
-      result.radius_px = share * radius_px;
-    } else {
-      // Both describe the same place; their parameters are averaged in the first one's basis.
-      Vector6 difference;
-      difference[0] = (chosen.inverse_depth_per_m - result.inverse_depth_per_m) / scale.a_per_m;
-      difference[1] = dot(chosen.normal, result.tangent) / dot(chosen.normal, result.normal);
-      difference[2] = dot(chosen.normal, result.otherTangent()) / dot(chosen.normal, result.normal);
-      const Vec3 e = result.tangent;
-      const Vec3 f = result.otherTangent();
-      difference[3] = dot(e, chosen.a * e) - result.curvature.along_1;
-      difference[4] = dot(e, chosen.a * f) - result.curvature.twist;
-      difference[5] = dot(f, chosen.a * f) - result.curvature.along_2;
-      change(result, share * difference, scale.a_per_m);
-      result.radius_px += share * (radius_px - result.radius_px);
-    }
-    body = grown;
-    first = false;
-    if (share < 0.05) break;
+  const Job job{.image = image,
+                .pixels = pixels,
+                .measure = {camera.fx_px, camera.fy_px, scale.a_per_m, scale.b_per_m, kTolerance_sigma * sigma},
+                .sigma_raw = sigma,
+                .unit_m = scale.unit_m(depth_m),
+                .px_per_m = camera.fx_px / depth_m,
+                .per_m = start.inverse_depth_per_m,
+                .prior = priorAt(depth_m)};
+  std::size_t smallest = 0;
+  while (smallest + 1 < kRadius_m.size() && kRadius_m[smallest] * job.px_per_m < kLeastRadius_px) ++smallest;
+  std::array<Trial, kRadius_m.size()> trials;
+  // Find the largest window that fits.
+  std::size_t base = cold ? smallest : std::max(smallest, window_);
+  trials[base] = tryWindow(job, start, base, cold);
+  std::size_t top = base;
+  while (trials[base].agrees < 1 && base > smallest) {
+    --base;
+    trials[base] = tryWindow(job, start, base, cold);
   }
-  if (first) return {};
-  result.exists = true;
-  result.tolerance_raw = measure.tolerance_raw;
+  if (!(trials[base].agrees > 0)) return last_ = {};
+  while (trials[top].agrees > 0.05 && top + 1 < kRadius_m.size()) {
+    trials[top + 1] = tryWindow(job, trials[top].fitted, top + 1, false);
+    ++top;
+  }
+  FocusBody result = trials[base].chosen;
+  result.radius_px = trials[base].agrees * trials[base].radius_px;
+  FocusBody fitted = trials[base].fitted;
+  double share = trials[base].agrees;
+  window_ = base;
+  for (std::size_t i = base + 1; i <= top; ++i) {
+    share *= trials[i].agrees;
+    if (!(share > 0)) break;
+    if (share > 0.5) {
+      window_ = i;
+      fitted = trials[i].fitted;
+    }
+    blend(result, trials[i].chosen, share, scale.a_per_m);
+    result.radius_px += share * (trials[i].radius_px - result.radius_px);
+  }
+  last_ = fitted;
+  result.exists = last_.exists = true;
+  result.tolerance_raw = job.measure.tolerance_raw;
+  if (getenv("BODYDBG")) fprintf(stderr, "BODY base %zu top %zu share %.2f window %zu cold %d k %.1f %.1f %.1f\n", base, top, share, window_, (int)cold, result.curvature.along_1*job.per_m, result.curvature.twist*job.per_m, result.curvature.along_2*job.per_m);
   return result;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "rt/depth/depth_model.h"
@@ -37,14 +39,38 @@ class BodyFit {
   void forget() noexcept { last_.exists = false; }
 
  private:
+  /// Half the sides of the windows.
+  static constexpr std::array kRadius_m{0.014, 0.022, 0.034, 0.052, 0.08};
+
+  /// What a fit works on.
+  struct Job {
+    const std::uint16_t* image;
+    PixelWindow pixels;
+    BodyMeasure measure;
+    double sigma_raw;  ///< standard deviation of a pixel
+    double unit_m;     ///< depth of a raw unit
+    double px_per_m;
+    double per_m;  ///< inverse depth
+    double prior;  ///< variance of the curvatures
+  };
+  /// The fit in one window.
+  struct Trial {
+    FocusBody fitted;
+    FocusBody chosen;  ///< `fitted` with planes, spheres and cylinders preferred
+    double agrees;     ///< 0: the pixels are not of one body; 1: the residuals look like noise
+    double radius_px;
+  };
+
+  static double priorAt(double depth_m) noexcept;
+  Trial tryWindow(const Job& job, const FocusBody& start, std::size_t window, bool cold) noexcept;
   FocusBody startOf(const ImagePosition& focus, const Facet& facet) const noexcept;
-  bool collect(const std::uint16_t* image, const PixelWindow& pixels, const FocusBody& body,
-               double radius_px) noexcept;
+  bool collect(const Job& job, const FocusBody& body, double radius_px) noexcept;
 
   const DepthModel& model_;
   const ColumnShifts& shifts_;
   BodySamples samples_;
   FocusBody last_;
+  std::size_t window_ = 0;  ///< of last_
 };
 
 }  // namespace hapticd::rt
