@@ -104,10 +104,19 @@ DistanceError summed(const std::vector<StrokesRow>& rows, const DistanceError& l
   return error;
 }
 
-double floor_jnd(SceneNoise noise, double distance_m, double side_m, FloorModel model) {
-  return noiseFloor(sensorParameters(noise), {}, {.side_m = side_m, .distance_m = distance_m, .model = model},
-                    rt::SpringParameters{}.stiffness_n_per_m)
-      .force_jnd;
+template <typename Surface>
+double floor_jnd(SceneNoise noise, const Surface& surface) {
+  return noiseFloor(sensorParameters(noise), {}, surface, rt::SpringParameters{}.stiffness_n_per_m).force_jnd;
+}
+
+/// A place on a flat surface that faces the camera.
+FloorPatch flat(double side_m, double distance_m) {
+  return {.side_m = side_m, .distance_m = distance_m};
+}
+
+/// The foremost place of a ball on the optical axis.
+FloorBody ballAt(double distance_m) {
+  return {.contact_m = {0, 0, -distance_m}, .outward = {0, 0, 1}, .radius_m = 0.05};
 }
 
 }  // namespace
@@ -157,9 +166,9 @@ std::vector<SensorLimit> sensorLimits(const std::vector<SceneNoise>& noises,
                         .distance_m = distance_m,
                         .raw_unit_mm = 1000 * std::abs(camera.a_per_m) * distance_m * distance_m,
                         .narrowest_mm = 1000 * kPixelsOfBody * distance_m / camera.fx_px,
-                        .flat_40_mm_jnd = floor_jnd(noise, distance_m, 0.04, FloorModel::plane),
-                        .flat_160_mm_jnd = floor_jnd(noise, distance_m, 0.16, FloorModel::plane),
-                        .curved_40_mm_jnd = floor_jnd(noise, distance_m, 0.04, FloorModel::quadratic)});
+                        .flat_40_mm_jnd = floor_jnd(noise, flat(0.04, distance_m)),
+                        .flat_160_mm_jnd = floor_jnd(noise, flat(0.16, distance_m)),
+                        .ball_100_mm_jnd = floor_jnd(noise, ballAt(distance_m))});
     }
   }
   return limits;

@@ -85,11 +85,11 @@ std::vector<DistanceError> measureDistanceErrors(const DistanceErrorOptions& opt
 struct SensorLimit {
   SceneNoise noise = SceneNoise::sensor;
   double distance_m = 0;
-  double raw_unit_mm = 0;       ///< what one step of the sensor is in depth
-  double narrowest_mm = 0;      ///< body that spans eight pixels
-  double flat_40_mm_jnd = 0;    ///< least error on a flat patch with sides of 40 mm
-  double flat_160_mm_jnd = 0;   ///< of 160 mm
-  double curved_40_mm_jnd = 0;  ///< on a curved patch of 40 mm
+  double raw_unit_mm = 0;      ///< what one step of the sensor is in depth
+  double narrowest_mm = 0;     ///< body that spans eight pixels
+  double flat_40_mm_jnd = 0;   ///< least error on a flat patch with sides of 40 mm
+  double flat_160_mm_jnd = 0;  ///< of 160 mm
+  double ball_100_mm_jnd = 0;  ///< on a ball of 100 mm diameter, of which only that is known
 };
 
 /// Returns the limits, ordered by noise and then by distance.

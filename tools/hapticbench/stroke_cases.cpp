@@ -17,7 +17,6 @@ using rt::Vec3;
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kMaxStrokeLength_m = 0.16;  // of a stroke
 constexpr double kWallBehind_m = 0.12;       // from a body's front to the wall behind it
-constexpr double kMaxPatch_m = 0.04;         // the fact sheet's patch
 constexpr double kBlockThickness_m = 0.06;
 constexpr double kBeforeEnd_m = 0.07;  // of a stroke that leaves its body
 constexpr double kAfterEnd_m = 0.03;
@@ -149,9 +148,7 @@ Cases rods(CaseMaker& make, double diameter_m, bool deep) {
     cases.push_back({.bodies = {RodBody{radius, 2 * make.distance_m()}, make.wallBehind(frame)},
                      .T_camera_bodies = frame,
                      .path = path,
-                     .held_in_front = deep,
-                     .curved = true,
-                     .patch_side_m = std::min(kMaxPatch_m, 0.8 * diameter_m)});
+                     .held_in_front = deep});
   }
   return cases;
 }
@@ -171,11 +168,8 @@ Cases balls(CaseMaker& make, double radius_m) {
                     .length_m = 2 * kHalfArc_rad * (radius_m - make.depth_m()),
                     .depth_m = make.depth_m(),
                     .bend_radius_m = radius_m};
-    cases.push_back({.bodies = {BallBody{radius_m}, make.wallBehind(frame)},
-                     .T_camera_bodies = frame,
-                     .path = path,
-                     .curved = true,
-                     .patch_side_m = std::min(kMaxPatch_m, 0.8 * radius_m)});
+    cases.push_back(
+        {.bodies = {BallBody{radius_m}, make.wallBehind(frame)}, .T_camera_bodies = frame, .path = path});
   }
   return cases;
 }
@@ -194,7 +188,8 @@ Cases edges(CaseMaker& make, double turn_rad) {
       const RigidFrame frame = make.tilted(0, turn);
       cases.push_back({.bodies = {kBlock, make.wallBehind(frame)},
                        .T_camera_bodies = frame,
-                       .path = make.straight({-beside_m, 0, 0}, {0, 1, 0}, make.length_m())});
+                       .path = make.straight({-beside_m, 0, 0}, {0, 1, 0}, make.length_m()),
+                       .beside_edge_m = beside_m});
     }
   }
   return cases;
@@ -214,7 +209,8 @@ Cases ridges(CaseMaker& make) {
       const double turn = (turn_deg + make.uniform(-3, 3)) * kDegree;
       cases.push_back({.bodies = {kRidge},
                        .T_camera_bodies = ridgeFrame(make, turn),
-                       .path = make.straight({-beside_m, 0, 0}, {0, 1, 0}, make.length_m())});
+                       .path = make.straight({-beside_m, 0, 0}, {0, 1, 0}, make.length_m()),
+                       .beside_edge_m = beside_m});
     }
   }
   return cases;

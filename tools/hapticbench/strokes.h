@@ -15,6 +15,7 @@
 #include "tools/hapticbench/engine/measures.h"
 #include "tools/hapticbench/engine/report.h"
 #include "tools/lib/truth/body_scene.h"
+#include "tools/lib/truth/noise_floor.h"
 #include "tools/lib/truth/rigid_frame.h"
 #include "tools/lib/truth/true_body.h"
 
@@ -62,8 +63,7 @@ struct StrokeCase {
   bool ends_unseen = false;           ///< it is the image: what is beyond nobody knows
   bool held_in_front = false;  ///< the HIP is so deep that no point of the body is the nearest: what counts
                                ///< is that the side that it came through goes on holding it
-  bool curved = false;         ///< needs a quadratic where a plane does for flat faces
-  double patch_side_m = 0.04;  ///< of the square that fits on the body there, at most 40 mm
+  double beside_edge_m = 1;    ///< distance of the stroke from an edge of its flat face
   double beyond_m = 0.15;      ///< what of depth behind and in front of the scene the camera resolves
 };
 
@@ -188,6 +188,12 @@ struct StrokeFigures {
 /// Judges one stroke. Both series have the same length.
 StrokeFigures judgeStroke(const std::vector<TrueTick>& truth, const std::vector<LawTick>& output,
                           const JudgeLimits& limits);
+
+/// The least error that the camera's noise allows on a stroke, RMS over it: on balls and rods that of an
+/// estimate that knows all but their place and size, on flat faces that of a plane of 160 mm. Not determined
+/// where the force is none that a surface alone explains (`held_in_front`).
+FloorError strokeFloor(const StrokeCase& stroke, SceneNoise noise, double distance_m,
+                       double stiffness_n_per_m);
 
 /// Options of the study.
 struct StrokesOptions {

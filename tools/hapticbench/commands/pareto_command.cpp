@@ -124,8 +124,9 @@ std::string errorsMarkdown(const ParetoResult& result) {
   if (std::ranges::all_of(errors, [](const DistanceError& row) { return row.law.ends_with("springs"); }))
     return text;
   text +=
-      "The same over the least that the sensor's noise allows with 40 mm of surface (8 frames, 3 where it "
-      "moves); below 1 a flat surface is larger than that:\n\n" +
+      "The same over the least that the sensor's noise allows with 160 mm of a flat surface, or on a ball or "
+      "rod "
+      "of which only that is known (8 frames, 3 where it moves):\n\n" +
       errorsTable(result, "times the floor", false,
                   [](const DistanceError& row) { return row.by_floor ? twoDigits(*row.by_floor) : "-"; });
   return text + "Contact lost, % of the stroke:\n\n" +
@@ -166,10 +167,10 @@ std::string sensorMarkdown(const ParetoResult& result) {
   for (const SceneNoise noise : noises) {
     add("flat, 40 mm", cameraOf(noise), noise, &SensorLimit::flat_40_mm_jnd);
     add("flat, 160 mm", cameraOf(noise), noise, &SensorLimit::flat_160_mm_jnd);
-    add("curved, 40 mm", cameraOf(noise), noise, &SensorLimit::curved_40_mm_jnd);
+    add("ball, 100 mm", cameraOf(noise), noise, &SensorLimit::ball_100_mm_jnd);
   }
   return "What no law can do better, because of the sensor: the step of its depth, bodies of fewer than "
-         "eight pixels, and the least error (JND) on a patch of that side, still, 8 frames.\n\n" +
+         "eight pixels, and the least error (JND) on a patch of that side or a ball, still, 8 frames.\n\n" +
          markdownTable(headingsOf({"the sensor", "camera"}, distances_m), 2, rows) + "\n";
 }
 

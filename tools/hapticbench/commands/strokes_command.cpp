@@ -11,7 +11,6 @@
 #include "tools/hapticbench/engine/study.h"
 #include "tools/hapticbench/strokes.h"
 #include "tools/lib/truth/any_camera.h"
-#include "tools/lib/truth/noise_floor.h"
 
 namespace hapticd::tools {
 namespace {
@@ -51,31 +50,6 @@ std::vector<StrokeCase> chosenCases(const StrokeScene& scene, const CasePlacemen
   return cases;
 }
 
-/// Returns the share of an error in depth that is along the normal, in the middle of a stroke.
-double depthToNormal(const StrokeCase& stroke) {
-  const StrokePath& path = stroke.path;
-  const double middle_m = path.length_m / 2;
-  const Vec3 place = stroke.T_camera_bodies.positionOut(path.hip_m(middle_m));
-  const Vec3 along = path.direction(middle_m);
-  const Vec3 outward =
-      path.bend_radius_m == 0 ? path.outward : unitOf(cross(along, cross(path.outward, along)));
-  return std::abs(dot(stroke.T_camera_bodies.directionOut(outward), (1 / -place.z) * place));
-}
-
-/// The unavoidable error of a stroke: that of a patch that faces the camera and has as many pixels.
-FloorError floorOf(const StrokeCase& stroke, SceneNoise noise, double distance_m, double stiffness_n_per_m) {
-  const bool moving = !stroke.motion.rests();
-  const double to_normal = depthToNormal(stroke);
-  const FloorPatch patch{.side_m = stroke.patch_side_m * std::sqrt(to_normal),
-                         .distance_m = distance_m,
-                         .frames = moving ? 3 : 8,
-                         .moving = moving,
-                         .model = stroke.curved ? FloorModel::quadratic : FloorModel::plane};
-  FloorError floor = noiseFloor(sensorParameters(noise), {}, patch, stiffness_n_per_m);
-  floor.force_n *= to_normal;
-  return floor;
-}
-
 /// Adds a stroke to the rows, which are one for each law, as one camera sees it.
 void addStroke(const StrokeCase& stroke, std::uint32_t seed, std::vector<StrokesRow>& rows) {
   const SceneNoise noise = rows.front().noise;
@@ -86,12 +60,13 @@ void addStroke(const StrokeCase& stroke, std::uint32_t seed, std::vector<Strokes
                                               ? fineDepthModelAround(distance_m, stroke.beyond_m)
                                               : rt::DepthModelParameters{};
   const StrokeRun run = runStroke(stroke, {noise, camera, seed}, settings);
+  const FloorError floor =
+      isSensorNoise(noise) ? strokeFloor(stroke, noise, distance_m, settings.front().force.stiffness_n_per_m)
+                           : FloorError{};
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const JudgeLimits limits = limitsOf(settings[i], noise, distance_m, run.pitch_m);
     rows[i].lag_limit_m = limits.lag_m;
     rows[i].figures.add(judgeStroke(run.truth, run.output[i], limits));
-    if (!isSensorNoise(noise)) continue;
-    const FloorError floor = floorOf(stroke, noise, distance_m, settings[i].force.stiffness_n_per_m);
     if (!floor.determined) continue;
     rows[i].floor_n.add(floor.force_n);
     rows[i].tilt_floor_n.add(floor.tilt_force_n);

@@ -188,11 +188,8 @@ TEST(SensorLimits, AreTheCamerasAndTheFloorsOfTheFactSheet) {
   // of patches of 48 pixels the sheet's figures are up to 9 % lower (NoiseFloor)
   EXPECT_GE(limits[1].flat_160_mm_jnd, 1.6 - kRounding_jnd);
   EXPECT_LE(0.91 * limits[1].flat_160_mm_jnd, 1.6 + kRounding_jnd);
-  // a quadratic's floor is 1.4 to 1.8 times a plane's
-  for (const SensorLimit& limit : limits) {
-    EXPECT_GE(limit.curved_40_mm_jnd, 1.35 * limit.flat_40_mm_jnd);
-    EXPECT_LE(limit.curved_40_mm_jnd, 1.85 * limit.flat_40_mm_jnd);
-  }
+  // the sheet's 0.57 at 1 m is of a temporal noise of 0.25 raw units, not of 0.2 (NoiseFloor)
+  EXPECT_NEAR(limits[0].ball_100_mm_jnd, 0.57, 0.15 * 0.57);
 }
 
 /// A short whole run without recordings.
