@@ -4,6 +4,7 @@
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 //
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 
@@ -14,80 +15,204 @@ HWY_BEFORE_NAMESPACE();
 namespace hapticd::rt::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using PixelTag = hn::ScalableTag<std::uint16_t>;
+/// Vectors of pixels begin at multiples of their length and are never longer than a word of PixelBits, so
+/// that none passes the end of a row.
+using PixelTag = hn::CappedTag<std::uint16_t, kRowAlignment_px>;
+using Pixels = hn::Vec<PixelTag>;
+using PixelMask = hn::Mask<PixelTag>;
 
-/// Copies `count` pixels from `raw` to `out`. A raw value outside [raw_first, raw_last] has no depth and
-/// becomes kNoRawDisparity. Returns true if every pixel has a depth.
-bool copyRow(const std::uint16_t* raw, int count, std::uint16_t raw_first, std::uint16_t raw_last,
-             std::uint16_t* out) {
-  const PixelTag d;
-  const auto lanes = static_cast<int>(hn::Lanes(d));
-  const auto first = hn::Set(d, raw_first);
-  const auto last = hn::Set(d, raw_last);
-  const auto none = hn::Set(d, kNoRawDisparity);
-  bool all = true;
-  int i = 0;
-  for (; i + lanes <= count; i += lanes) {
-    const auto value = hn::LoadU(d, raw + i);
-    const auto seen = hn::AndNot(hn::Lt(value, first), hn::Not(hn::Lt(last, value)));
-    all = all && hn::AllTrue(d, seen);
-    hn::StoreU(hn::IfThenElse(seen, value, none), d, out + i);
-  }
-  for (; i < count; ++i) {
-    const bool seen = raw[i] >= raw_first && raw[i] <= raw_last;
-    out[i] = seen ? raw[i] : kNoRawDisparity;
-    all = all && seen;
-  }
-  return all;
+/// One bit for each pixel of a row, by column.
+struct PixelBits {
+  static constexpr int kPerWord = 64;
+  static_assert(kPerWord == kRowAlignment_px);
+  std::uint64_t word[kMaxFrameWidth / kPerWord];
+};
+
+/// Columns of a row, both ends inclusive.
+struct Columns {
+  int first;
+  int last;
+};
+
+/// Consecutive pixels [begin, end) of a row that have no measurement.
+struct Gap {
+  int begin;
+  int end;
+};
+
+HWY_INLINE Pixels all(std::uint16_t value) {
+  return hn::Set(PixelTag(), value);
 }
 
-/// Replaces each pixel of `image` that has no measurement by that of `fallback` if its value lies within
-/// [first_raw, last_raw].
-void fillRow(const std::uint16_t* fallback, int count, std::uint16_t first_raw, std::uint16_t last_raw,
-             std::uint16_t* image) {
-  const PixelTag d;
-  const auto lanes = static_cast<int>(hn::Lanes(d));
-  const auto none = hn::Set(d, kNoRawDisparity);
-  const auto first = hn::Set(d, first_raw);
-  const auto last = hn::Set(d, last_raw);
-  int i = 0;
-  for (; i + lanes <= count; i += lanes) {
-    const auto value = hn::LoadU(d, image + i);
-    const auto other = hn::LoadU(d, fallback + i);
-    const auto useless = hn::Or(hn::Lt(other, first), hn::Lt(last, other));
-    const auto fills = hn::Not(hn::Or(hn::Lt(value, none), useless));
-    hn::StoreU(hn::IfThenElse(fills, other, value), d, image + i);
-  }
-  for (; i < count; ++i) {
-    const bool usable = fallback[i] >= first_raw && fallback[i] <= last_raw;
-    if (image[i] >= kNoRawDisparity && usable) image[i] = fallback[i];
-  }
+/// Returns the lanes of the vector at `column` that lie within `columns`.
+HWY_INLINE PixelMask lanesWithin(const Columns& columns, int column) {
+  const auto at = hn::Iota(PixelTag(), static_cast<std::uint16_t>(column));
+  const auto before = hn::Lt(at, all(static_cast<std::uint16_t>(columns.first)));
+  const auto behind = hn::Lt(all(static_cast<std::uint16_t>(columns.last)), at);
+  return hn::Not(hn::Or(before, behind));
 }
 
-/// Replaces each pixel of `image` by that of `hidden` where the latter lies within [first_raw, last_raw].
-/// Returns true if that changed any pixel.
-bool putHiddenRow(const std::uint16_t* hidden, int count, std::uint16_t first_raw, std::uint16_t last_raw,
-                  std::uint16_t* image) {
+/// Calls `visit(column)` with the column of each vector of pixels that `columns` touch.
+template <typename Visit>
+HWY_INLINE void forEachVector(const Columns& columns, Visit visit) {
+  const auto lanes = static_cast<int>(hn::Lanes(PixelTag()));
+  for (int column = columns.first / lanes * lanes; column <= columns.last; column += lanes) visit(column);
+}
+
+HWY_INLINE PixelMask isOutside(Pixels value, std::uint16_t first_raw, std::uint16_t last_raw) {
+  return hn::Or(hn::Lt(value, all(first_raw)), hn::Lt(all(last_raw), value));
+}
+
+HWY_INLINE std::uint64_t bitsOf(PixelMask mask) {
+  std::uint8_t bytes[sizeof(std::uint64_t)] = {};
+  hn::StoreMaskBits(PixelTag(), mask, bytes);
+  std::uint64_t bits;
+  std::memcpy(&bits, bytes, sizeof bits);
+  return bits;
+}
+
+/// Copies pixels from `raw` to `image`. A raw value outside `limits` has no depth and becomes
+/// kNoRawDisparity. Returns whether there is one and sets the bits of all such pixels.
+HWY_INLINE bool copyRow(const std::uint16_t* raw, const Columns& columns, const GapLimits& limits,
+                        std::uint16_t* image, PixelBits& missing) {
   const PixelTag d;
-  const auto lanes = static_cast<int>(hn::Lanes(d));
-  const auto first = hn::Set(d, first_raw);
-  const auto last = hn::Set(d, last_raw);
-  bool any = false;
-  int i = 0;
-  for (; i + lanes <= count; i += lanes) {
-    const auto value = hn::LoadU(d, hidden + i);
-    const auto useless = hn::Or(hn::Lt(value, first), hn::Lt(last, value));
-    if (hn::AllTrue(d, useless)) continue;
-    const auto before = hn::LoadU(d, image + i);
-    any = any || !hn::AllTrue(d, hn::Or(hn::Eq(value, before), useless));
-    hn::StoreU(hn::IfThenElse(useless, before, value), d, image + i);
+  std::fill(missing.word + columns.first / PixelBits::kPerWord,
+            missing.word + columns.last / PixelBits::kPerWord + 1, 0);
+  std::uint64_t any = 0;
+  forEachVector(columns, [&](int column) {
+    const auto value = hn::LoadU(d, raw + column);
+    const auto within = lanesWithin(columns, column);
+    const auto none = isOutside(value, limits.raw_first, limits.raw_last);
+    hn::BlendedStore(hn::IfThenElse(none, all(kNoRawDisparity), value), within, d, image + column);
+    const std::uint64_t bits = bitsOf(hn::And(within, none));
+    missing.word[column / PixelBits::kPerWord] |= bits << (column % PixelBits::kPerWord);
+    any |= bits;
+  });
+  return any != 0;
+}
+
+/// Fills a gap by linear interpolation between its two neighbours, if their difference is within `limits`;
+/// returns whether it is.
+HWY_INLINE bool closeGap(std::uint16_t* row, const Gap& gap, const GapLimits& limits) {
+  const hn::CappedTag<float, 8> df;  // most gaps are shorter
+  const hn::RebindToSigned<decltype(df)> di;
+  const hn::Rebind<std::uint16_t, decltype(df)> d;
+  const float before = row[gap.begin - 1];
+  const float change = static_cast<float>(row[gap.end]) - before;
+  const int pixels = gap.end - gap.begin;
+  const auto length = static_cast<float>(pixels);
+  if (std::abs(change) > limits.max_raw + limits.max_raw_per_px * length) return false;
+  const auto lanes = static_cast<int>(hn::Lanes(df));
+  for (int i = 0; i < pixels; i += lanes) {
+    const auto share = hn::Div(hn::Iota(df, static_cast<float>(i + 1)), hn::Set(df, length + 1));
+    const auto value =
+        hn::Add(hn::Add(hn::Set(df, before), hn::Mul(share, hn::Set(df, change))), hn::Set(df, 0.5F));
+    const auto pixel = hn::DemoteTo(d, hn::ConvertTo(di, value));
+    hn::BlendedStore(pixel, hn::FirstN(d, static_cast<std::size_t>(pixels - i)), d, row + gap.begin + i);
   }
-  for (; i < count; ++i) {
-    if (hidden[i] < first_raw || hidden[i] > last_raw) continue;
-    any = any || image[i] != hidden[i];
-    image[i] = hidden[i];
+  return true;
+}
+
+/// Calls `visit(gap)` with each run of `missing` within `columns`; no other bit of their words is set.
+template <typename Visit>
+HWY_INLINE void forEachGap(const PixelBits& missing, const Columns& columns, Visit visit) {
+  int begin = 0;
+  bool open = false;
+  std::uint64_t last_of_word_before = 0;
+  for (int word = columns.first / PixelBits::kPerWord; word <= columns.last / PixelBits::kPerWord; ++word) {
+    const std::uint64_t bits = missing.word[word];
+    std::uint64_t edges = bits ^ (bits << 1 | last_of_word_before);
+    last_of_word_before = bits >> (PixelBits::kPerWord - 1);
+    for (; edges != 0; edges &= edges - 1) {
+      const int column = word * PixelBits::kPerWord + std::countr_zero(edges);
+      if (open) visit(Gap{begin, column});
+      begin = column;
+      open = !open;
+    }
   }
-  return any;
+  if (open) visit(Gap{begin, columns.last + 1});
+}
+
+/// Closes the gaps of one row of an image with `width` columns. Returns true if all of them were closed.
+HWY_INLINE bool closeGaps(std::uint16_t* row, const PixelBits& missing, int width, const Columns& columns,
+                          const GapLimits& limits) {
+  bool all_closed = true;
+  forEachGap(missing, columns, [&](const Gap& gap) {
+    bool closed = false;
+    if (gap.end - gap.begin <= limits.longest_px) {
+      if (gap.begin == 0 || gap.end == width) {
+        std::fill(row + gap.begin, row + gap.end, SurfaceLayer::kBeyondView);
+      } else if (gap.begin > columns.first && gap.end <= columns.last) {
+        closed = closeGap(row, gap, limits);
+      }
+    }
+    all_closed = all_closed && closed;
+  });
+  return all_closed;
+}
+
+/// Replaces each pixel of `image` that has no measurement by that of `fallback` if its value lies within the
+/// remembered ones. Returns true if every pixel has a value then.
+HWY_INLINE bool fillRow(const std::uint16_t* fallback, const Columns& columns, const GapLimits& limits,
+                        std::uint16_t* image) {
+  const PixelTag d;
+  bool complete = true;
+  forEachVector(columns, [&](int column) {
+    const auto value = hn::LoadU(d, image + column);
+    const auto other = hn::LoadU(d, fallback + column);
+    const auto missing = hn::AndNot(hn::Lt(value, all(kNoRawDisparity)), lanesWithin(columns, column));
+    const auto useless = isOutside(other, limits.remembered_first, limits.remembered_last);
+    hn::BlendedStore(other, hn::AndNot(useless, missing), d, image + column);
+    complete = complete && hn::AllFalse(d, hn::And(useless, missing));
+  });
+  return complete;
+}
+
+/// Writes to `image` the pixels of `hidden` where these lie within the remembered ones, and those of
+/// `visible` elsewhere; `image` may be `visible`. Returns true if the two differ anywhere.
+HWY_INLINE bool hideRow(const std::uint16_t* hidden, const std::uint16_t* visible, const Columns& columns,
+                        const GapLimits& limits, std::uint16_t* image) {
+  const PixelTag d;
+  auto differences = hn::Zero(d);
+  forEachVector(columns, [&](int column) {
+    const auto value = hn::LoadU(d, hidden + column);
+    const auto before = hn::LoadU(d, visible + column);
+    const auto within = lanesWithin(columns, column);
+    const auto useful = hn::AndNot(isOutside(value, limits.remembered_first, limits.remembered_last), within);
+    differences = hn::Or(differences, hn::IfThenElseZero(useful, hn::Xor(value, before)));
+    hn::BlendedStore(hn::IfThenElse(useful, value, before), within, d, image + column);
+  });
+  return !hn::AllTrue(d, hn::Eq(differences, hn::Zero(d)));
+}
+
+bool fillImages(const LayerImages& images, const ImageLayout& layout, const PixelWindow& window,
+                const GapLimits& given) {
+  const GapLimits limits = given;  // a local copy, so that the compiler knows that stores cannot change it
+  const Columns columns{window.column_first, window.column_last};
+  PixelBits missing;
+  bool hides = false;
+  for (int row = window.row_first; row <= window.row_last; ++row) {
+    const std::size_t first = layout.at(row, 0);
+    std::uint16_t* const visible = images.visible + first;
+    const std::uint16_t* const remembered =
+        images.remembered == nullptr ? nullptr : images.remembered + first;
+    bool complete = true;
+    if (copyRow(images.raw + first, columns, limits, visible, missing)) {
+      complete = closeGaps(visible, missing, layout.width_px, columns, limits);
+      if (!complete && remembered != nullptr) complete = fillRow(remembered, columns, limits, visible);
+    }
+    if (remembered == nullptr) continue;
+    std::uint16_t* const hidden = images.hidden + first;
+    if (complete) {
+      hides |= hideRow(remembered, visible, columns, limits, hidden);
+      continue;
+    }
+    // What was filled in bounds other gaps.
+    copyRow(visible, columns, limits, hidden, missing);
+    closeGaps(hidden, missing, layout.width_px, columns, limits);
+    hides |= hideRow(remembered, hidden, columns, limits, hidden);
+  }
+  return hides;
 }
 
 #if HWY_TARGET == HWY_SCALAR
@@ -178,47 +303,10 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace hapticd::rt {
 
-HWY_EXPORT(copyRow);
-HWY_EXPORT(fillRow);
-HWY_EXPORT(putHiddenRow);
+HWY_EXPORT(fillImages);
 HWY_EXPORT(sumUpRow);
 
 namespace {
-
-/// Consecutive pixels [begin, end) of a row that have no measurement.
-struct Gap {
-  int begin;
-  int end;
-};
-
-/// Fills a gap by linear interpolation between its two neighbours, if their difference is within `limits`.
-void closeGap(std::uint16_t* row, Gap gap, const GapLimits& limits) noexcept {
-  const float before = row[gap.begin - 1];
-  const float change = static_cast<float>(row[gap.end]) - before;
-  const auto length = static_cast<float>(gap.end - gap.begin);
-  if (std::abs(change) > limits.max_raw + limits.max_raw_per_px * length) return;
-  for (int i = gap.begin; i < gap.end; ++i) {
-    const float share = static_cast<float>(i - gap.begin + 1) / (length + 1);
-    row[i] = static_cast<std::uint16_t>(before + share * change + 0.5F);
-  }
-}
-
-/// Closes the gaps of one image row within the columns [first, last]. `row` points to column 0; an image has
-/// `width` columns.
-void closeGaps(std::uint16_t* row, int width, int first, int last, const GapLimits& limits) noexcept {
-  for (int column = first; column <= last; ++column) {
-    if (row[column] < kNoRawDisparity) continue;
-    Gap gap{column, column};
-    while (gap.end <= last && row[gap.end] >= kNoRawDisparity) ++gap.end;
-    column = gap.end;
-    if (gap.end - gap.begin > limits.longest_px) continue;
-    if (gap.begin == 0 || gap.end == width) {
-      std::fill(row + gap.begin, row + gap.end, SurfaceLayer::kBeyondView);
-    } else if (gap.begin > first && gap.end <= last) {
-      closeGap(row, gap, limits);
-    }
-  }
-}
 
 /// One bit for each pixel of a block, row by row.
 using BlockBits = std::uint32_t;
@@ -267,32 +355,9 @@ float meanOfNearest(const std::uint16_t* pixels, int stride, int max_step) noexc
 
 }  // namespace
 
-void copyClosingGaps(const std::uint16_t* raw, const std::uint16_t* fallback, const ImageLayout& layout,
-                     const PixelWindow& window, const GapLimits& limits, std::uint16_t* image) noexcept {
-  const int columns = window.column_last - window.column_first + 1;
-  for (int row = window.row_first; row <= window.row_last; ++row) {
-    const std::size_t first = layout.at(row, window.column_first);
-    const bool all =
-        HWY_DYNAMIC_DISPATCH(copyRow)(raw + first, columns, limits.raw_first, limits.raw_last, image + first);
-    if (all) continue;
-    closeGaps(image + layout.at(row, 0), layout.width_px, window.column_first, window.column_last, limits);
-    if (fallback == nullptr) continue;
-    HWY_DYNAMIC_DISPATCH(fillRow)
-    (fallback + first, columns, limits.remembered_first, limits.remembered_last, image + first);
-  }
-}
-
-bool insertHidden(const std::uint16_t* hidden, const ImageLayout& layout, const PixelWindow& window,
-                  const GapLimits& limits, std::uint16_t* image) noexcept {
-  const int columns = window.column_last - window.column_first + 1;
-  bool any = false;
-  for (int row = window.row_first; row <= window.row_last; ++row) {
-    const std::size_t first = layout.at(row, window.column_first);
-    any = HWY_DYNAMIC_DISPATCH(putHiddenRow)(hidden + first, columns, limits.remembered_first,
-                                             limits.remembered_last, image + first) ||
-          any;
-  }
-  return any;
+bool fillLayerImages(const LayerImages& images, const ImageLayout& layout, const PixelWindow& window,
+                     const GapLimits& limits) noexcept {
+  return HWY_DYNAMIC_DISPATCH(fillImages)(images, layout, window, limits);
 }
 
 void sumUpBlocks(const std::uint16_t* image, const ImageLayout& layout, const BlockLattice& lattice,

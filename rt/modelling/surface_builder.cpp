@@ -359,11 +359,11 @@ void SurfaceBuilder::build(const DisparityFrame& frame, const std::uint16_t* hid
       std::max(kMaxGap_px, static_cast<int>(kMaxGap_m * model_.parameters().fx_px / job.depth_m));
   gaps_.max_raw = static_cast<float>(job.noise * kGapNoise_raw);
   gaps_.max_raw_per_px = static_cast<float>(kSteepestGap * job.raw_per_px);
-  copyClosingGaps(frame.raw, hidden, layout_, job.pixels, gaps_, surface.visible.image);
-  if (hidden != nullptr) {
-    copyClosingGaps(surface.visible.image, nullptr, layout_, job.pixels, gaps_, surface.hidden.image);
-    surface.hides_anything = insertHidden(hidden, layout_, job.pixels, gaps_, surface.hidden.image);
-  }
+  surface.hides_anything = fillLayerImages({.raw = frame.raw,
+                                            .remembered = hidden,
+                                            .visible = surface.visible.image,
+                                            .hidden = surface.hidden.image},
+                                           layout_, job.pixels, gaps_);
   if (surface.hides_anything) startHidden(job);
   buildLayer(visible_, job, region, surface.visible);
   if (new_frame) estimateMotion(job.block_noise);
