@@ -215,27 +215,34 @@ bool fillImages(const LayerImages& images, const ImageLayout& layout, const Pixe
   return hides;
 }
 
+/// A block that shows more than one surface, or holes.
+constexpr float kNotYetKnown = -2;
+
 #if HWY_TARGET == HWY_SCALAR
-/// Computes the statistics of `blocks` adjacent blocks. `image` points to the upper left pixel of the first
-/// block, inside an image whose rows are `stride` pixels apart.
-void sumUpRow(const std::uint16_t* image, int stride, int blocks, BlockRow& out) {
+/// Computes the statistics of `blocks` adjacent blocks, but for those that need a closer look. `image` points
+/// to the upper left pixel of the first block, inside an image whose rows are `stride` pixels apart.
+void sumUpRow(const std::uint16_t* image, int stride, int blocks, int max_step, const BlockSums& out) {
   constexpr int kSide = BlockLattice::kBlock_px;
-  const auto stepBetween = [](int a, int b) { return static_cast<std::uint64_t>(std::abs(a - b)); };
   for (int block = 0; block < blocks; ++block) {
-    out.sum[block] = out.count[block] = out.largest_step[block] = 0;
+    int sum = 0;
+    int count = 0;
+    int largest_step = 0;
     for (int row = 0; row < kSide; ++row) {
       const std::uint16_t* const pixels = image + row * stride + block * kSide;
       for (int column = 0; column < kSide; ++column) {
         const int value = pixels[column];
         if (value < kNoRawDisparity) {
-          out.sum[block] += static_cast<std::uint64_t>(value);
-          ++out.count[block];
+          sum += value;
+          ++count;
         }
-        std::uint64_t& largest = out.largest_step[block];
-        if (column > 0) largest = std::max(largest, stepBetween(value, pixels[column - 1]));
-        if (row > 0) largest = std::max(largest, stepBetween(value, pixels[column - stride]));
+        if (column > 0) largest_step = std::max(largest_step, std::abs(value - pixels[column - 1]));
+        if (row > 0) largest_step = std::max(largest_step, std::abs(value - pixels[column - stride]));
       }
     }
+    const bool full = count == kSide * kSide && largest_step <= max_step;
+    out.is_full[block] = full ? 1 : 0;
+    out.disparity[block] =
+        full ? static_cast<float>(sum) / (kSide * kSide) : (count == 0 ? -1 : kNotYetKnown);
   }
 }
 #else
@@ -265,12 +272,17 @@ HWY_INLINE hn::Vec<PixelTag> stepBetween(hn::Vec<PixelTag> a, hn::Vec<PixelTag> 
   return hn::Sub(hn::Max(a, b), hn::Min(a, b));
 }
 
-/// Computes the statistics of `blocks` adjacent blocks. `image` points to the upper left pixel of the first
-/// block, inside an image whose rows are `stride` pixels apart.
-void sumUpRow(const std::uint16_t* image, int stride, int blocks, BlockRow& out) {
-  static_assert(BlockLattice::kBlock_px == 4, "a block's row of pixels is one 64-bit lane");
+/// Computes the statistics of `blocks` adjacent blocks, but for those that need a closer look. `image` points
+/// to the upper left pixel of the first block, inside an image whose rows are `stride` pixels apart. Whole
+/// vectors are read and written.
+void sumUpRow(const std::uint16_t* image, int stride, int blocks, int max_step, const BlockSums& out) {
+  constexpr int kSide = BlockLattice::kBlock_px;
+  static_assert(kSide == 4, "a block's row of pixels is one 64-bit lane");
   const PixelTag d;
   const BlockTag d64;
+  const hn::Rebind<std::uint32_t, BlockTag> d32;
+  const hn::Rebind<float, BlockTag> df;
+  const hn::Rebind<std::uint8_t, BlockTag> d8;
   const auto lanes = static_cast<int>(hn::Lanes(d64));
   const auto none = hn::Set(d, kNoRawDisparity);
   const auto one = hn::Set(d, std::uint16_t{1});
@@ -279,9 +291,9 @@ void sumUpRow(const std::uint16_t* image, int stride, int blocks, BlockRow& out)
     auto sum = hn::Zero(d);
     auto count = hn::Zero(d);
     auto largest_step = hn::Zero(d);
-    auto above = hn::LoadU(d, image + block * BlockLattice::kBlock_px);
-    for (int row = 0; row < BlockLattice::kBlock_px; ++row) {
-      const auto value = hn::LoadU(d, image + row * stride + block * BlockLattice::kBlock_px);
+    auto above = hn::LoadU(d, image + block * kSide);
+    for (int row = 0; row < kSide; ++row) {
+      const auto value = hn::LoadU(d, image + row * stride + block * kSide);
       const auto seen = hn::Lt(value, none);
       sum = hn::Add(sum, hn::IfThenElseZero(seen, value));
       count = hn::Add(count, hn::IfThenElseZero(seen, one));
@@ -290,9 +302,16 @@ void sumUpRow(const std::uint16_t* image, int stride, int blocks, BlockRow& out)
       largest_step = hn::Max(largest_step, hn::Max(across, stepBetween(value, above)));
       above = value;
     }
-    hn::StoreU(sumPerLane(sum), d64, out.sum + block);
-    hn::StoreU(sumPerLane(count), d64, out.count + block);
-    hn::StoreU(maxPerLane(largest_step), d64, out.largest_step + block);
+    const auto measured = hn::TruncateTo(d32, sumPerLane(count));
+    const auto step = hn::TruncateTo(d32, maxPerLane(largest_step));
+    const auto total = hn::BitCast(hn::RebindToSigned<decltype(d32)>(), hn::TruncateTo(d32, sumPerLane(sum)));
+    const auto full = hn::And(hn::Eq(measured, hn::Set(d32, kSide * kSide)),
+                              hn::Not(hn::Gt(step, hn::Set(d32, static_cast<std::uint32_t>(max_step)))));
+    const auto mean = hn::Mul(hn::ConvertTo(df, total), hn::Set(df, 1.0F / (kSide * kSide)));
+    const auto empty = hn::RebindMask(df, hn::Eq(measured, hn::Zero(d32)));
+    const auto other = hn::IfThenElse(empty, hn::Set(df, -1.0F), hn::Set(df, kNotYetKnown));
+    hn::StoreU(hn::IfThenElse(hn::RebindMask(df, full), mean, other), df, out.disparity + block);
+    hn::StoreU(hn::TruncateTo(d8, hn::IfThenElseZero(full, hn::Set(d32, 1U))), d8, out.is_full + block);
   }
 }
 #endif
@@ -363,21 +382,14 @@ bool fillLayerImages(const LayerImages& images, const ImageLayout& layout, const
 void sumUpBlocks(const std::uint16_t* image, const ImageLayout& layout, const BlockLattice& lattice,
                  const BlockWindow& blocks, int max_step, const BlockSums& sums) noexcept {
   constexpr int kSide = BlockLattice::kBlock_px;
-  BlockRow line;
   for (int row = blocks.row_first; row <= blocks.row_last; ++row) {
     const std::uint16_t* const pixels = image + layout.at(row * kSide, blocks.column_first * kSide);
-    HWY_DYNAMIC_DISPATCH(sumUpRow)(pixels, layout.stride_px, blocks.columns(), line);
     const std::size_t first = lattice.at(row, blocks.column_first);
+    float* const disparity = sums.disparity + first;
+    HWY_DYNAMIC_DISPATCH(sumUpRow)
+    (pixels, layout.stride_px, blocks.columns(), max_step, {disparity, sums.is_full + first});
     for (int i = 0; i < blocks.columns(); ++i) {
-      float& disparity = sums.disparity[first + static_cast<std::size_t>(i)];
-      const bool full =
-          line.count[i] == kSide * kSide && line.largest_step[i] <= static_cast<std::uint64_t>(max_step);
-      sums.is_full[first + static_cast<std::size_t>(i)] = full ? 1 : 0;
-      if (full) {
-        disparity = static_cast<float>(line.sum[i]) / (kSide * kSide);
-      } else {
-        disparity = line.count[i] == 0 ? -1 : meanOfNearest(pixels + i * kSide, layout.stride_px, max_step);
-      }
+      if (disparity[i] < -1) disparity[i] = meanOfNearest(pixels + i * kSide, layout.stride_px, max_step);
     }
   }
 }
