@@ -7,8 +7,11 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <type_traits>
 
+#include "hwy/cache_control.h"
 #include "hwy/highway.h"
+#include "rt/base/cache_line.h"
 #include "rt/modelling/block_image.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -52,11 +55,39 @@ HWY_INLINE PixelMask lanesWithin(const Columns& columns, int column) {
   return hn::Not(hn::Or(before, behind));
 }
 
-/// Calls `visit(column)` with the column of each vector of pixels that `columns` touch.
+/// Calls `visit(column, is_whole)` with the column of each vector of pixels that `columns` touch, and whether
+/// all of its lanes lie within them.
 template <typename Visit>
 HWY_INLINE void forEachVector(const Columns& columns, Visit visit) {
   const auto lanes = static_cast<int>(hn::Lanes(PixelTag()));
-  for (int column = columns.first / lanes * lanes; column <= columns.last; column += lanes) visit(column);
+  int column = columns.first / lanes * lanes;
+  if (column < columns.first) {
+    visit(column, std::false_type());
+    column += lanes;
+  }
+  for (; column + lanes - 1 <= columns.last; column += lanes) visit(column, std::true_type());
+  if (column <= columns.last) visit(column, std::false_type());
+}
+
+/// Stores the lanes of the vector at `column` that lie within `columns`. Whole vectors are not masked,
+/// because masked stores delay loads of the same pixels.
+template <typename IsWhole>
+HWY_INLINE void storeWithin(const Columns& columns, int column, IsWhole, Pixels value, std::uint16_t* row) {
+  if constexpr (IsWhole::value) {
+    hn::StoreU(value, PixelTag(), row + column);
+  } else {
+    hn::BlendedStore(value, lanesWithin(columns, column), PixelTag(), row + column);
+  }
+}
+
+/// Returns the lanes of `mask` that lie within `columns`.
+template <typename IsWhole>
+HWY_INLINE PixelMask maskWithin(const Columns& columns, int column, IsWhole, PixelMask mask) {
+  if constexpr (IsWhole::value) {
+    return mask;
+  } else {
+    return hn::And(mask, lanesWithin(columns, column));
+  }
 }
 
 HWY_INLINE PixelMask isOutside(Pixels value, std::uint16_t first_raw, std::uint16_t last_raw) {
@@ -79,26 +110,27 @@ HWY_INLINE bool copyRow(const std::uint16_t* raw, const Columns& columns, const 
   std::fill(missing.word + columns.first / PixelBits::kPerWord,
             missing.word + columns.last / PixelBits::kPerWord + 1, 0);
   std::uint64_t any = 0;
-  forEachVector(columns, [&](int column) {
+  forEachVector(columns, [&](int column, auto is_whole) {
     const auto value = hn::LoadU(d, raw + column);
-    const auto within = lanesWithin(columns, column);
-    const auto none = isOutside(value, limits.raw_first, limits.raw_last);
-    hn::BlendedStore(hn::IfThenElse(none, all(kNoRawDisparity), value), within, d, image + column);
-    const std::uint64_t bits = bitsOf(hn::And(within, none));
+    const auto none =
+        maskWithin(columns, column, is_whole, isOutside(value, limits.raw_first, limits.raw_last));
+    storeWithin(columns, column, is_whole, hn::IfThenElse(none, all(kNoRawDisparity), value), image);
+    const std::uint64_t bits = bitsOf(none);
     missing.word[column / PixelBits::kPerWord] |= bits << (column % PixelBits::kPerWord);
     any |= bits;
   });
   return any != 0;
 }
 
-/// Fills a gap by linear interpolation between its two neighbours, if their difference is within `limits`;
-/// returns whether it is.
-HWY_INLINE bool closeGap(std::uint16_t* row, const Gap& gap, const GapLimits& limits) {
+/// Fills a gap of `image` by linear interpolation between its two neighbours in `raw`, if their difference is
+/// within `limits`; returns whether it is.
+HWY_INLINE bool closeGap(const std::uint16_t* raw, const Gap& gap, const GapLimits& limits,
+                         std::uint16_t* image) {
   const hn::CappedTag<float, 8> df;  // most gaps are shorter
   const hn::RebindToSigned<decltype(df)> di;
   const hn::Rebind<std::uint16_t, decltype(df)> d;
-  const float before = row[gap.begin - 1];
-  const float change = static_cast<float>(row[gap.end]) - before;
+  const float before = raw[gap.begin - 1];
+  const float change = static_cast<float>(raw[gap.end]) - before;
   const int pixels = gap.end - gap.begin;
   const auto length = static_cast<float>(pixels);
   if (std::abs(change) > limits.max_raw + limits.max_raw_per_px * length) return false;
@@ -108,7 +140,7 @@ HWY_INLINE bool closeGap(std::uint16_t* row, const Gap& gap, const GapLimits& li
     const auto value =
         hn::Add(hn::Add(hn::Set(df, before), hn::Mul(share, hn::Set(df, change))), hn::Set(df, 0.5F));
     const auto pixel = hn::DemoteTo(d, hn::ConvertTo(di, value));
-    hn::BlendedStore(pixel, hn::FirstN(d, static_cast<std::size_t>(pixels - i)), d, row + gap.begin + i);
+    hn::BlendedStore(pixel, hn::FirstN(d, static_cast<std::size_t>(pixels - i)), d, image + gap.begin + i);
   }
   return true;
 }
@@ -133,17 +165,18 @@ HWY_INLINE void forEachGap(const PixelBits& missing, const Columns& columns, Vis
   if (open) visit(Gap{begin, columns.last + 1});
 }
 
-/// Closes the gaps of one row of an image with `width` columns. Returns true if all of them were closed.
-HWY_INLINE bool closeGaps(std::uint16_t* row, const PixelBits& missing, int width, const Columns& columns,
-                          const GapLimits& limits) {
+/// Closes the gaps of one row of an image with `width` columns, which was copied from `raw`. Returns true if
+/// all of them were closed.
+HWY_INLINE bool closeGaps(const std::uint16_t* raw, const PixelBits& missing, int width,
+                          const Columns& columns, const GapLimits& limits, std::uint16_t* image) {
   bool all_closed = true;
   forEachGap(missing, columns, [&](const Gap& gap) {
     bool closed = false;
     if (gap.end - gap.begin <= limits.longest_px) {
       if (gap.begin == 0 || gap.end == width) {
-        std::fill(row + gap.begin, row + gap.end, SurfaceLayer::kBeyondView);
+        std::fill(image + gap.begin, image + gap.end, SurfaceLayer::kBeyondView);
       } else if (gap.begin > columns.first && gap.end <= columns.last) {
-        closed = closeGap(row, gap, limits);
+        closed = closeGap(raw, gap, limits, image);
       }
     }
     all_closed = all_closed && closed;
@@ -157,12 +190,13 @@ HWY_INLINE bool fillRow(const std::uint16_t* fallback, const Columns& columns, c
                         std::uint16_t* image) {
   const PixelTag d;
   bool complete = true;
-  forEachVector(columns, [&](int column) {
+  forEachVector(columns, [&](int column, auto is_whole) {
     const auto value = hn::LoadU(d, image + column);
     const auto other = hn::LoadU(d, fallback + column);
-    const auto missing = hn::AndNot(hn::Lt(value, all(kNoRawDisparity)), lanesWithin(columns, column));
+    const auto missing = maskWithin(columns, column, is_whole, hn::Not(hn::Lt(value, all(kNoRawDisparity))));
     const auto useless = isOutside(other, limits.remembered_first, limits.remembered_last);
-    hn::BlendedStore(other, hn::AndNot(useless, missing), d, image + column);
+    const auto filled = hn::IfThenElse(hn::AndNot(useless, missing), other, value);
+    storeWithin(columns, column, is_whole, filled, image);
     complete = complete && hn::AllFalse(d, hn::And(useless, missing));
   });
   return complete;
@@ -174,43 +208,74 @@ HWY_INLINE bool hideRow(const std::uint16_t* hidden, const std::uint16_t* visibl
                         const GapLimits& limits, std::uint16_t* image) {
   const PixelTag d;
   auto differences = hn::Zero(d);
-  forEachVector(columns, [&](int column) {
+  forEachVector(columns, [&](int column, auto is_whole) {
     const auto value = hn::LoadU(d, hidden + column);
     const auto before = hn::LoadU(d, visible + column);
-    const auto within = lanesWithin(columns, column);
-    const auto useful = hn::AndNot(isOutside(value, limits.remembered_first, limits.remembered_last), within);
+    const auto useless = isOutside(value, limits.remembered_first, limits.remembered_last);
+    const auto useful = maskWithin(columns, column, is_whole, hn::Not(useless));
     differences = hn::Or(differences, hn::IfThenElseZero(useful, hn::Xor(value, before)));
-    hn::BlendedStore(hn::IfThenElse(useful, value, before), within, d, image + column);
+    storeWithin(columns, column, is_whole, hn::IfThenElse(useful, value, before), image);
   });
   return !hn::AllTrue(d, hn::Eq(differences, hn::Zero(d)));
 }
 
+/// Fills a row of the visible surface's image. Returns true if every pixel has a value then.
+HWY_INLINE bool fillVisibleRow(const std::uint16_t* raw, const std::uint16_t* remembered, int width,
+                               const Columns& columns, const GapLimits& limits, std::uint16_t* visible) {
+  PixelBits missing;
+  if (!copyRow(raw, columns, limits, visible, missing)) return true;
+  if (closeGaps(raw, missing, width, columns, limits, visible)) return true;
+  return remembered != nullptr && fillRow(remembered, columns, limits, visible);
+}
+
+/// Fills a row of the hidden surface's image from that of the visible one, which is `complete` if each of its
+/// pixels has a value. Returns true if they differ.
+HWY_INLINE bool fillHiddenRow(const std::uint16_t* remembered, const std::uint16_t* visible, bool complete,
+                              int width, const Columns& columns, const GapLimits& limits,
+                              std::uint16_t* hidden) {
+  if (complete) return hideRow(remembered, visible, columns, limits, hidden);
+  // What was filled in bounds other gaps.
+  PixelBits missing;
+  copyRow(visible, columns, limits, hidden, missing);
+  closeGaps(visible, missing, width, columns, limits, hidden);
+  return hideRow(remembered, hidden, columns, limits, hidden);
+}
+
+/// Prefetches a row of both images, of which the machine does not know that they will be written.
+HWY_INLINE void prefetchRow(const LayerImages& images, const ImageLayout& layout, int row,
+                            const Columns& columns) {
+  constexpr int kPerLine = static_cast<int>(kCacheLine / sizeof(std::uint16_t));
+  for (int column = columns.first; column <= columns.last; column += kPerLine) {
+    const std::size_t pixel = layout.at(row, column);
+    hwy::Prefetch(images.visible + pixel);
+    if (images.remembered != nullptr) hwy::Prefetch(images.hidden + pixel);
+  }
+}
+
 bool fillImages(const LayerImages& images, const ImageLayout& layout, const PixelWindow& window,
                 const GapLimits& given) {
+  // Rows of the hidden surface follow some rows behind, because loads of pixels that were just stored wait.
+  constexpr int kRowsTogether = 4;
+  constexpr int kRowsAhead = 2 * kRowsTogether;
   const GapLimits limits = given;  // a local copy, so that the compiler knows that stores cannot change it
   const Columns columns{window.column_first, window.column_last};
-  PixelBits missing;
   bool hides = false;
-  for (int row = window.row_first; row <= window.row_last; ++row) {
-    const std::size_t first = layout.at(row, 0);
-    std::uint16_t* const visible = images.visible + first;
-    const std::uint16_t* const remembered =
-        images.remembered == nullptr ? nullptr : images.remembered + first;
-    bool complete = true;
-    if (copyRow(images.raw + first, columns, limits, visible, missing)) {
-      complete = closeGaps(visible, missing, layout.width_px, columns, limits);
-      if (!complete && remembered != nullptr) complete = fillRow(remembered, columns, limits, visible);
+  for (int first = window.row_first; first <= window.row_last; first += kRowsTogether) {
+    const int end = std::min(first + kRowsTogether, window.row_last + 1);
+    bool complete[kRowsTogether];
+    for (int row = first; row < end; ++row) {
+      prefetchRow(images, layout, std::min(row + kRowsAhead, window.row_last), columns);
+      const std::size_t at = layout.at(row, 0);
+      const std::uint16_t* const remembered = images.remembered == nullptr ? nullptr : images.remembered + at;
+      complete[row - first] =
+          fillVisibleRow(images.raw + at, remembered, layout.width_px, columns, limits, images.visible + at);
     }
-    if (remembered == nullptr) continue;
-    std::uint16_t* const hidden = images.hidden + first;
-    if (complete) {
-      hides |= hideRow(remembered, visible, columns, limits, hidden);
-      continue;
+    if (images.remembered == nullptr) continue;
+    for (int row = first; row < end; ++row) {
+      const std::size_t at = layout.at(row, 0);
+      hides |= fillHiddenRow(images.remembered + at, images.visible + at, complete[row - first],
+                             layout.width_px, columns, limits, images.hidden + at);
     }
-    // What was filled in bounds other gaps.
-    copyRow(visible, columns, limits, hidden, missing);
-    closeGaps(hidden, missing, layout.width_px, columns, limits);
-    hides |= hideRow(remembered, hidden, columns, limits, hidden);
   }
   return hides;
 }
