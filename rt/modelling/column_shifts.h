@@ -62,12 +62,7 @@ class ColumnShifts {
   std::size_t tileAt(Side side, int i) const noexcept {
     return static_cast<std::size_t>(side == Side::left ? i : tiles_ - 1 - i);
   }
-  /// Returns the i-th of the compared rows.
-  const std::uint16_t* rowOf(const DisparityFrame& frame, int i) const noexcept {
-    return frame.raw + (i * every_ + every_ / 2) * stride_px_;
-  }
-  void compare(const DisparityFrame& frame) noexcept;
-  void keep(const DisparityFrame& frame) noexcept;
+  void compareAndKeep(const DisparityFrame& frame) noexcept;
   Changes changes() const noexcept;
   Bands findBands(const Changes& now) const noexcept;
   void fade(double passed_s) noexcept;
