@@ -4,6 +4,7 @@
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 //
 #include <bit>
+#include <cstring>
 
 #include "hwy/cache_control.h"
 #include "hwy/highway.h"
@@ -41,6 +42,15 @@ HWY_INLINE Raws nearnessOf(const OcclusionRow& row, Raws raw) {
   return row.falls ? hn::Sub(all(row.last_raw), raw) : raw;
 }
 
+/// Returns the lanes of `pixels` as bits.
+HWY_INLINE std::uint32_t bitsOf(Pixels pixels) {
+  std::uint8_t bytes[sizeof(std::uint32_t)] = {};
+  hn::StoreMaskBits(RawTag(), pixels, bytes);
+  std::uint32_t bits;
+  std::memcpy(&bits, bytes, sizeof bits);
+  return bits;
+}
+
 /// Returns the lanes of `pixels` in which one nearness lies in front of the shell of the other.
 HWY_INLINE Pixels areApart(const OcclusionRow& row, Pixels pixels, Raws nearness, Raws other) {
   const RawTag dr;
@@ -53,7 +63,10 @@ HWY_INLINE Pixels areApart(const OcclusionRow& row, Pixels pixels, Raws nearness
   if (hn::AllFalse(dr, apart)) return apart;
   HWY_ALIGN std::uint16_t ends[kOcclusionBlock];
   hn::Store(far, dr, ends);
-  for (std::size_t i = 0; i < hn::Lanes(dr); ++i) ends[i] = row.shell_end[ends[i]];
+  for (std::uint32_t bits = bitsOf(apart); bits != 0; bits &= bits - 1) {
+    std::uint16_t& end = ends[std::countr_zero(bits)];
+    end = row.shell_end[end];
+  }
   return hn::And(apart, hn::Lt(near, hn::Load(dr, ends)));
 }
 
@@ -75,8 +88,8 @@ HWY_INLINE bool takeUnchanged(const OcclusionRow& row, std::size_t column) {
   return hn::AllFalse(dr, changed);
 }
 
-/// Updates one vector of pixels except those that are overdue; returns whether there are any overdue ones.
-HWY_INLINE bool takeChanged(const OcclusionRow& row, std::size_t column, OcclusionLeft& left) {
+/// Updates one vector of pixels except those that are overdue, which it returns as bits.
+HWY_INLINE std::uint32_t takeChanged(const OcclusionRow& row, std::size_t column, OcclusionLeft& left) {
   const RawTag dr;
   const auto none = all(kNoRawDisparity);
   const auto now = all(row.now);
@@ -133,7 +146,7 @@ HWY_INLINE bool takeChanged(const OcclusionRow& row, std::size_t column, Occlusi
   of_tile = static_cast<std::uint8_t>(of_tile + more);
   left.more_hidden += more;
   const auto waits = hn::And(missing, was_missing);
-  return !hn::AllFalse(dr, hn::And(waits, isAtLeast(age, row.hold_frames)));
+  return bitsOf(hn::And(waits, isAtLeast(age, row.hold_frames)));
 }
 
 template <bool kHides>
@@ -158,11 +171,12 @@ HWY_INLINE OcclusionLeft seeBlocks(const OcclusionRow& row) {
   OcclusionLeft left;
   for (; changed != 0; changed &= changed - 1) {
     const auto block = static_cast<std::size_t>(std::countr_zero(changed));
-    bool overdue = false;
+    std::uint32_t overdue = 0;
     for (std::size_t part = 0; part < kOcclusionBlock; part += lanes) {
-      overdue |= takeChanged(row, block * kOcclusionBlock + part, left);
+      overdue |= takeChanged(row, block * kOcclusionBlock + part, left) << part;
     }
-    left.overdue_blocks |= static_cast<std::uint64_t>(overdue) << block;
+    left.overdue_pixels[block] = overdue;
+    left.overdue_blocks |= static_cast<std::uint64_t>(overdue != 0) << block;
   }
   return left;
 }

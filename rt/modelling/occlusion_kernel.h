@@ -4,9 +4,11 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "rt/depth/depth_frame.h"
+
 namespace hapticd::rt {
 
-/// Number of pixels whose overdue state updatePixels() reports as one bit.
+/// Number of pixels that updatePixels() handles together.
 inline constexpr std::size_t kOcclusionBlock = 32;
 /// Number of adjacent pixels that share one count of hidden pixels.
 inline constexpr std::size_t kOcclusionTile = 64;
@@ -57,6 +59,8 @@ struct OcclusionRow {
 struct OcclusionLeft {
   int more_hidden = 0;  ///< change of the number of pixels that hide something; also applied to the tiles
   std::uint64_t overdue_blocks = 0;  ///< blocks with overdue pixels, one bit each
+  /// Of these blocks, and meaningless of others: the overdue pixels, one bit each.
+  std::uint32_t overdue_pixels[kMaxFrameWidth / kOcclusionBlock];
 };
 
 /// Updates all pixels of a row with new measurements, except overdue ones: those without measurement for

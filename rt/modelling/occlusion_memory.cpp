@@ -202,25 +202,25 @@ void OcclusionMemory::updateRow(const DisparityFrame& frame, std::size_t row, st
   hidden_count_ += static_cast<std::uint32_t>(left.more_hidden);  // a negative change wraps around, and back
   Gap gap;
   for (std::uint64_t blocks = left.overdue_blocks; blocks != 0; blocks &= blocks - 1) {
-    dropOverdue(pixels, static_cast<std::size_t>(std::countr_zero(blocks)) * kOcclusionBlock, gap);
+    const auto block = static_cast<std::size_t>(std::countr_zero(blocks));
+    for (std::uint32_t bits = left.overdue_pixels[block]; bits != 0; bits &= bits - 1) {
+      dropUnlessInShadow(pixels, block * kOcclusionBlock + static_cast<std::size_t>(std::countr_zero(bits)),
+                         gap);
+    }
   }
 }
 
-void OcclusionMemory::dropOverdue(const OcclusionRow& row, std::size_t column_first, Gap& gap) noexcept {
-  for (std::size_t column = column_first; column < column_first + kOcclusionBlock; ++column) {
-    std::uint16_t& hidden = row.hidden[column];
-    if (isMeasured(row.raw[column]) || row.visible[column] == kNothingSeen) continue;
-    if (static_cast<std::uint16_t>(now_ - row.since[column]) < kHoldFrames) continue;
-    if (inShadow(row.raw, column, hidden, gap)) {
-      row.since[column] = now_;
-      continue;
-    }
-    row.visible[column] = kNothingSeen;
-    if (hidden == kNoRawDisparity) continue;
-    hidden = kNoRawDisparity;
-    --row.hidden_of_tile[column / kTile];
-    --hidden_count_;
+void OcclusionMemory::dropUnlessInShadow(const OcclusionRow& row, std::size_t column, Gap& gap) noexcept {
+  std::uint16_t& hidden = row.hidden[column];
+  if (inShadow(row.raw, column, hidden, gap)) {
+    row.since[column] = now_;
+    return;
   }
+  row.visible[column] = kNothingSeen;
+  if (hidden == kNoRawDisparity) return;
+  hidden = kNoRawDisparity;
+  --row.hidden_of_tile[column / kTile];
+  --hidden_count_;
 }
 
 bool OcclusionMemory::inShadow(const std::uint16_t* raw_row, std::size_t column, std::uint16_t raw,

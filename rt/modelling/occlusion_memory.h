@@ -89,7 +89,7 @@ class OcclusionMemory {
   void compare(const DisparityFrame& frame, std::size_t row, Samples& samples) noexcept;
   void updateRow(const DisparityFrame& frame, std::size_t row, std::size_t column_first,
                  std::size_t column_last) noexcept;
-  void dropOverdue(const OcclusionRow& row, std::size_t column_first, Gap& gap) noexcept;
+  void dropUnlessInShadow(const OcclusionRow& row, std::size_t column, Gap& gap) noexcept;
   bool inShadow(const std::uint16_t* raw_row, std::size_t column, std::uint16_t raw, Gap& gap) const noexcept;
   bool isMeasured(std::uint16_t raw) const noexcept { return raw <= last_raw_; }
   bool rowHides(std::size_t row) const noexcept;
