@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 
 #include <Eigen/Dense>
 
@@ -14,13 +12,17 @@ namespace {
 
 /// A smaller window does not determine a curvature.
 constexpr double kLeastRadius_px = 6;
-constexpr int kSteps = 2;
-constexpr int kColdSteps = 4;
+constexpr int kSteps = 1;
+constexpr int kColdSteps = 3;
 /// How far the surface may bend away within the smallest window while its curvature is unknown.
 constexpr double kUnknownSag_m = 0.012;
 /// Sum over the cells of the squares of their mean residuals, in standard deviations, that noise explains.
 constexpr double kNoiseMisfit = 6;
 constexpr double kLeastPixels = 60;
+/// Keeps the equations regular where no pixel determines a parameter.
+constexpr double kLeastInformation = 1e-9;
+/// Least share of the noise's variance that is assumed, where the residuals are smaller than noise.
+constexpr double kLeastNoise = 0.01;
 /// Standard deviation of a pixel, raw units of a Kinect v1.
 constexpr double kNoise_raw = 0.56;
 /// Side of the square of pixels that share one sample of the noise.
@@ -73,7 +75,7 @@ Vector3 preferred(const Vector3& curvature, const Matrix3& covariance, double pr
     sum += evidence * model;
     weight += evidence;
   };
-  constexpr double kMost = 1e6;
+  constexpr double kMost = 20;
   // Plane.
   const double flat = curvature.dot(information * curvature);
   add(Vector3::Zero(), std::min(kMost, std::sqrt(0.5 * prior * prior * prior / covariance.determinant()) *
@@ -172,7 +174,7 @@ bool BodyFit::collect(const Job& job, const FocusBody& body, double radius_px) n
         samples_.column_px[count] = static_cast<float>(dx);
         samples_.row_px[count] = static_cast<float>(dy);
         samples_.disparity_raw[count] =
-            static_cast<float>(raw) - shifts_.offsetOf(column / BlockLattice::kBlock_px);
+            static_cast<float>(raw) - shifts_.offsets()[column / BlockLattice::kBlock_px];
         samples_.weight[count] = 1;
         ++count;
         ++seen;
@@ -200,22 +202,21 @@ BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, std::s
   const double variance = job.sigma_raw * job.sigma_raw * per_patch;
   const double information = variance / job.prior;
   BodyEquations equations{};
-  Matrix6 inverse;
+  Eigen::LLT<Matrix6> factors;
   const int steps = cold ? kColdSteps : kSteps;
   for (int step = 0; step <= steps; ++step) {
     BodyMeasure measure = job.measure;
     if (cold) measure.tolerance_raw += std::max(0.0, 1 - 0.34 * step) * kUnknownSag_m / job.unit_m;
     equations = equationsOf(samples_, trial.fitted, measure);
     Matrix6 matrix = matrixOf(equations);
-    Vector6 residuals;
-    for (int i = 0; i < 6; ++i) residuals[i] = equations.residuals[i];
-    for (int i = 3; i < 6; ++i) matrix(i, i) += information;
-    residuals[3] -= information * trial.fitted.curvature.along_1;
-    residuals[4] -= information * trial.fitted.curvature.twist;
-    residuals[5] -= information * trial.fitted.curvature.along_2;
-    for (int i = 0; i < 3; ++i) matrix(i, i) += 1e-9;
-    inverse = matrix.inverse();
-    if (step < steps) change(trial.fitted, inverse * residuals, job.measure.a_per_m);
+    Vector6 residuals = Eigen::Map<const Vector6>(equations.residuals);
+    matrix.diagonal().head<3>().array() += kLeastInformation;
+    matrix.diagonal().tail<3>().array() += information;
+    const TangentCurvature& k = trial.fitted.curvature;
+    residuals.tail<3>() -= information * Vector3(k.along_1, k.twist, k.along_2);
+    factors.compute(matrix);
+    if (factors.info() != Eigen::Success) return trial;
+    change(trial.fitted, factors.solve(residuals), job.measure.a_per_m);
   }
   // Do the residuals look like noise?
   double misfit = 0;
@@ -227,7 +228,9 @@ BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, std::s
   }
   trial.agrees = equations.weight * stride * stride > kLeastPixels ? fallingStep(misfit, kNoiseMisfit, 2 * kNoiseMisfit) : 0;
   // What the noise leaves open.
-  const Matrix6 covariance = variance * inverse;
+  const double residual = std::sqrt(equations.square / std::max(1e-9, equations.weight)) / job.sigma_raw;
+  const double less_noise = 1 - (1 - kLeastNoise) * fallingStep(residual, 0.2, 0.5);
+  const Matrix6 covariance = less_noise * variance * factors.solve(Matrix6::Identity());
   const Matrix3 of_curvature = covariance.block<3, 3>(3, 3);
   const TangentCurvature& k = trial.fitted.curvature;
   Vector6 by;
@@ -235,7 +238,6 @@ BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, std::s
   by.head<3>() = covariance.block<3, 3>(0, 3) * (of_curvature.inverse() * by.tail<3>());
   trial.chosen = trial.fitted;
   change(trial.chosen, by, job.measure.a_per_m);
-  if (getenv("BODYDBG")) fprintf(stderr, "win %.0f mm r %.1f px stride %.0f weight %.0f misfit %.2f agrees %.2f rms %.2f k %.1f %.1f %.1f chosen k %.1f %.1f %.1f sd k %.1f sd raw %.2f cold %d\n", kRadius_m[window] * 1000, trial.radius_px, stride, equations.weight, misfit, trial.agrees, std::sqrt(equations.square/equations.weight)/job.sigma_raw, trial.fitted.curvature.along_1*job.per_m, trial.fitted.curvature.twist*job.per_m, trial.fitted.curvature.along_2*job.per_m, trial.chosen.curvature.along_1*job.per_m, trial.chosen.curvature.twist*job.per_m, trial.chosen.curvature.along_2*job.per_m, std::sqrt(of_curvature(0,0))*job.per_m, std::sqrt(covariance(0,0)), (int)cold);
   return trial;
 }
 
@@ -301,7 +303,6 @@ FocusBody BodyFit::fit(const std::uint16_t* image, const PixelWindow& pixels, co
   last_ = fitted;
   result.exists = last_.exists = true;
   result.tolerance_raw = job.measure.tolerance_raw;
-  if (getenv("BODYDBG")) fprintf(stderr, "BODY base %zu top %zu share %.2f window %zu cold %d k %.1f %.1f %.1f\n", base, top, share, window_, (int)cold, result.curvature.along_1*job.per_m, result.curvature.twist*job.per_m, result.curvature.along_2*job.per_m);
   return result;
 }
 
