@@ -19,6 +19,9 @@ constexpr double kUnknownSag_m = 0.012;
 /// Sum over the cells of the squares of their mean residuals, in standard deviations, that noise explains.
 constexpr double kNoiseMisfit = 6;
 constexpr double kLeastPixels = 60;
+/// Weighted square of the difference between a body and the fit to a new frame, in the noise's covariance, at
+/// which it is certainly the same body. The part of the noise that changes from frame to frame makes about 1.
+constexpr double kSameBody = 4;
 /// Keeps the equations regular where no pixel determines a parameter.
 constexpr double kLeastInformation = 1e-9;
 /// Least share of the noise's variance that is assumed, where the residuals are smaller than noise.
@@ -110,22 +113,24 @@ int strideFor(double radius_px) {
   return static_cast<int>(std::ceil(radius_px / (BodySamples::kMaxPerSide / 2)));
 }
 
-/// Moves the parameters of a body towards those of another estimate of the same place.
-void blend(FocusBody& body, const FocusBody& towards, double share, double a_per_m) {
+/// Returns by how much the parameters of another estimate of the same place differ, in the basis of `body`.
+Vector6 differenceTo(const FocusBody& body, const FocusBody& other, double a_per_m) {
   const Vec3 e = body.tangent;
   const Vec3 f = body.otherTangent();
-  const double along_normal = dot(towards.normal, body.normal);
+  const double along_normal = dot(other.normal, body.normal);
   Vector6 difference;
-  difference << (towards.inverse_depth_per_m - body.inverse_depth_per_m) / a_per_m,
-      dot(towards.normal, e) / along_normal, dot(towards.normal, f) / along_normal,
-      dot(e, towards.a * e) - body.curvature.along_1, dot(e, towards.a * f) - body.curvature.twist,
-      dot(f, towards.a * f) - body.curvature.along_2;
-  change(body, share * difference, a_per_m);
+  difference << (other.inverse_depth_per_m - body.inverse_depth_per_m) / a_per_m,
+      dot(other.normal, e) / along_normal, dot(other.normal, f) / along_normal,
+      dot(e, other.a * e) - body.curvature.along_1, dot(e, other.a * f) - body.curvature.twist,
+      dot(f, other.a * f) - body.curvature.along_2;
+  return difference;
 }
 
 }  // namespace
 
-FocusBody BodyFit::startOf(const ImagePosition& focus, const Facet& facet) const noexcept {
+FocusBody BodyFit::startOf(const Input& input) const noexcept {
+  const ImagePosition& focus = input.focus;
+  const Facet& facet = input.facet;
   const DepthModelParameters& camera = model_.parameters();
   const DisparityScale& scale = model_.disparity();
   FocusBody body;
@@ -194,21 +199,23 @@ double BodyFit::priorAt(double depth_m) noexcept {
   return (depth_m / kUsualRadius_m) * (depth_m / kUsualRadius_m);
 }
 
-BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, std::size_t window, bool cold) noexcept {
-  Trial trial{.fitted = start, .chosen = start, .agrees = 0, .radius_px = kRadius_m[window] * job.px_per_m};
+BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, std::size_t window,
+                                  bool cold) noexcept {
+  Trial trial{.fitted = start, .chosen = start, .agrees = 0, .radius_px = kRadius_m[window] * job.px_per_m, .information = {}};
   if (trial.radius_px < kLeastRadius_px || !collect(job, start, trial.radius_px)) return trial;
   const double stride = strideFor(trial.radius_px);
   const double per_patch = kPatch_px * kPatch_px / (stride * stride);
   const double variance = job.sigma_raw * job.sigma_raw * per_patch;
   const double information = variance / job.prior;
   BodyEquations equations{};
+  Matrix6 matrix;
   Eigen::LLT<Matrix6> factors;
   const int steps = cold ? kColdSteps : kSteps;
   for (int step = 0; step <= steps; ++step) {
     BodyMeasure measure = job.measure;
     if (cold) measure.tolerance_raw += std::max(0.0, 1 - 0.34 * step) * kUnknownSag_m / job.unit_m;
     equations = equationsOf(samples_, trial.fitted, measure);
-    Matrix6 matrix = matrixOf(equations);
+    matrix = matrixOf(equations);
     Vector6 residuals = Eigen::Map<const Vector6>(equations.residuals);
     matrix.diagonal().head<3>().array() += kLeastInformation;
     matrix.diagonal().tail<3>().array() += information;
@@ -226,7 +233,9 @@ BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, std::s
     const double mean = equations.cell_residual[cell] / weight;
     misfit += mean * mean / (job.sigma_raw * job.sigma_raw * std::min(1.0, per_patch / weight));
   }
-  trial.agrees = equations.weight * stride * stride > kLeastPixels ? fallingStep(misfit, kNoiseMisfit, 2 * kNoiseMisfit) : 0;
+  trial.agrees = equations.weight * stride * stride > kLeastPixels
+                     ? fallingStep(misfit, kNoiseMisfit, 2 * kNoiseMisfit)
+                     : 0;
   // What the noise leaves open.
   const double residual = std::sqrt(equations.square / std::max(1e-9, equations.weight)) / job.sigma_raw;
   const double less_noise = 1 - (1 - kLeastNoise) * fallingStep(residual, 0.2, 0.5);
@@ -236,39 +245,64 @@ BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, std::s
   Vector6 by;
   by.tail<3>() = preferred(Vector3(k.along_1, k.twist, k.along_2), of_curvature, job.prior);
   by.head<3>() = covariance.block<3, 3>(0, 3) * (of_curvature.inverse() * by.tail<3>());
+  Eigen::Map<Matrix6>(trial.information.data()) = matrix / variance;
   trial.chosen = trial.fitted;
   change(trial.chosen, by, job.measure.a_per_m);
   return trial;
 }
 
-FocusBody BodyFit::fit(const std::uint16_t* image, const PixelWindow& pixels, const ImagePosition& focus,
-                       const Facet& facet, double noise) noexcept {
-  if (facet.disparity < 0) return last_ = {};
+FocusBody BodyFit::averaged(const FocusBody& now, const Input& input, const Trial& trial) noexcept {
+  const double a_per_m = model_.disparity().a_per_m;
+  FocusBody before = mean_;
+  if (before.exists) {
+    before.inverse_depth_per_m += a_per_m * input.moved_raw;
+    before = before.movedTo(now.ray_x - before.ray_x, now.ray_y - before.ray_y);
+  }
+  mean_ = now;
+  if (!before.exists) {
+    frames_ = 1;
+    return mean_;
+  }
+  // A body that the frame's pixels contradict by more than noise is another one.
+  const Vector6 off = differenceTo(trial.chosen, before, a_per_m);
+  const double contradiction = off.dot(Eigen::Map<const Matrix6>(trial.information.data()) * off);
+  frames_ = 1 + std::min(frames_, input.max_frames - 1) *
+                    fallingStep(contradiction, kSameBody, 3 * kSameBody);
+  change(mean_, (1 - 1 / frames_) * differenceTo(mean_, before, a_per_m), a_per_m);
+  return mean_;
+}
+
+FocusBody BodyFit::fit(const Input& input) noexcept {
+  const ImagePosition& focus = input.focus;
+  if (input.facet.disparity < 0) return mean_ = last_ = {};
   const DepthModelParameters& camera = model_.parameters();
   const DisparityScale& scale = model_.disparity();
-  FocusBody start = startOf(focus, facet);
+  FocusBody start = startOf(input);
   bool cold = true;
   if (last_.exists) {
-    FocusBody same = last_.movedTo(start.ray_x - last_.ray_x, start.ray_y - last_.ray_y);
+    FocusBody same = last_;
+    same.inverse_depth_per_m += scale.a_per_m * input.moved_raw;
+    same = same.movedTo(start.ray_x - last_.ray_x, start.ray_y - last_.ray_y);
     same.column_px = focus.u;
     same.row_px = focus.v;
     const double off_raw = (same.inverse_depth_per_m - start.inverse_depth_per_m) / scale.a_per_m;
-    if (same.exists && std::abs(off_raw) < kTolerance_sigma * noise * kNoise_raw) {
+    if (same.exists && std::abs(off_raw) < kTolerance_sigma * input.noise * kNoise_raw) {
       start = same;
       cold = false;
     }
   }
-  if (!start.exists) return last_ = {};
+  if (!start.exists) return mean_ = last_ = {};
   const double depth_m = 1 / start.inverse_depth_per_m;
-  const double sigma = noise * kNoise_raw;
-  const Job job{.image = image,
-                .pixels = pixels,
-                .measure = {camera.fx_px, camera.fy_px, scale.a_per_m, scale.b_per_m, kTolerance_sigma * sigma},
-                .sigma_raw = sigma,
-                .unit_m = scale.unit_m(depth_m),
-                .px_per_m = camera.fx_px / depth_m,
-                .per_m = start.inverse_depth_per_m,
-                .prior = priorAt(depth_m)};
+  const double sigma = input.noise * kNoise_raw;
+  const Job job{
+      .image = input.image,
+      .pixels = input.pixels,
+      .measure = {camera.fx_px, camera.fy_px, scale.a_per_m, scale.b_per_m, kTolerance_sigma * sigma},
+      .sigma_raw = sigma,
+      .unit_m = scale.unit_m(depth_m),
+      .px_per_m = camera.fx_px / depth_m,
+      .per_m = start.inverse_depth_per_m,
+      .prior = priorAt(depth_m)};
   std::size_t smallest = 0;
   while (smallest + 1 < kRadius_m.size() && kRadius_m[smallest] * job.px_per_m < kLeastRadius_px) ++smallest;
   std::array<Trial, kRadius_m.size()> trials;
@@ -280,7 +314,7 @@ FocusBody BodyFit::fit(const std::uint16_t* image, const PixelWindow& pixels, co
     --base;
     trials[base] = tryWindow(job, start, base, cold);
   }
-  if (!(trials[base].agrees > 0)) return last_ = {};
+  if (!(trials[base].agrees > 0)) return mean_ = last_ = {};
   while (trials[top].agrees > 0.05 && top + 1 < kRadius_m.size()) {
     trials[top + 1] = tryWindow(job, trials[top].fitted, top + 1, false);
     ++top;
@@ -297,13 +331,13 @@ FocusBody BodyFit::fit(const std::uint16_t* image, const PixelWindow& pixels, co
       window_ = i;
       fitted = trials[i].fitted;
     }
-    blend(result, trials[i].chosen, share, scale.a_per_m);
+    change(result, share * differenceTo(result, trials[i].chosen, scale.a_per_m), scale.a_per_m);
     result.radius_px += share * (trials[i].radius_px - result.radius_px);
   }
   last_ = fitted;
   result.exists = last_.exists = true;
   result.tolerance_raw = job.measure.tolerance_raw;
-  return result;
+  return averaged(result, input, trials[window_]);
 }
 
 }  // namespace hapticd::rt

@@ -22,21 +22,29 @@ namespace hapticd::rt {
 /// open, planes, spheres and cylinders are preferred: the estimate is the mean of the four models weighted by
 /// their evidence (Savage and Dickey's ratio: Dickey 1971).
 ///
-/// Thread: one (the scene thread).  RT: safe after the first call.  Cost: bounded, at most kWindows windows of
-/// BodySamples::kMax pixels and kSteps steps each.
+/// Thread: one (the scene thread).  RT: safe after the first call.  Cost: bounded, at most kWindows windows
+/// of BodySamples::kMax pixels and kSteps steps each.
 class BodyFit {
  public:
   /// `model` and `shifts` outlive the fit.
   BodyFit(const DepthModel& model, const ColumnShifts& shifts) noexcept : model_(model), shifts_(shifts) {}
 
-  /// Returns the body at an image position; `exists` is false if none fits. `image`: raw disparities in frame
-  /// layout, valid in `pixels`. `facet` is the facet at the focus, for the start. `noise`: see
-  /// DepthModel::noiseScale().
-  FocusBody fit(const std::uint16_t* image, const PixelWindow& pixels, const ImagePosition& focus,
-                const Facet& facet, double noise) noexcept;
+  /// What a frame shows.
+  struct Input {
+    const std::uint16_t* image;  ///< raw disparities in frame layout, valid in `pixels`
+    PixelWindow pixels;
+    ImagePosition focus;
+    Facet facet;        ///< the facet at the focus, for the start
+    double noise;       ///< see DepthModel::noiseScale()
+    double moved_raw;   ///< change of the disparity at the focus since the frame before, due to motion
+    double max_frames;  ///< number of frames averaged, at least 1
+  };
+  /// Returns the body at the focus; `exists` is false if none fits. A body that the frame's pixels agree with
+  /// is averaged over the last frames.
+  FocusBody fit(const Input& input) noexcept;
 
   /// The next fit starts from its facet.
-  void forget() noexcept { last_.exists = false; }
+  void forget() noexcept { last_.exists = mean_.exists = false; }
 
  private:
   /// Half the sides of the windows.
@@ -59,18 +67,25 @@ class BodyFit {
     FocusBody chosen;  ///< `fitted` with planes, spheres and cylinders preferred
     double agrees;     ///< 0: the pixels are not of one body; 1: the residuals look like noise
     double radius_px;
+    /// Inverse covariance of the parameters by the frame's noise alone, in the basis of `chosen`.
+    std::array<double, 36> information;
   };
 
   static double priorAt(double depth_m) noexcept;
   Trial tryWindow(const Job& job, const FocusBody& start, std::size_t window, bool cold) noexcept;
-  FocusBody startOf(const ImagePosition& focus, const Facet& facet) const noexcept;
+  FocusBody startOf(const Input& input) const noexcept;
   bool collect(const Job& job, const FocusBody& body, double radius_px) noexcept;
 
   const DepthModel& model_;
   const ColumnShifts& shifts_;
   BodySamples samples_;
-  FocusBody last_;
+  /// Returns the mean of `now` and of what was found before.
+  FocusBody averaged(const FocusBody& now, const Input& input, const Trial& trial) noexcept;
+
+  FocusBody last_;          ///< the fit to the newest frame
   std::size_t window_ = 0;  ///< of last_
+  FocusBody mean_;          ///< over the last frames
+  double frames_ = 0;       ///< number of frames in mean_
 };
 
 }  // namespace hapticd::rt

@@ -21,6 +21,24 @@ HWY_INLINE double total(Values v) {
   return static_cast<double>(hn::GetLane(hn::SumOfLanes(d, v)));
 }
 
+/// Returns 1 / v to single precision. Two of Newton's steps suffice for the estimate of every processor,
+/// which has at least 8 bits, and are faster than a division.
+HWY_INLINE Values reciprocal(Values v) {
+  const auto two = all(2);
+  auto estimate = hn::ApproximateReciprocal(v);
+  for (int step = 0; step < 2; ++step) estimate = hn::Mul(estimate, hn::NegMulAdd(v, estimate, two));
+  return estimate;
+}
+
+/// Returns 1 / sqrt(v), as reciprocal().
+HWY_INLINE Values reciprocalRoot(Values v) {
+  const auto half_v = hn::Mul(all(0.5), v);
+  auto estimate = hn::ApproximateReciprocalSqrt(v);
+  for (int step = 0; step < 2; ++step)
+    estimate = hn::Mul(estimate, hn::NegMulAdd(half_v, hn::Mul(estimate, estimate), all(1.5)));
+  return estimate;
+}
+
 /// See FocusBody::crossing(), whose equations these are, and BodyEquations.
 BodyEquations equationsOfSamples(const BodySamples& samples, const FocusBody& body,
                                  const BodyMeasure& measure) {
@@ -44,8 +62,8 @@ BodyEquations equationsOfSamples(const BodySamples& samples, const FocusBody& bo
   const auto at_zero = all(measure.b_per_m / measure.a_per_m);
   const auto per_tolerance = all(1 / measure.tolerance_raw);
   const auto one = all(1), two = all(2), half = all(0.5), zero = hn::Zero(d);
-  constexpr double kLeastCosine = 0.14;
-  const auto least_square = all(kLeastCosine * kLeastCosine);
+  constexpr double kLeastStretch = FocusBody::kLeastStretch;
+  const auto least_square = all(FocusBody::kLeastCosine * FocusBody::kLeastCosine);
 
   Values products[kProducts];
   Values residuals[kN];
@@ -69,23 +87,24 @@ BodyEquations equationsOfSamples(const BodySamples& samples, const FocusBody& bo
       const auto c = hn::MulAdd(half, square, tilt);
       const auto discriminant = hn::NegMulAdd(hn::Mul(two, two_a), c, hn::Mul(b, b));
       const auto meets = hn::Gt(discriminant, least_square);
-      const auto cosine = hn::Sqrt(hn::IfThenElse(meets, discriminant, one));
-      const auto t = hn::Div(hn::Mul(two, c), hn::Sub(cosine, b));
-      const auto stretch = hn::Add(one, t);
-      const auto shrink = hn::Div(one, stretch);
+      const auto known = hn::IfThenElse(meets, discriminant, one);
+      const auto per_cosine = reciprocalRoot(known);
+      const auto t = hn::Mul(hn::Mul(two, c), reciprocal(hn::MulSub(known, per_cosine, b)));
+      const auto in_front = hn::Gt(t, all(kLeastStretch - 1));
+      const auto stretch = hn::Max(hn::Add(one, t), all(kLeastStretch));
+      const auto shrink = reciprocal(stretch);
       const auto expected = hn::MulSub(w0_by_a, shrink, at_zero);
       const auto residual = hn::Sub(hn::Load(d, samples.disparity_raw + i), expected);
       const auto relative = hn::Mul(residual, per_tolerance);
       const auto near = hn::Max(zero, hn::NegMulAdd(relative, relative, one));
-      const auto weight = hn::IfThenElseZero(
-          hn::And(meets, hn::Gt(stretch, zero)),
-          hn::Mul(hn::Load(d, samples.weight + i), hn::Mul(near, near)));
+      const auto weight = hn::IfThenElseZero(hn::And(meets, in_front),
+                                             hn::Mul(hn::Load(d, samples.weight + i), hn::Mul(near, near)));
       const auto y_x = hn::MulAdd(t, hn::Add(ray_x, dx), dx);
       const auto y_y = hn::MulAdd(t, hn::Add(ray_y, dy), dy);
       const auto along_1 = hn::MulAdd(ex, y_x, hn::MulAdd(ey, y_y, hn::Mul(ez, t)));
       const auto along_2 = hn::MulAdd(fx, y_x, hn::MulAdd(fy, y_y, hn::Mul(fz, t)));
       // The disparity changes by -w0 / (a stretch^2 cosine) per unit of the quadric's value.
-      const auto gain = hn::Neg(hn::Div(hn::Mul(w0_by_a, hn::Mul(shrink, shrink)), cosine));
+      const auto gain = hn::Neg(hn::Mul(hn::Mul(w0_by_a, per_cosine), hn::Mul(shrink, shrink)));
       Values of[kN];
       of[0] = shrink;
       of[1] = hn::Mul(gain, along_1);

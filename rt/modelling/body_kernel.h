@@ -14,7 +14,7 @@ struct BodySamples {
   static constexpr int kCellsPerSide = 3;
   static constexpr int kCells = kCellsPerSide * kCellsPerSide;
   /// Largest number of samples in a row of the window.
-  static constexpr int kMaxPerSide = 33;
+  static constexpr int kMaxPerSide = 27;
   static constexpr std::size_t kAlignment = 16;
   static constexpr std::size_t kMax = kMaxPerSide * kMaxPerSide + kCells * kAlignment;
 
@@ -33,8 +33,8 @@ struct BodyEquations {
 
   double products[kProducts];  ///< upper triangle of the normal matrix, row by row
   double residuals[kParameters];
-  double weight;                             ///< sum of the weights
-  double square;                             ///< sum of the weighted squares of the residuals
+  double weight;                              ///< sum of the weights
+  double square;                              ///< sum of the weighted squares of the residuals
   double cell_residual[BodySamples::kCells];  ///< sums of the weighted residuals
   double cell_weight[BodySamples::kCells];
 };

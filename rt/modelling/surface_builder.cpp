@@ -174,7 +174,10 @@ void SurfaceBuilder::beginFrame(const DisparityFrame& frame, const SurfaceParame
                          since_s <= kMaxPeriod_s;
   before_ = continues ? sequence_ : 0;
   period_s_ = since_s > 0 ? since_s : kUsualPeriod_s;
-  if (!continues) rate_ = moving_ = used_rate_ = 0;
+  if (!continues) {
+    rate_ = moving_ = used_rate_ = 0;
+    body_fit_.forget();
+  }
   sequence_ = sequence;
   arrival_ns_ = frame.arrival_ns;
   const auto at_rest = static_cast<float>(std::max(1, parameters.fusion_frames));
@@ -255,7 +258,8 @@ void SurfaceBuilder::startHidden(const Job& job) noexcept {
   continueBlocks(lattice_, job.support, before_, sequence_, visible_, hidden_);
 }
 
-void SurfaceBuilder::fitBody(const Vec3& centre_m_in_world, const Job& job, VisibleSurface& surface) noexcept {
+void SurfaceBuilder::fitBody(const Vec3& centre_m_in_world, const Job& job, bool new_frame,
+                             VisibleSurface& surface) noexcept {
   const Vec3 focus = model_.positionInCamera(centre_m_in_world);
   if (!(-focus.z > kNearestDepth_m)) return;
   const DepthModelParameters& camera = model_.parameters();
@@ -267,9 +271,16 @@ void SurfaceBuilder::fitBody(const Vec3& centre_m_in_world, const Job& job, Visi
       row > job.sites.row_last)
     return;
   Facet facet = surface.visible.facet[lattice_.at(row, column)];
-  facet.disparity += facet.per_column * static_cast<float>(image.u - (column * kBlock_px + BlockLattice::kMiddle_px)) +
-                     facet.per_row * static_cast<float>(image.v - (row * kBlock_px + BlockLattice::kMiddle_px));
-  surface.body = body_fit_.fit(surface.visible.image, job.pixels, image, facet, job.noise);
+  facet.disparity +=
+      facet.per_column * static_cast<float>(image.u - (column * kBlock_px + BlockLattice::kMiddle_px)) +
+      facet.per_row * static_cast<float>(image.v - (row * kBlock_px + BlockLattice::kMiddle_px));
+  surface.body = body_fit_.fit({.image = surface.visible.image,
+                                .pixels = job.pixels,
+                                .focus = image,
+                                .facet = facet,
+                                .noise = job.noise,
+                                .moved_raw = new_frame ? used_rate_ * period_s_ : 0,
+                                .max_frames = static_cast<double>(max_frames_)});
   surface.body.per_second = static_cast<double>(facet.per_second);
 }
 
@@ -303,7 +314,7 @@ void SurfaceBuilder::build(const DisparityFrame& frame, const std::uint16_t* hid
   buildLayer(visible_, job, region, surface.visible);
   if (new_frame) estimateMotion(job.block_noise);
   fit(visible_, job, region, surface.visible);
-  fitBody(centre_m_in_world, job, surface);
+  fitBody(centre_m_in_world, job, new_frame, surface);
   if (!surface.hides_anything) return;
   buildLayer(hidden_, job, region, surface.hidden);
   fit(hidden_, job, region, surface.hidden);

@@ -8,8 +8,8 @@
 #include "rt/depth/depth_model.h"
 #include "rt/depth/disparity_image.h"
 #include "rt/modelling/block_image.h"
-#include "rt/modelling/body_fit.h"
 #include "rt/modelling/block_means.h"
+#include "rt/modelling/body_fit.h"
 #include "rt/modelling/column_shifts.h"
 #include "rt/modelling/facet_fit.h"
 #include "rt/scene/visible_surface.h"
@@ -43,6 +43,7 @@ class SurfaceBuilder {
   void forget() noexcept {
     sequence_ = 0;
     column_shifts_.forget();
+    body_fit_.forget();
   }
 
   /// Returns working memory to the system until it is used, see rt::returnPages(). Before the first frame.
@@ -81,7 +82,8 @@ class SurfaceBuilder {
   void estimateMotion(double block_noise) noexcept;
   void fit(const BlockMeans& means, const Job& job, const BlockRegion& region, SurfaceLayer& layer) noexcept;
   void startHidden(const Job& job) noexcept;
-  void fitBody(const Vec3& centre_m_in_world, const Job& job, VisibleSurface& surface) noexcept;
+  void fitBody(const Vec3& centre_m_in_world, const Job& job, bool new_frame,
+               VisibleSurface& surface) noexcept;
 
   const DepthModel& model_;
   BlockLattice lattice_;

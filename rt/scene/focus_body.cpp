@@ -6,10 +6,6 @@
 namespace hapticd::rt {
 namespace {
 
-/// A ray that grazes the body at less than about 8 degrees counts as missing it: there the disparity changes
-/// faster than a pixel can follow.
-constexpr double kLeastCosine = 0.14;
-
 /// Returns the curvature along the normal that makes the quadric exact for planes, spheres (k, k) and
 /// cylinders (k, 0): k in each case. On saddles both principal curvatures and their sum are small or none is
 /// exact.
@@ -54,7 +50,7 @@ FocusBody::Crossing FocusBody::crossing(double dx, double dy) const noexcept {
   result.cosine = std::sqrt(discriminant);
   const double t = 2 * c / (result.cosine - b);
   result.stretch = 1 + t;
-  if (!(result.stretch > 0)) return {};
+  if (!(result.stretch > kLeastStretch)) return {};
   result.exists = true;
   result.y = Vec3{dx, dy, 0} + t * Vec3{ray_x + dx, ray_y + dy, 1};
   result.normal = normal + a * result.y;

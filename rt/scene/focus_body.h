@@ -33,18 +33,24 @@ struct TangentCurvature {
 /// n y + y A y / 2 = 0. The matrix A has the tangential curvatures and, along n, the curvature that makes it
 /// exact for spheres and cylinders.
 struct FocusBody {
+  /// A ray that grazes the body at less than about 8 degrees counts as missing it: there the disparity
+  /// changes faster than from one pixel to the next.
+  static constexpr double kLeastCosine = 0.14;
+  /// What would be nearer than this share of the depth of the focus does not belong to the body.
+  static constexpr double kLeastStretch = 0.1;
+
   bool exists = false;
   double column_px = 0;  ///< of the focus
   double row_px = 0;
-  double radius_px = 0;         ///< up to this distance from the focus the body is known
+  double radius_px = 0;            ///< up to this distance from the focus the body is known
   double inverse_depth_per_m = 0;  ///< w0
   double ray_x = 0;                ///< of r0
   double ray_y = 0;
   Vec3 normal{0, 0, -1};  ///< n, a unit vector towards the free side
   Vec3 tangent{1, 0, 0};  ///< e1; e2 = n x e1
   TangentCurvature curvature;
-  Symmetric3 a;             ///< A
-  double per_second = 0;    ///< change of the disparity due to motion, raw units
+  Symmetric3 a;              ///< A
+  double per_second = 0;     ///< change of the disparity due to motion, raw units
   double tolerance_raw = 0;  ///< a pixel within this of the body belongs to it
 
   Vec3 ray() const noexcept { return {ray_x, ray_y, 1}; }

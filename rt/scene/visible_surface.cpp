@@ -114,6 +114,82 @@ bool estimateFromFacets(const Corners& cell, float raw, float of_facet_raw, Four
   return weight > 0;
 }
 
+/// The pixel that shows an image position.
+struct Pixel {
+  int row;
+  int column;
+};
+
+Pixel pixelAt(const DepthModel& model, const ImagePosition& image) noexcept {
+  return {std::clamp(static_cast<int>(std::lround(image.v)), 0, model.height_px() - 1),
+          std::clamp(static_cast<int>(std::lround(image.u)), 0, model.width_px() - 1)};
+}
+
+enum class Known : std::uint8_t { no, beyond_view, yes };
+
+/// Estimates the surface of a layer at a position from its facets, or from its pixels where there are none.
+Known estimateFromLayer(const VisibleSurface& surface, const SurfaceLayer& layer, const DepthModel& model,
+                        const ImagePosition& image, Four& numbers) noexcept {
+  constexpr double kPerBlock = 1.0 / BlockLattice::kBlock_px;
+  const BlockWindow& window = surface.blocks;
+  if (window.columns() < 2 || window.rows() < 2) return Known::no;
+  const double block_u = std::clamp((image.u - BlockLattice::kMiddle_px) * kPerBlock,
+                                    static_cast<double>(window.column_first), window.column_last - 1e-6);
+  const double block_v = std::clamp((image.v - BlockLattice::kMiddle_px) * kPerBlock,
+                                    static_cast<double>(window.row_first), window.row_last - 1e-6);
+  const int column = std::min(static_cast<int>(block_u), window.column_last - 1);
+  const int row = std::min(static_cast<int>(block_v), window.row_last - 1);
+  const std::size_t index = surface.lattice.at(row, column);
+  const Corners corners{layer.facet + index, layer.facet + index + surface.lattice.columns,
+                        static_cast<float>(block_u - column), static_cast<float>(block_v - row)};
+  const Cell cell = layer.cell[index];
+  if (cell == Cell::smooth) {
+    numbers = blended(corners);
+  } else if (cell != Cell::mixed) {
+    numbers = atCrease(corners, cell == Cell::least);
+  } else {
+    const Pixel pixel = pixelAt(model, image);
+    const std::uint16_t raw = layer.image[pixel.row * model.stride_px() + pixel.column];
+    if (raw >= kNoRawDisparity) return raw == SurfaceLayer::kBeyondView ? Known::beyond_view : Known::no;
+    if (!estimateFromFacets(corners, static_cast<float>(raw), surface.of_facet_raw, numbers))
+      numbers = estimateFromPixel(layer.image, model, pixel.row, pixel.column, image);
+  }
+  return Known::yes;
+}
+
+/// Estimates the surface at a position from the body at the focus. Returns the share, 0 to 1, that the body
+/// has in the surface there: 0 where the pixel does not belong to it, falling to 0 at the end of the window
+/// that the body was fitted to.
+float estimateFromBody(const FocusBody& body, const SurfaceLayer& layer, const DepthModel& model,
+                       const ImagePosition& image, Four& numbers) noexcept {
+  if (!body.exists) return 0;
+  const double du = image.u - body.column_px;
+  const double dv = image.v - body.row_px;
+  const double distance_squared = du * du + dv * dv;
+  if (distance_squared >= body.radius_px * body.radius_px) return 0;
+  const DepthModelParameters& camera = model.parameters();
+  const FocusBody::Crossing there = body.crossing(du / camera.fx_px, dv / camera.fy_px);
+  if (!there.exists) return 0;
+  const DisparityScale& scale = model.disparity();
+  const double w = body.inverse_depth_per_m / there.stretch;
+  // The inverse depth changes by -w N / (N r) per unit of the ray, with the normal N and the ray r.
+  const double per_ray = -w / (there.cosine * scale.a_per_m);
+  numbers =
+      Four{static_cast<float>((w - scale.b_per_m) / scale.a_per_m),
+           static_cast<float>(per_ray * there.normal.x / camera.fx_px),
+           static_cast<float>(per_ray * there.normal.y / camera.fy_px), static_cast<float>(body.per_second)};
+  const Pixel pixel = pixelAt(model, image);
+  const std::uint16_t raw = layer.image[pixel.row * model.stride_px() + pixel.column];
+  const float within_pixel = 0.5F * (std::abs(numbers[1]) + std::abs(numbers[2]));
+  if (raw >= kNoRawDisparity ||
+      std::abs(static_cast<float>(raw) - numbers[0]) > static_cast<float>(body.tolerance_raw) + within_pixel)
+    return 0;
+  constexpr double kWhole = 0.75;
+  const double t =
+      std::clamp((std::sqrt(distance_squared) / body.radius_px - kWhole) / (1 - kWhole), 0.0, 1.0);
+  return static_cast<float>(1 - t * t * (3 - 2 * t));
+}
+
 }  // namespace
 
 double SurfaceView::shellAt(double depth_m) const noexcept {
@@ -123,65 +199,19 @@ double SurfaceView::shellAt(double depth_m) const noexcept {
 }
 
 Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image) const HAPTICD_RT {
-  const FocusBody& body = surface_.body;
-  float share_of_body = 0;
-  Four of_body{};
-  if (body.exists) {
-    const double du = image.u - body.column_px;
-    const double dv = image.v - body.row_px;
-    constexpr double kWhole = 0.75;
-    const double distance = std::sqrt(du * du + dv * dv) / body.radius_px;
-    if (distance < 1) {
-      const FocusBody::Crossing there = body.crossing(du / camera_.fx_px, dv / camera_.fy_px);
-      if (there.exists) {
-        const double w = body.inverse_depth_per_m / there.stretch;
-        const double a_per_m = model_.disparity().a_per_m;
-        const double disparity = (w - model_.disparity().b_per_m) / a_per_m;
-        const double per_slope = -w / (there.cosine * a_per_m);
-        of_body = Four{static_cast<float>(disparity), static_cast<float>(per_slope * there.normal.x / camera_.fx_px),
-                       static_cast<float>(per_slope * there.normal.y / camera_.fy_px), static_cast<float>(body.per_second)};
-        const auto pixel_column = std::clamp(static_cast<int>(std::lround(image.u)), 0, model_.width_px() - 1);
-        const auto pixel_row = std::clamp(static_cast<int>(std::lround(image.v)), 0, model_.height_px() - 1);
-        const std::uint16_t raw = layer.image[pixel_row * model_.stride_px() + pixel_column];
-        const float slack = 0.5F * (std::abs(of_body[1]) + std::abs(of_body[2]));
-        if (raw < kNoRawDisparity && std::abs(static_cast<float>(raw) - of_body[0]) <= static_cast<float>(body.tolerance_raw) + slack) {
-          const double t = std::clamp((distance - kWhole) / (1 - kWhole), 0.0, 1.0);
-          share_of_body = static_cast<float>(1 - t * t * (3 - 2 * t));
-        }
-      }
-    }
-  }
-  constexpr double kPerBlock = 1.0 / BlockLattice::kBlock_px;
-  const BlockWindow& window = surface_.blocks;
-  if (window.columns() < 2 || window.rows() < 2) return {};
-  const double block_u = std::clamp((image.u - BlockLattice::kMiddle_px) * kPerBlock,
-                                    static_cast<double>(window.column_first), window.column_last - 1e-6);
-  const double block_v = std::clamp((image.v - BlockLattice::kMiddle_px) * kPerBlock,
-                                    static_cast<double>(window.row_first), window.row_last - 1e-6);
-  const int column = std::min(static_cast<int>(block_u), window.column_last - 1);
-  const int row = std::min(static_cast<int>(block_v), window.row_last - 1);
-  const std::size_t index = surface_.lattice.at(row, column);
-  const Corners corners{layer.facet + index, layer.facet + index + surface_.lattice.columns,
-                        static_cast<float>(block_u - column), static_cast<float>(block_v - row)};
   Sheet sheet;
   Four numbers{};
-  const Cell cell = layer.cell[index];
-  if (cell == Cell::smooth) {
-    numbers = blended(corners);
-  } else if (cell != Cell::mixed) {
-    numbers = atCrease(corners, cell == Cell::least);
-  } else {
-    const auto pixel_column = std::clamp(static_cast<int>(std::lround(image.u)), 0, model_.width_px() - 1);
-    const auto pixel_row = std::clamp(static_cast<int>(std::lround(image.v)), 0, model_.height_px() - 1);
-    const std::uint16_t raw = layer.image[pixel_row * model_.stride_px() + pixel_column];
-    if (raw >= kNoRawDisparity) {
-      sheet.beyond_view = raw == SurfaceLayer::kBeyondView;
+  const float share = estimateFromBody(surface_.body, layer, model_, image, numbers);
+  if (share < 1) {
+    Four of_layer{};
+    const Known known = estimateFromLayer(surface_, layer, model_, image, of_layer);
+    if (known == Known::yes) {
+      numbers = of_layer + share * (numbers - of_layer);
+    } else if (share == 0) {
+      sheet.beyond_view = known == Known::beyond_view;
       return sheet;
     }
-    if (!estimateFromFacets(corners, static_cast<float>(raw), surface_.of_facet_raw, numbers))
-      numbers = estimateFromPixel(layer.image, model_, pixel_row, pixel_column, image);
   }
-  if (share_of_body > 0) numbers += share_of_body * (of_body - numbers);
   const double a = model_.disparity().a_per_m;
   const double w = a * (double{numbers[0]} + age_s_ * double{numbers[3]}) + model_.disparity().b_per_m;
   if (!(w > 0)) return sheet;
