@@ -30,8 +30,8 @@ struct FloorPatch {
 /// A ball or an endless rod that the camera sees in perspective, and a force on it. Camera frame, which looks
 /// along -z. Unknown are the ball's centre and radius (4), or the rod's axis and radius (5).
 struct FloorBody {
-  rt::Vec3 contact_m;              ///< on the surface, visible, where the force acts
-  rt::Vec3 outward;                ///< unit normal there
+  rt::Vec3 contact_m{};            ///< on the surface, visible, where the force acts
+  rt::Vec3 outward{};              ///< unit normal there
   double radius_m = 0.05;          ///< convex
   std::optional<rt::Vec3> axis{};  ///< unit vector along the rod, across `outward`; nothing: a ball
   rt::Vec3 along{};                ///< unit vector across `outward`, of tilt_force_n; zero: not computed
