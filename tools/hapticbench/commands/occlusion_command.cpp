@@ -32,7 +32,7 @@ struct OcclusionOptions {
   std::vector<OcclusionPart> parts{kAllParts.begin(), kAllParts.end()};
   std::vector<std::string> laws = kProxyLawChoices;
   std::vector<double> distances_m{1, 2};
-  std::vector<SceneNoise> noises{SceneNoise::none, SceneNoise::harsh};
+  std::vector<SceneNoise> noises{SceneNoise::none, SceneNoise::sensor, SceneNoise::harsh};
   std::uint32_t seed = 1;
   int seeds = 10;      ///< of the noise, each for all entries, outlines and pushes
   bool quick = false;  ///< few passages
@@ -564,7 +564,7 @@ StudyCommand occlusionCommand(CLI::App& app) {
   command.choices("--parts", options->parts, kAllParts, "all");
   command.names("--laws", options->laws, kProxyLawChoices, "all");
   command.numbers("--distances", options->distances_m, 0.6, 3.8, "of the wall, metres (1,2)");
-  command.choices("--noises", options->noises, kAllNoises, "none,harsh");
+  command.choices("--noises", options->noises, kAllNoises, "none,sensor,harsh");
   command.seed(options->seed, "of the noise (1)");
   command
       ->add_option("--seeds", options->seeds,
