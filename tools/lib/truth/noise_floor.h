@@ -37,6 +37,7 @@ struct FloorBody {
   rt::Vec3 along{};                ///< unit vector across `outward`, of tilt_force_n; zero: not computed
   double depth_m = 0.008;          ///< of the HIP, for tilt_force_n; less than the radius
   double window_m = 0.16;          ///< diameter of the neighbourhood of the contact that the estimate uses
+  double rod_length_m = 0.08;      ///< and how much of a rod's length: so far it is taken to be straight
   /// Pixels where the surface is seen at a larger angle from its normal are not used: at the outline a sensor
   /// mixes body and background. Up to this angle neighbours of a Kinect's image differ, from 0.6 m on, by
   /// less than the SensorNoise::kEdgeJumpRaw at which they begin to be missing.

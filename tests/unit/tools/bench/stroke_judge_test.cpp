@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <random>
+#include <vector>
 
 namespace hapticd::tools {
 namespace {
@@ -120,11 +122,17 @@ TEST(StrokeJudge, CountsTheTicksWithTheForceOfTheSurfaceAndComparesTheSizes) {
 }
 
 TEST(DelaySearch, FindsByHowMuchAForceComesLater) {
+  constexpr int kTicks = 1000;
+  // Two whole periods in the ticks that every shift has: a constant error then prefers none.
+  constexpr double kPeriod_ticks = (kTicks - DelaySearch::kLatest_ms + DelaySearch::kEarliest_ms) / 2.0;
+  const auto sine = [](int tick) {
+    return Vec3{0, 0, 4 + 3 * std::sin(2 * std::numbers::pi * tick / kPeriod_ticks)};
+  };
   std::vector<Vec3> true_n;
-  for (int i = 0; i < 1000; ++i) true_n.push_back({0, 0, 4 + 3 * std::sin(0.01 * i)});
+  for (int i = 0; i < kTicks; ++i) true_n.push_back(sine(i));
   for (const int late_ms : {-17, 0, 1, 42}) {
     std::vector<Vec3> force_n;
-    for (int i = 0; i < 1000; ++i) force_n.push_back({0, 0, 4.1 + 3 * std::sin(0.01 * (i - late_ms))});
+    for (int i = 0; i < kTicks; ++i) force_n.push_back(sine(i - late_ms) + Vec3{0, 0, 0.1});
     DelaySearch search;
     search.add(force_n, true_n);
     EXPECT_EQ(search.delay_ms(), late_ms);
