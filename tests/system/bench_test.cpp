@@ -177,6 +177,17 @@ TEST(BenchNoise, SaysWhatIsMissing) {
   expectParts(absent.errors, {"/nowhere/recording"});
 }
 
+TEST(BenchBuzz, ReportsTheVibrationOfAContactAndItsLimits) {
+  const auto [text, document] = reportOf({"buzz", "--quick"});
+  expectParts(text, {"stroking", "requirements"});
+  ASSERT_EQ(document.at("rows").size(), 1U);
+  const json& row = document.at("rows").at(0);
+  EXPECT_GT(row.at("rms_n"), 0);
+  // 4 mm at 500 N/m; the harsher noise at 1 m moves a surface by much less than a millimetre
+  EXPECT_NEAR(row.at("mean_force_n").get<double>(), 2, 0.5);
+  EXPECT_EQ(document.at("requirements").size(), 2U);
+}
+
 TEST(BenchOcclusion, ReportsPassagesEntriesAndLimitsForPeopleAndForPrograms) {
   const auto [text, document] = reportOf({"occlusion", "--quick"});
   expectParts(text, {"requirements"});
@@ -188,6 +199,8 @@ TEST(BenchOcclusion, ReportsPassagesEntriesAndLimitsForPeopleAndForPrograms) {
       shares += row.at(share + std::string("_percent")).get<double>();
     EXPECT_NEAR(shares, 100, 1e-9) << row;
   }
+  EXPECT_EQ(document.at("outlines").size(), 3U * 5U);  // laws, ways over a hand
+  for (const json& row : document.at("outlines")) EXPECT_EQ(row.at("runs"), 1) << row;
   EXPECT_EQ(document.at("near").size(), 3U * 3U);  // laws, speeds
   for (const json& row : document.at("pushes")) EXPECT_GT(row.at("pushes"), 0) << row;
   EXPECT_FALSE(document.at("requirements").empty());

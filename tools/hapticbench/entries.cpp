@@ -2,30 +2,56 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
+#include <optional>
 #include <vector>
 
 #include "tools/hapticbench/engine/laws.h"
 #include "tools/hapticbench/engine/measures.h"
 #include "tools/hapticbench/occlusion.h"
 #include "tools/lib/truth/any_camera.h"
+#include "tools/lib/truth/body_scene.h"
 #include "tools/lib/truth/occluded_scene.h"
 
 namespace hapticd::tools {
-namespace {
 
 using rt::Vec3;
 
+std::string_view nameOf(BlockSide side) {
+  constexpr std::array<std::string_view, 4> kNames{"left", "right", "up", "down"};
+  return kNames.at(static_cast<std::size_t>(side));
+}
+
+Vec3 outOf(BlockSide side) {
+  constexpr std::array<Vec3, 4> kOut{{{-1, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}}};
+  return kOut.at(static_cast<std::size_t>(side));
+}
+
+TrueBody blockWithSide(BlockSide side, double side_m, double wall_m) {
+  constexpr double kWide_m = 0.2;
+  const Vec3 out = outOf(side);
+  const Vec3 across = cross({0, 0, 1}, out);
+  return ConvexBody{{{{0, 0, 1}, -wall_m},
+                     {out, side_m},
+                     {-out, kWide_m - side_m},
+                     {across, kWide_m / 2},
+                     {-across, kWide_m / 2}}};
+}
+
+namespace {
+
 constexpr double kEdge_m = 0.1;         // of the block, beside the optical axis
 constexpr double kBackground_m = 0.35;  // from the front to the wall behind the block
-constexpr double kOutside_m = 0.05;
-constexpr double kInside_m = 0.04;
+constexpr double kOutside_m = 0.02;     // where the hand's path through a side begins
+constexpr double kInside_m = 0.03;
+constexpr double kBorder_m = 0.05;  // the same beside the image's border
 constexpr double kBehind_m = 0.1;
 constexpr double kFront_m = 0.03;
-constexpr double kHandStep_m = 1e-4;  // 0.1 m/s
+constexpr double kPeriod_s = 0.001;
 constexpr long kWait_ticks = 600;
 constexpr double kClear_m = 0.002;
 constexpr double kNone_n = 0.1;
+constexpr double kDirection_n = 0.5;  // from which on a force's direction is judged
+constexpr long kEarly_ticks = 20;
 constexpr double kHandRow_m = 0.0117;
 
 /// x where the last column of the image that is measured meets a depth, to the right.
@@ -39,13 +65,24 @@ rt::DepthModelParameters cameraOf(const EntryCase& entry) {
   return fineDepthModel(entry.wall_m - kBefore_m, entry.wall_m + kBackground_m + kBefore_m);
 }
 
-OccludedSceneParameters bodyOf(const EntryCase& entry) {
-  OccludedSceneParameters body;
-  const bool has_side = entry.kind == EntryKind::visible_side || entry.kind == EntryKind::hidden_side;
-  if (has_side) body.background_m = entry.wall_m + kBackground_m;
-  if (entry.kind == EntryKind::visible_side) body.left_m = kEdge_m;
-  if (entry.kind == EntryKind::hidden_side) body.right_m = kEdge_m;
-  return body;
+/// The half-space behind a wall that faces the camera.
+TrueBody wallAt(double depth_m) {
+  return ConvexBody{{{{0, 0, 1}, -depth_m}}};
+}
+
+/// Along the outward direction of the entry's side: positive beyond the optical axis.
+double sideOf(const EntryCase& entry) {
+  return entry.kind == EntryKind::visible_side ? -kEdge_m : kEdge_m;
+}
+
+BodyScene sceneOf(const EntryCase& entry) {
+  std::vector<TrueBody> bodies;
+  if (isThroughSide(entry.kind)) {
+    bodies = {blockWithSide(entry.side, sideOf(entry), entry.wall_m), wallAt(entry.wall_m + kBackground_m)};
+  } else {
+    bodies = {wallAt(entry.wall_m)};
+  }
+  return {bodies, {}, {}, cameraOf(entry), entry.seed};
 }
 
 /// The straight path of the hand.
@@ -59,52 +96,27 @@ EntryPath pathOf(const EntryCase& entry, const rt::DepthModelParameters& camera)
   const double border = borderAt(camera, entry.wall_m + entry.below_m);
   switch (entry.kind) {
     case EntryKind::visible_side:
-      return {at(kEdge_m - kOutside_m), at(kEdge_m + kInside_m)};
-    case EntryKind::hidden_side:
-      return {at(kEdge_m + kOutside_m), at(kEdge_m - kInside_m)};
+    case EntryKind::hidden_side: {
+      const Vec3 out = outOf(entry.side);
+      const Vec3 on_side = sideOf(entry) * out + kHandRow_m * cross({0, 0, 1}, out) + Vec3{0, 0, level};
+      return {on_side + kOutside_m * out, on_side - kInside_m * out};
+    }
     case EntryKind::from_behind:
       return {{0.0213, kHandRow_m, -(entry.wall_m + kBehind_m)},
               {0.0213, kHandRow_m, -(entry.wall_m - kFront_m)}};
     case EntryKind::into_image:
-      return {at(border + kOutside_m), at(border - kInside_m)};
+      return {at(border + kBorder_m), at(border - kBorder_m)};
     case EntryKind::out_of_image:
-      return {at(border - kInside_m), at(border + kOutside_m)};
+      return {at(border - kBorder_m), at(border + kBorder_m)};
   }
   return {};
 }
 
-/// Returns the distance in metres from the HIP out of the solid through its side; infinite without a side.
-double toSide_m(const EntryCase& entry, const Vec3& hip) {
-  if (entry.kind == EntryKind::visible_side) return hip.x - kEdge_m;
-  if (entry.kind == EntryKind::hidden_side) return kEdge_m - hip.x;
-  return std::numeric_limits<double>::infinity();
-}
-
-/// `pitch_m`: of a pixel; the image shows no better where the body ends.
-EntryTick truthAt(const EntryCase& entry, const Vec3& hip, double stiffness, double pitch_m) {
-  const double to_front = -hip.z - entry.wall_m;
-  const double to_side = toSide_m(entry, hip);
-  const double depth = std::min(to_front, to_side);
-  const double clear = std::max(kClear_m, pitch_m);
-  EntryTick tick{.force_n = {},
-                 .inside = depth > clear,
-                 .outside = depth < -clear,
-                 .through_front_n = {0, 0, stiffness * std::max(0.0, to_front)},
-                 .through_side_n = {}};
-  if (std::isfinite(to_side) && to_side > 0) {
-    const double outward = entry.kind == EntryKind::visible_side ? -1 : 1;
-    tick.through_side_n = {outward * stiffness * to_side, 0, 0};
-  }
-  return tick;
-}
-
-bool isAbout(const Vec3& force_n, const Vec3& true_n) {
-  constexpr double kShare = 0.2;
-  constexpr double kMin_n = 0.5;
-  return norm(true_n) > 0 && norm(force_n - true_n) <= std::max(kMin_n, kShare * norm(true_n));
-}
-
 }  // namespace
+
+bool isThroughSide(EntryKind kind) {
+  return kind == EntryKind::visible_side || kind == EntryKind::hidden_side;
+}
 
 std::string_view nameOf(EntryKind kind) {
   constexpr std::array<std::string_view, 5> kNames{"visible_side", "hidden_side", "from_behind", "into_image",
@@ -120,19 +132,32 @@ void EntryResult::add(const EntryResult& other) {
   wrong += other.wrong;
   ghost_n = std::max(ghost_n, other.ghost_n);
   sideways_n = std::max(sideways_n, other.sideways_n);
+  step_n = std::max(step_n, other.step_n);
+  early_n = std::max(early_n, other.early_n);
+  angle_deg = std::max(angle_deg, other.angle_deg);
 }
 
-EntryResult judgeEntry(const std::vector<EntryTick>& ticks) {
+EntryResult judgeEntry(const std::vector<EntryTick>& ticks, double stiffness_n_per_m) {
   EntryResult result;
-  for (const EntryTick& tick : ticks) {
-    if (tick.through_side_n == Vec3{})
-      result.sideways_n = std::max(result.sideways_n, std::abs(tick.force_n.x));
+  std::optional<std::size_t> entered;
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    const EntryTick& tick = ticks[i];
+    if (i > 0) {
+      const double explained_n = stiffness_n_per_m * norm(tick.hip_m - ticks[i - 1].hip_m);
+      const double step_n = norm(tick.force_n - ticks[i - 1].force_n);
+      result.step_n = std::max(result.step_n, step_n - explained_n);
+    }
+    if (!tick.has_side) result.sideways_n = std::max(result.sideways_n, std::abs(tick.force_n.x));
     if (tick.outside) result.ghost_n = std::max(result.ghost_n, norm(tick.force_n));
+    if (!entered && norm(tick.true_n) > 0) entered = i;
+    if (entered && i < *entered + kEarly_ticks) result.early_n = std::max(result.early_n, norm(tick.force_n));
     if (!tick.inside) continue;
     ++result.inside;
+    if (norm(tick.force_n) > kDirection_n)
+      result.angle_deg = std::max(result.angle_deg, angleBetween_deg(tick.force_n, tick.true_n));
     if (norm(tick.force_n) <= kNone_n) {
       ++(tick.state == rt::ContactState::behind ? result.none_reported : result.none_silent);
-    } else if (isAbout(tick.force_n, tick.through_front_n) || isAbout(tick.force_n, tick.through_side_n)) {
+    } else if (isRightForce(tick.force_n, tick.true_n)) {
       ++result.of_body;
     } else {
       ++result.wrong;
@@ -143,33 +168,43 @@ EntryResult judgeEntry(const std::vector<EntryTick>& ticks) {
 
 EntryResult runEntry(const std::string& law, const EntryCase& entry) {
   const rt::DepthModelParameters camera = cameraOf(entry);
-  OccludedScene scene(bodyOf(entry), camera, entry.noise, entry.seed);
+  BodyScene scene = sceneOf(entry);
+  IdealConstraint ideal(scene);
   const auto box = shippedBox(law, entry.wall_m, camera);
   const double stiffness = box->parameters().force.stiffness_n_per_m;
   FramePlayer player(*box, renderedStream([&](long, std::uint64_t number, rt::DepthFrame& frame) {
-    scene.render({.wall_m = entry.wall_m}, number, frame);
+    scene.render(0, number, entry.noise, frame);
   }));
   const EntryPath path = pathOf(entry, camera);
   const double length_m = norm(path.to_m - path.from_m);
-  const auto moving = std::lround(length_m / kHandStep_m);
+  const auto moving = std::lround(length_m / (entry.speed_m_per_s * kPeriod_s));
   // a hand that leaves the image presses from the front first
   const bool presses = entry.kind == EntryKind::out_of_image;
+  // the image shows no better where the body ends
+  const double clear_m = std::max(kClear_m, entry.wall_m / camera.fx_px);
   std::vector<EntryTick> ticks;
   for (long tick = 0; tick < kWait_ticks + moving; ++tick) {
     const double share =
         std::clamp(static_cast<double>(tick - kWait_ticks) / static_cast<double>(moving), 0.0, 1.0);
     Vec3 hip = path.from_m + share * (path.to_m - path.from_m);
     if (presses) {
-      const double remaining_m = kHandStep_m * static_cast<double>(kWait_ticks - 100 - tick);
+      const double remaining_m =
+          entry.speed_m_per_s * kPeriod_s * static_cast<double>(kWait_ticks - 100 - tick);
       hip.z += std::clamp(remaining_m, 0.0, kFront_m + entry.below_m);
     }
-    EntryTick judged = truthAt(entry, hip, stiffness, entry.wall_m / camera.fx_px);
+    const auto hold = ideal.follow(hip, 0);
     const rt::Tick now = player.tick(hip);
-    judged.force_n = now.law_force_n_in_world;
-    judged.state = now.contact;
-    if (tick >= kWait_ticks) ticks.push_back(judged);
+    if (tick < kWait_ticks) continue;
+    const Vec3 to_surface_m = hold ? hold->proxy_m - hip : Vec3{};
+    ticks.push_back({.force_n = now.law_force_n_in_world,
+                     .state = now.contact,
+                     .hip_m = hip,
+                     .inside = norm(to_surface_m) > clear_m,
+                     .outside = !hold && scene.signedDistance(hip, 0) > clear_m,
+                     .has_side = isThroughSide(entry.kind),
+                     .true_n = stiffness * to_surface_m});
   }
-  return judgeEntry(ticks);
+  return judgeEntry(ticks, stiffness);
 }
 
 namespace {
@@ -183,6 +218,7 @@ constexpr double kSurfaceDisplacement_m = 0.06;
 constexpr long kBeforePush_ticks = 700;
 constexpr double kTickOfPush_s = 0.001;
 constexpr double kPopLimit_n = 20;
+constexpr double kKnown_px = 3;  // inside the outline, where the body is certain to be
 constexpr double kTwoFrames_s = 2.0 / 30;
 
 rt::DepthModelParameters cameraOf(const BorderPushCase& push) {
@@ -196,6 +232,22 @@ OccludedSceneParameters bodyOf(const BorderPushCase& push) {
   body.background_m = push.wall_m + kBackgroundBehind_m;
   (push.kind == BorderKind::silhouette_visible ? body.left_m : body.right_m) = kBodyEdge_m;
   return body;
+}
+
+/// Distance of the HIP's ray from the border of the surface in the image, positive on the surface.
+double insideOutline_px(const BorderPushCase& push, const Vec3& hip, double wall_m,
+                        const rt::DepthModelParameters& camera) {
+  const double ray_px = camera.fx_px * hip.x / -hip.z;
+  const double edge_px = camera.fx_px * kBodyEdge_m / wall_m;
+  switch (push.kind) {
+    case BorderKind::silhouette_hidden:
+      return edge_px - ray_px;
+    case BorderKind::silhouette_visible:
+      return ray_px - edge_px;
+    case BorderKind::image_border:
+      break;
+  }
+  return drivers::SensorNoise::kFirstDeadColumn - 0.5 - camera.cx_px - ray_px;
 }
 
 /// Returns the point at which the hand pushes, at the level of the front.
@@ -225,6 +277,7 @@ std::string_view nameOf(BorderKind kind) {
 void BorderPushResult::add(const BorderPushResult& other) {
   pushes += other.pushes;
   popped += other.popped;
+  at_outline += other.at_outline;
   least_n = std::min(least_n, other.least_n);
 }
 
@@ -248,6 +301,7 @@ BorderPushResult runBorderPush(const std::string& law, const BorderPushCase& pus
   const long end = kBeforePush_ticks + std::lround(displacement_m / push.speed_m_per_s / kTickOfPush_s);
   std::vector<double> outward_n;
   std::vector<double> ideal_n;
+  std::vector<double> inside_px;
   for (long tick = 0; tick < end; ++tick) {
     const double in_front_m =
         push.surface_moves ? kStillBefore_m : kHandFrom_m - movedBy(tick, displacement_m);
@@ -255,12 +309,17 @@ BorderPushResult runBorderPush(const std::string& law, const BorderPushCase& pus
     const double force_n = player.tick(hip).law_force_n_in_world.z;
     if (tick < kBeforePush_ticks) continue;
     outward_n.push_back(force_n);
+    inside_px.push_back(insideOutline_px(push, hip, wallAt(tick), camera));
     // What the law can know: the surface comes on for up to two frames before it is seen there.
     const double unseen_m = push.surface_moves ? push.speed_m_per_s * kTwoFrames_s : 0;
     ideal_n.push_back(stiffness * std::max(0.0, -hip.z - wallAt(tick) - unseen_m));
   }
   const PopThrough judged = judgePush(outward_n, ideal_n);
-  return {.pushes = 1, .popped = judged.under(kPopLimit_n) ? 1 : 0, .least_n = judged.largest_n};
+  BorderPushResult result{.pushes = 1, .least_n = judged.largest_n};
+  if (!judged.under(kPopLimit_n)) return result;
+  // it lets go after its largest force, when the ray may already be nearer
+  ++(inside_px[judged.largest_tick] >= kKnown_px ? result.popped : result.at_outline);
+  return result;
 }
 
 }  // namespace hapticd::tools

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -14,6 +15,7 @@
 #include "tools/hapticbench/engine/measures.h"
 #include "tools/lib/truth/occluded_scene.h"
 #include "tools/lib/truth/scene_noise.h"
+#include "tools/lib/truth/true_body.h"
 
 namespace hapticd::tools {
 
@@ -121,49 +123,101 @@ NearLimitResult judgeNearLimit(const std::vector<NearLimitTick>& ticks, std::siz
 /// of the camera; it goes on for 30 mm, waits for two seconds and goes back.
 NearLimitResult runNearLimit(const std::string& law, double speed_m_per_s);
 
+/// A side of a block that faces the camera, as it lies in the image.
+enum class BlockSide : std::uint8_t { left, right, up, down };
+inline constexpr std::array kAllSides{BlockSide::left, BlockSide::right, BlockSide::up, BlockSide::down};
+std::string_view nameOf(BlockSide side);
+/// Unit vector out of the block through that side, in the camera's frame.
+rt::Vec3 outOf(BlockSide side);
+/// A block whose front is `wall_m` from the camera and 0.2 m wide, endless in depth. `side_m`: where that
+/// side is along outOf(side), from the optical axis; negative: it faces the axis, so that the camera sees it.
+TrueBody blockWithSide(BlockSide side, double side_m, double wall_m);
+
 /// How a hand enters or leaves a body other than through the surface that the camera sees.
 enum class EntryKind : std::uint8_t {
-  visible_side,  ///< through a side that faces the optical axis and is seen at a grazing angle
+  visible_side,  ///< through a side of a block that faces the optical axis and is seen at a grazing angle
   hidden_side,   ///< through a side that the camera does not see
   from_behind,   ///< out of the depth behind the front, and out through the front
   into_image,    ///< behind the level of a wall, from beyond the image's border
   out_of_image,  ///< pressing on a wall, over the image's border
 };
 std::string_view nameOf(EntryKind kind);
+bool isThroughSide(EntryKind kind);
 
 struct EntryCase {
   EntryKind kind = EntryKind::hidden_side;
+  BlockSide side = BlockSide::left;  ///< where isThroughSide()
   double wall_m = 1;
-  double below_m = 0.02;  ///< of the hand, behind the level of the front
+  double below_m = 0.02;       ///< of the hand, behind the level of the front
+  double speed_m_per_s = 0.1;  ///< of the hand
   SceneNoise noise = SceneNoise::none;
   std::uint32_t seed = 1;
 };
 
-/// The force on a hand in or beside a body, and the true ones.
+/// The force on a hand in or beside a body, and the true one.
 struct EntryTick {
-  rt::Vec3 force_n;
+  rt::Vec3 force_n{};
   rt::ContactState state = rt::ContactState::free;
-  bool inside = false;       ///< the HIP is in the solid, by more than 2 mm
-  bool outside = false;      ///< the HIP is out of it, by more than 2 mm
-  rt::Vec3 through_front_n;  ///< the spring to the front; what is inside may get that
-  rt::Vec3 through_side_n;   ///< the spring to the side, or zero where there is none to come through
+  rt::Vec3 hip_m{};
+  bool inside = false;    ///< the HIP is in the solid, by more than 2 mm or a pixel
+  bool outside = false;   ///< the HIP is out of it, by more than that
+  bool has_side = false;  ///< there is a side to come through, so that a force along the motion may be right
+  rt::Vec3 true_n{};      ///< the spring to the surface that was touched: the side, or else the front
 };
 
 /// Ticks inside the body by the force that they got, and the largest forces that should not exist.
 struct EntryResult {
   std::size_t inside = 0;
-  std::size_t of_body = 0;        ///< ticks with the force of the body that was entered
+  std::size_t of_body = 0;        ///< ticks with the force of the surface that was touched: isRightForce()
   std::size_t none_reported = 0;  ///< with no force, and the contact state is `behind`
   std::size_t none_silent = 0;    ///< with no force, and no report of it
   std::size_t wrong = 0;          ///< with another force
   double ghost_n = 0;             ///< largest force outside
   double sideways_n = 0;          ///< largest force along the motion where there is no side to come through
+  double step_n = 0;     ///< largest change of the force in a tick beyond the spring of the HIP's own motion
+  double early_n = 0;    ///< largest force in the first 20 ms in the solid
+  double angle_deg = 0;  ///< largest angle from the normal of what was touched, of forces above 0.5 N
 
   void add(const EntryResult& other);
 };
-EntryResult judgeEntry(const std::vector<EntryTick>& ticks);
+EntryResult judgeEntry(const std::vector<EntryTick>& ticks, double stiffness_n_per_m);
 
 EntryResult runEntry(const std::string& law, const EntryCase& entry);
+
+/// How the outline of a body comes over a hand that presses 8 mm into its front.
+enum class OutlineMotion : std::uint8_t {
+  aside,     ///< the body moves out from under the hand
+  comes_on,  ///< towards the camera, so that the outline moves outwards in the image; the hand stays in it
+};
+inline constexpr std::array kOutlineMotions{OutlineMotion::aside, OutlineMotion::comes_on};
+std::string_view nameOf(OutlineMotion motion);
+
+/// The body moves at 0.1 m/s.
+struct OutlineCase {
+  OutlineMotion motion = OutlineMotion::aside;
+  BlockSide side = BlockSide::left;
+  bool visible = true;  ///< the side at the outline; always where the surface comes on
+  double wall_m = 1;
+  double passes_at_m = 0.016;  ///< how deep the hand is when the outline of a surface that comes on passes it
+  SceneNoise noise = SceneNoise::none;
+  std::uint32_t seed = 1;
+};
+
+struct OutlineResult {
+  int runs = 0;
+  int not_pressed = 0;  ///< of them, without force before the body moved, so that nothing is judged
+  int held = 0;         ///< in the end the force was more than half of its largest
+  double drop_n = 0;    ///< largest fall of the force in one tick
+  /// In how many frames of 33 ms the force fell from 90 to 10 % of the largest one of the ten frames before,
+  /// or would have at the speed at which it fell to half; infinite where it fell more slowly or less.
+  double fewest_frames = std::numeric_limits<double>::infinity();
+
+  void add(const OutlineResult& other);
+};
+/// `force_n`: magnitudes by the tick since the body moves. `before_n`: the true one before.
+OutlineResult judgeOutline(const std::vector<double>& force_n, double before_n);
+
+OutlineResult runOutline(const std::string& law, const OutlineCase& outline);
 
 /// The border of the surface that a push is next to.
 enum class BorderKind : std::uint8_t {
@@ -186,7 +240,8 @@ struct BorderPushCase {
 
 struct BorderPushResult {
   int pushes = 0;
-  int popped = 0;        ///< number of pushes that popped through below 20 N
+  int popped = 0;  ///< pushes that popped through below 20 N with the HIP's ray 3 px or more from the border
+  int at_outline = 0;    ///< those that did so with the ray nearer to it, where nobody can tell
   double least_n = 1e9;  ///< smallest pop-through force, or the largest force reached
 
   void add(const BorderPushResult& other);

@@ -132,6 +132,7 @@ std::vector<DistanceError> measureDistanceErrors(const DistanceErrorOptions& opt
   strokes.distances_m = options.distances_m;
   strokes.noises = options.noises;
   strokes.variants = options.variants;
+  strokes.seeds = 1;
   std::vector<std::vector<StrokesRow>> rows;
   for (const SurfaceKind kind : options.kinds) {
     strokes.scenes = scenesOf(kind);

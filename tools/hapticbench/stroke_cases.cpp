@@ -129,8 +129,8 @@ Cases rods(CaseMaker& make, double diameter_m, bool deep) {
     double tilt_deg;   // of the axis in depth
     double round_deg;  // of the contact around the axis, from the side that faces the camera
   };
-  constexpr Orientation kOrientations[] = {{0, 0, 0},  {90, 0, 0},   {35, 0, 0}, {20, 30, 0},
-                                           {0, 0, 45}, {90, 0, -45}, {55, 0, 30}};
+  constexpr Orientation kOrientations[] = {{0, 0, 0},   {30, 0, 0}, {60, 0, 0},   {90, 0, 0},
+                                           {20, 30, 0}, {0, 0, 45}, {90, 0, -45}, {55, 0, 30}};
   Cases cases;
   const double radius = diameter_m / 2;
   for (const Orientation& o : kOrientations) {
@@ -419,6 +419,48 @@ Cases handHeld(CaseMaker& make) {
   return cases;
 }
 
+/// The motions of organs: how they are called on the command line.
+struct OrganMotion {
+  const char* name;
+  Beat beat;
+  double judged_s;  ///< whole periods
+};
+/// A heart of 72 beats a minute whose harmonics bring its acceleration to 3.0 m/s^2, breathing of 20 mm from
+/// end to end, and a trembling of the whole scene with 1 mm to both sides.
+const OrganMotion kOrgans[] = {{"heart", {.hz = 1.2, .amplitudes_m = {0.01, 0.005, 0.0025}}, 2.5},
+                               {"breathing", {.hz = 0.25, .amplitudes_m = {0.01}}, 4},
+                               {"tremor", {.hz = 8, .amplitudes_m = {0.001}}, 1}};
+
+StrokeScene organScene(const OrganMotion& organ, bool is_ball) {
+  constexpr double kNearest_m = 0.5;  // it comes up to 25 mm nearer
+  StrokeScene scene;
+  scene.name = std::string(organ.name) + (is_ball ? "_ball" : "_plane");
+  scene.smooth = false;
+  scene.moving = true;
+  scene.nearest_m = kNearest_m;
+  return scene;
+}
+
+/// A HIP that stays, at least 4 mm deep, in a surface that moves towards the camera and back.
+Cases organs(CaseMaker& make, const OrganMotion& organ, bool is_ball) {
+  constexpr double kShallowest_m = 0.004;
+  constexpr double kFramePeriod_s = 1.0 / 30;
+  constexpr double kRadius_m = 0.05;
+  StrokeCase one = is_ball ? balls(make, kRadius_m).front() : planes(make, 20 * kDegree).front();
+  if (is_ball) one.path.start_m = kRadius_m * unitOf(Vec3{0.3, 0, 1});
+  if (is_ball) one.path.outward = unitOf(one.path.start_m);
+  one.path.along = unitOf(cross({0, 1, 0}, one.path.outward));
+  one.path.length_m = 0;
+  one.path.bend_radius_m = 0;
+  one.motion.beat = organ.beat;
+  one.hip = HipMotion::stays;
+  one.stays_s = organ.judged_s;
+  one.phase_s = make.uniform(0, kFramePeriod_s);
+  // where it stays the surface has already come on
+  one.path.depth_m = kShallowest_m + organ.beat.displacement_m(kSteady_s + one.phase_s);
+  return {one};
+}
+
 struct Entry {
   StrokeScene scene;
   std::function<Cases(CaseMaker&)> make;
@@ -438,7 +480,7 @@ const std::vector<Entry>& entries() {
           {{.name = fmt::format("rod{}{}", diameter_mm, deep ? "_deep" : ""), .narrowest_m = diameter_m},
            [diameter_m, deep = deep](CaseMaker& make) { return rods(make, diameter_m, deep); }});
     }
-    for (const int diameter_mm : {50, 100}) {
+    for (const int diameter_mm : {30, 50, 100, 200}) {
       const double radius_m = diameter_mm / 2000.0;
       list.push_back({{.name = fmt::format("sphere{}", diameter_mm), .narrowest_m = 2 * radius_m},
                       [radius_m](CaseMaker& make) { return balls(make, radius_m); }});
@@ -464,6 +506,12 @@ const std::vector<Entry>& entries() {
                        .nearest_m = kNearest_m + 0.3 * speed},
                       [speed](CaseMaker& make) { return movingPlanes(make, speed); }});
     }
+    for (const OrganMotion& organ : kOrgans) {
+      for (const bool is_ball : {false, true}) {
+        list.push_back({organScene(organ, is_ball),
+                        [&organ, is_ball](CaseMaker& make) { return organs(make, organ, is_ball); }});
+      }
+    }
     list.push_back({{.name = "hand_held", .smooth = false, .moving = true, .narrowest_m = 0.04}, handHeld});
     return list;
   }();
@@ -472,10 +520,13 @@ const std::vector<Entry>& entries() {
 
 }  // namespace
 
+double StrokeScene::spans_px(double distance_m) const {
+  return narrowest_m * rt::DepthModelParameters{}.fx_px / distance_m;
+}
+
 bool isSeen(const StrokeScene& scene, double distance_m) {
   constexpr double kMin_px = 7.9;
-  if (distance_m < scene.nearest_m) return false;
-  return scene.narrowest_m * rt::DepthModelParameters{}.fx_px / distance_m >= kMin_px;
+  return distance_m >= scene.nearest_m && scene.spans_px(distance_m) >= kMin_px;
 }
 
 const std::vector<StrokeScene>& strokeScenes() {

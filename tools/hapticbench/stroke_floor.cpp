@@ -67,7 +67,8 @@ FloorError curvedFloor(const StrokeCase& stroke, FloorBody body,
 FloorError strokeFloor(const StrokeCase& stroke, SceneNoise noise, double distance_m,
                        double stiffness_n_per_m) {
   const drivers::SensorNoise::Parameters sensor = sensorParameters(noise);
-  if (stroke.held_in_front) return {};
+  const bool has_crease = std::holds_alternative<HollowBody>(stroke.bodies.front());
+  if (stroke.held_in_front || has_crease) return {};
   FloorBody body{.depth_m = stroke.path.depth_m, .frames = framesOf(stroke)};
   if (const auto* ball = std::get_if<BallBody>(&stroke.bodies.front())) {
     body.radius_m = ball->radius_m;

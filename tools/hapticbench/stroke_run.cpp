@@ -235,6 +235,9 @@ void judgeContact(const TrueTick& truth, const LawTick& output, StrokeFigures& f
   const Vec3 error = output.law_force_n - truth.force_n;
   const bool pressed = norm(truth.force_n) > kPressed_n;
   ++figures.contact_ticks;
+  if (isRightForce(output.law_force_n, truth.force_n)) ++figures.right_ticks;
+  figures.size_sum_n += norm(output.law_force_n);
+  figures.true_size_sum_n += norm(truth.force_n);
   if (pressed && norm(output.law_force_n) < kNoticed_n) ++figures.lost_ticks;
   if (pressed && dot(output.law_force_n, truth.hold->outward) < -kNoticed_n) ++figures.wrong_side_ticks;
   figures.error.add(output.law_force_n, truth.force_n);
@@ -274,12 +277,43 @@ void EndSpread::add(const EndSpread& other) {
   ends += other.ends;
 }
 
+void DelaySearch::add(const std::vector<Vec3>& force_n, const std::vector<Vec3>& true_n) {
+  const auto ticks = static_cast<int>(force_n.size());
+  // the same ticks for all shifts
+  for (int tick = kLatest_ms; tick < ticks + kEarliest_ms; ++tick) {
+    for (int shift = kEarliest_ms; shift <= kLatest_ms; ++shift) {
+      const Vec3 error =
+          force_n[static_cast<std::size_t>(tick)] - true_n[static_cast<std::size_t>(tick - shift)];
+      squares_[static_cast<std::size_t>(shift - kEarliest_ms)] += dot(error, error);
+    }
+  }
+}
+
+void DelaySearch::add(const DelaySearch& other) {
+  for (std::size_t i = 0; i < squares_.size(); ++i) squares_[i] += other.squares_[i];
+}
+
+std::optional<int> DelaySearch::delay_ms() const {
+  const auto least = std::ranges::min_element(squares_);
+  if (*std::ranges::max_element(squares_) == 0) return std::nullopt;
+  return static_cast<int>(least - squares_.begin()) + kEarliest_ms;
+}
+
+std::optional<double> StrokeFigures::sizeRatio() const {
+  if (true_size_sum_n == 0) return std::nullopt;
+  return size_sum_n / true_size_sum_n;
+}
+
 void StrokeFigures::add(const StrokeFigures& other) {
   strokes += other.strokes;
   stopped += other.stopped;
   lagged += other.lagged;
   contact_ticks += other.contact_ticks;
   lost_ticks += other.lost_ticks;
+  right_ticks += other.right_ticks;
+  size_sum_n += other.size_sum_n;
+  true_size_sum_n += other.true_size_sum_n;
+  delay.add(other.delay);
   wrong_side_ticks += other.wrong_side_ticks;
   free_ticks += other.free_ticks;
   ghost_ticks += other.ghost_ticks;
@@ -297,12 +331,16 @@ StrokeFigures judgeStroke(const std::vector<TrueTick>& truth, const std::vector<
   StrokeFigures figures;
   figures.strokes = 1;
   bool behind = false;  // now
+  std::vector<Vec3> forces_n;
+  std::vector<Vec3> true_forces_n;
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const TrueTick& tick = truth[i];
     if (output[i].outside_model) ++figures.outside_model_ticks;
     if (isNearEnd(tick, limits)) continue;
     if (tick.hold && tick.judged) {
       judgeContact(tick, output[i], figures);
+      forces_n.push_back(output[i].law_force_n);
+      true_forces_n.push_back(tick.force_n);
       const double lag = limits.has_proxy ? lag_m(tick, output[i]) : 0;
       behind = lag > limits.lag_m;
       if (behind) figures.lagged = 1;
@@ -315,6 +353,7 @@ StrokeFigures judgeStroke(const std::vector<TrueTick>& truth, const std::vector<
     }
   }
   figures.stopped = behind ? 1 : 0;
+  if (limits.moving) figures.delay.add(forces_n, true_forces_n);
   if (const auto end = endOfContact_m(truth, output)) figures.end.add(*end, limits.pitch_m);
   return figures;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -75,6 +76,9 @@ struct StrokeScene {
   bool moving = false;
   double narrowest_m = std::numeric_limits<double>::infinity();  ///< width of a thin body
   double nearest_m = 0;  ///< distance below which it would leave the camera's range
+
+  /// Pixels that a thin body spans at that distance; infinite for others.
+  double spans_px(double distance_m) const;
 };
 
 inline const std::string& nameOf(const StrokeScene& scene) {
@@ -147,6 +151,23 @@ struct JudgeLimits {
   double pitch_m = 0.0015;  ///< of the pixels along the stroke
   double clear_m = 0.002;   ///< a HIP farther than that from every body touches nothing
   bool has_proxy = true;
+  bool moving = false;  ///< the true force changes with the body's motion, so that a delay shows
+};
+
+/// By how much a force comes after the true one: the shift in time that leaves the smallest error.
+class DelaySearch {
+ public:
+  static constexpr int kEarliest_ms = -30;
+  static constexpr int kLatest_ms = 80;
+
+  /// Adds forces and true forces at successive ticks of a millisecond.
+  void add(const std::vector<rt::Vec3>& force_n, const std::vector<rt::Vec3>& true_n);
+  void add(const DelaySearch& other);
+  /// Positive: the force comes later than the true one. Nothing if nothing was added.
+  std::optional<int> delay_ms() const;
+
+ private:
+  std::array<double, kLatest_ms - kEarliest_ms + 1> squares_{};  ///< of the error, by the shift
 };
 
 /// Where contacts ended, metres beyond the end of the body: the range over several strokes.
@@ -168,20 +189,27 @@ struct StrokeFigures {
   int lagged = 0;   ///< it did at some tick
   long contact_ticks = 0;
   long lost_ticks = 0;        ///< truth above 0.5 N, force below 0.1 N
+  long right_ticks = 0;       ///< isRightForce()
   long wrong_side_ticks = 0;  ///< force into the body, more than 0.1 N where the truth is above 0.5 N
   long free_ticks = 0;
   long ghost_ticks = 0;  ///< force above 0.1 N on a HIP that touches nothing
   long outside_model_ticks = 0;
-  ForceErrors error;    ///< of the law's force
-  ForceErrors blended;  ///< of the force after the blend
-  Spread along_n;       ///< the error's component along the stroke
-  double lag_m = 0;     ///< largest
-  double ghost_n = 0;   ///< largest force on a HIP that touches nothing
+  ForceErrors error;           ///< of the law's force
+  ForceErrors blended;         ///< of the force after the blend
+  Spread along_n;              ///< the error's component along the stroke
+  double size_sum_n = 0;       ///< of the magnitudes of the force in contact
+  double true_size_sum_n = 0;  ///< and of those of the true one
+  DelaySearch delay;
+  double lag_m = 0;    ///< largest
+  double ghost_n = 0;  ///< largest force on a HIP that touches nothing
   EndSpread end;
 
   void add(const StrokeFigures& other);
   double lostPercent() const { return percentOf(lost_ticks, contact_ticks); }
   double ghostPercent() const { return percentOf(ghost_ticks, free_ticks); }
+  double rightPercent() const { return percentOf(right_ticks, contact_ticks); }
+  /// Mean magnitude of the force in contact over that of the true one; nothing without contact.
+  std::optional<double> sizeRatio() const;
   double wrongSidePercent() const { return percentOf(wrong_side_ticks, contact_ticks); }
 };
 
@@ -191,7 +219,7 @@ StrokeFigures judgeStroke(const std::vector<TrueTick>& truth, const std::vector<
 
 /// The least error that the camera's noise allows on a stroke, RMS over it: on balls and rods that of an
 /// estimate that knows all but their place and size, on flat faces that of a plane of 160 mm. Not determined
-/// where the force is none that a surface alone explains (`held_in_front`).
+/// in creases, where the force is of several faces, and where no surface alone explains it (`held_in_front`).
 FloorError strokeFloor(const StrokeCase& stroke, SceneNoise noise, double distance_m,
                        double stiffness_n_per_m);
 
@@ -199,9 +227,10 @@ FloorError strokeFloor(const StrokeCase& stroke, SceneNoise noise, double distan
 struct StrokesOptions {
   std::vector<std::string> laws = kProxyLawChoices;  ///< of kLawChoices
   std::vector<std::string> scenes;                   ///< empty: all
-  std::vector<double> distances_m{0.6, 1, 2};
+  std::vector<double> distances_m{0.6, 1, 1.5, 2, 3};
   std::vector<SceneNoise> noises{SceneNoise::none, SceneNoise::sensor, SceneNoise::harsh};
   int variants = 0;  ///< at most that many strokes over a scene; 0: all
+  int seeds = 10;    ///< of the noise, each for all strokes; one where there is none
   std::uint32_t seed = 1;
 };
 
@@ -212,6 +241,7 @@ struct StrokesRow {
   double distance_m = 0;
   SceneNoise noise = SceneNoise::none;
   StrokeFigures figures;
+  std::vector<Spread> error_of_seed_n;  ///< the error of the law's force by the noise that it saw
   double lag_limit_m = 0;
   Spread floor_n;       ///< of the error that the noise makes unavoidable; nothing where there is none
   Spread tilt_floor_n;  ///< the same of the force along the surface
@@ -219,6 +249,8 @@ struct StrokesRow {
   /// RMS error over the floor; nothing without noise.
   std::optional<double> errorByFloor() const;
   std::optional<double> alongByFloor() const;
+  /// Standard error of the RMS error by its spread over the seeds; nothing with a single one.
+  std::optional<double> standardError_n() const;
 };
 
 /// One row for each law, scene, distance and noise.

@@ -55,13 +55,23 @@ namespace {
 
 constexpr double kNoDirection_n = 0.05;  // half the smallest force that a person notices
 
-double angle_deg(const rt::Vec3& a, const rt::Vec3& b) {
+}  // namespace
+
+double angleBetween_deg(const rt::Vec3& a, const rt::Vec3& b) {
   // by the chord between the unit vectors, which is exact for small angles where the cosine is not
   const double chord = norm((1 / norm(a)) * a - (1 / norm(b)) * b);
   return 2 * std::asin(std::min(chord / 2, 1.0)) * 180 / std::numbers::pi;
 }
 
-}  // namespace
+bool isRightForce(const rt::Vec3& force_n, const rt::Vec3& true_n) {
+  constexpr double kSize_n = 0.5;
+  const double size_n = norm(force_n);
+  const double true_size_n = norm(true_n);
+  if (std::abs(size_n - true_size_n) > std::max(kSize_n, justNoticeableDifference_n(true_size_n)))
+    return false;
+  if (size_n < 2 * kNoDirection_n || true_size_n == 0) return true;
+  return angleBetween_deg(force_n, true_n) <= kRightDirection_deg;
+}
 
 double justNoticeableDifference_n(double force_n) {
   return std::max(0.07 * force_n, 0.1);
@@ -74,7 +84,7 @@ void ForceErrors::add(const rt::Vec3& force_n, const rt::Vec3& truth_n) {
   error_jnd.add(error / justNoticeableDifference_n(truth));
   if (truth > 0) error_percent.add(100 * error / truth);
   if (truth > kNoDirection_n && norm(force_n) > kNoDirection_n)
-    direction_deg.add(angle_deg(force_n, truth_n));
+    direction_deg.add(angleBetween_deg(force_n, truth_n));
 }
 
 void ForceErrors::add(const ForceErrors& other) {

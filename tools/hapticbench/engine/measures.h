@@ -75,6 +75,17 @@ double rootMeanSquare(std::span<const double> values);
 /// (Pang, Tan and Durlach: about 7 % between 2.5 and 10 N.)
 double justNoticeableDifference_n(double force_n);
 
+/// Angle between two vectors that are not zero.
+double angleBetween_deg(const rt::Vec3& a, const rt::Vec3& b);
+
+/// How far a force may point away from the normal of the surface that was touched and still be its force.
+inline constexpr double kRightDirection_deg = 30;
+
+/// True where a force is that of the surface that was touched: within kRightDirection_deg of its normal, and
+/// as large as the spring to it, to within half a newton or one JND of it, whichever is larger. Below 0.1 N,
+/// which nobody notices, a direction does not count. `true_n`: the spring to the surface, along its normal.
+bool isRightForce(const rt::Vec3& force_n, const rt::Vec3& true_n);
+
 /// Errors of forces relative to the true ones, in newtons, percent, JND and degrees.
 struct ForceErrors {
   Spread error_n;

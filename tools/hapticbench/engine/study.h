@@ -126,6 +126,7 @@ class StudyCommand {
 
 /// Creates the subcommand of each study. `app` outlives them.
 StudyCommand accuracyCommand(CLI::App& app);
+StudyCommand buzzCommand(CLI::App& app);
 StudyCommand jitterCommand(CLI::App& app);
 StudyCommand camerasCommand(CLI::App& app);
 StudyCommand fixturesCommand(CLI::App& app);

@@ -40,9 +40,21 @@ double firstDepth(const std::vector<TrueBody>& bodies, const Vec3& origin, const
 
 }  // namespace
 
+double Beat::displacement_m(double elapsed_s) const {
+  double displacement_m = 0;
+  for (std::size_t i = 0; i < amplitudes_m.size(); ++i) {
+    const double harmonic = static_cast<double>(i + 1);
+    const double sign = i % 2 == 0 ? -1 : 1;
+    displacement_m +=
+        sign * amplitudes_m[i] * (std::cos(2 * std::numbers::pi * harmonic * hz * elapsed_s) - 1);
+  }
+  return displacement_m;
+}
+
 bool BodyMotion::rests() const {
   const Vec3 none{};
-  return velocity_m_per_s == none && turning_rad_per_s == none && sway_m == none && sway_rad == none;
+  return beat.rests() && velocity_m_per_s == none && turning_rad_per_s == none && sway_m == none &&
+         sway_rad == none;
 }
 
 RigidFrame BodyMotion::at(const RigidFrame& rested, double t_s) const {
@@ -52,8 +64,9 @@ RigidFrame BodyMotion::at(const RigidFrame& rested, double t_s) const {
   const auto swayed = [&sway](const Vec3& amplitude) {
     return Vec3{amplitude.x * sway.x, amplitude.y * sway.y, amplitude.z * sway.z};
   };
-  return rested.moved(elapsed * turning_rad_per_s + swayed(sway_rad),
-                      elapsed * velocity_m_per_s + swayed(sway_m));
+  return rested.moved(
+      elapsed * turning_rad_per_s + swayed(sway_rad),
+      elapsed * velocity_m_per_s + swayed(sway_m) + beat.displacement_m(elapsed) * beat.direction);
 }
 
 BodyScene::BodyScene(std::vector<TrueBody> bodies, const RigidFrame& T_camera_bodies,

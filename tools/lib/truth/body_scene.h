@@ -15,6 +15,18 @@
 
 namespace hapticd::tools {
 
+/// A periodic motion as of an organ: a fundamental and its second and third harmonic, which begins at rest
+/// at one end and first moves along `direction`.
+struct Beat {
+  rt::Vec3 direction{0, 0, 1};  ///< unit vector
+  double hz = 1;
+  std::array<double, 3> amplitudes_m{};  ///< of the fundamental and of the harmonics
+
+  /// Displacement along `direction` after that time: the sum of (-1)^k a_k (cos(2 pi k f t) - 1).
+  double displacement_m(double elapsed_s) const;
+  bool rests() const { return amplitudes_m == std::array<double, 3>{}; }
+};
+
 /// The motion of the bodies of a scene in the camera's frame; a moving camera is represented by bodies that
 /// move in the opposite direction. Before `start_s` they rest.
 struct BodyMotion {
@@ -24,6 +36,7 @@ struct BodyMotion {
   rt::Vec3 sway_m;             ///< amplitudes of a sine along each axis
   rt::Vec3 sway_rad;           ///< and about each axis of the camera
   double sway_hz = 1;          ///< along x; the other axes sway a tenth faster each
+  Beat beat{};
 
   bool rests() const;
   /// Returns the frame at `t_s` that rests at `rested`.

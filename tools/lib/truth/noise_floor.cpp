@@ -209,6 +209,7 @@ class BodyModel {
     const double second = raw_per_m * dot(normal, across_[1]);
     if (!body_.axis) return std::array{first, second, raw_per_m * dot(normal, third_), raw_per_m, 0.0};
     const double from_contact_m = dot(place - centre_m_, *body_.axis);
+    if (std::abs(from_contact_m) > body_.rod_length_m / 2) return std::nullopt;
     return std::array{first, second, from_contact_m * first, from_contact_m * second, raw_per_m};
   }
 
@@ -276,7 +277,7 @@ struct PixelWindow {
   PixelWindow(const FloorBody& body, const rt::DepthModelParameters& camera) {
     const double depth_m = -body.contact_m.z;
     const double nearest_m = std::max(depth_m - body.window_m / 2, 0.1 * depth_m);
-    const double reach_m = std::min(body.window_m / 2, 2 * body.radius_m);
+    const double reach_m = body.axis ? body.window_m / 2 : std::min(body.window_m / 2, 2 * body.radius_m);
     const auto [first_x, last_x] =
         range(body.contact_m.x / depth_m, reach_m / nearest_m, camera.fx_px, camera.cx_px, camera.width_px);
     const auto [first_y, last_y] =

@@ -30,13 +30,14 @@ struct FloorPatch {
 /// A ball or an endless rod that the camera sees in perspective, and a force on it. Camera frame, which looks
 /// along -z. Unknown are the ball's centre and radius (4), or the rod's axis and radius (5).
 struct FloorBody {
-  rt::Vec3 contact_m;              ///< on the surface, visible, where the force acts
-  rt::Vec3 outward;                ///< unit normal there
+  rt::Vec3 contact_m{};            ///< on the surface, visible, where the force acts
+  rt::Vec3 outward{};              ///< unit normal there
   double radius_m = 0.05;          ///< convex
   std::optional<rt::Vec3> axis{};  ///< unit vector along the rod, across `outward`; nothing: a ball
   rt::Vec3 along{};                ///< unit vector across `outward`, of tilt_force_n; zero: not computed
   double depth_m = 0.008;          ///< of the HIP, for tilt_force_n; less than the radius
   double window_m = 0.16;          ///< diameter of the neighbourhood of the contact that the estimate uses
+  double rod_length_m = 0.08;      ///< and how much of a rod's length: so far it is taken to be straight
   /// Pixels where the surface is seen at a larger angle from its normal are not used: at the outline a sensor
   /// mixes body and background. Up to this angle neighbours of a Kinect's image differ, from 0.6 m on, by
   /// less than the SensorNoise::kEdgeJumpRaw at which they begin to be missing.

@@ -73,5 +73,29 @@ TEST(ForceErrors, CountNoDirectionWhereThereIsHardlyAForce) {
   EXPECT_DOUBLE_EQ(errors.error_jnd.max(), 50);
 }
 
+TEST(RightForce, IsWithin30DegreesOfTheNormal) {
+  const auto turned_by = [](double degrees) {
+    const double angle = degrees * 3.14159265358979 / 180;
+    return rt::Vec3{4 * std::sin(angle), 0, 4 * std::cos(angle)};
+  };
+  EXPECT_TRUE(isRightForce(turned_by(0), {0, 0, 4}));
+  EXPECT_TRUE(isRightForce(turned_by(29), {0, 0, 4}));
+  EXPECT_FALSE(isRightForce(turned_by(31), {0, 0, 4}));
+  EXPECT_FALSE(isRightForce(turned_by(90), {0, 0, 4}));
+}
+
+TEST(RightForce, IsAsLargeAsTheSpringToHalfANewtonOrOneJnd) {
+  EXPECT_TRUE(isRightForce({0, 0, 4.49}, {0, 0, 4}));
+  EXPECT_FALSE(isRightForce({0, 0, 3.49}, {0, 0, 4}));
+  EXPECT_TRUE(isRightForce({0, 0, 21.3}, {0, 0, 20}));  // 7 %
+  EXPECT_FALSE(isRightForce({0, 0, 21.5}, {0, 0, 20}));
+}
+
+TEST(RightForce, HasNoDirectionWhereNobodyNoticesIt) {
+  EXPECT_TRUE(isRightForce({0.09, 0, 0}, {0, 0, 0.3}));
+  EXPECT_FALSE(isRightForce({0.11, 0, 0}, {0, 0, 0.3}));
+  EXPECT_FALSE(isRightForce({}, {0, 0, 0.6}));
+}
+
 }  // namespace
 }  // namespace hapticd::tools

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <random>
+#include <variant>
 #include <vector>
 
 #include "tools/hapticbench/occlusion.h"
@@ -164,35 +165,128 @@ TEST(JudgePassage, DistinguishesALostContactFromOneThatIsWrongAllAlong) {
   EXPECT_EQ(result.change.longest, 30U);
 }
 
+constexpr double kStiffness_n_per_m = 500;
+
+/// A HIP that came 4 mm deep through a side whose normal is x, 20 mm behind a front whose normal is z.
 EntryTick insideTick(const Vec3& force_n, rt::ContactState state) {
-  return {.force_n = force_n,
-          .state = state,
-          .inside = true,
-          .outside = false,
-          .through_front_n = {0, 0, 10},
-          .through_side_n = {2, 0, 0}};
+  return {.force_n = force_n, .state = state, .inside = true, .has_side = true, .true_n = {2, 0, 0}};
 }
 
-TEST(JudgeEntry, AcceptsTheBodysForceOrNoneThatIsReported) {
-  const std::vector<EntryTick> ticks{
-      insideTick({0, 0, 10}, rt::ContactState::contact), insideTick({2, 0, 0}, rt::ContactState::contact),
-      insideTick({}, rt::ContactState::behind), insideTick({}, rt::ContactState::free),
-      insideTick({-4, 0, 0}, rt::ContactState::contact)};
-  const EntryResult result = judgeEntry(ticks);
-  EXPECT_EQ(result.inside, 5U);
-  EXPECT_EQ(result.of_body, 2U);
+EntryResult judged(const std::vector<EntryTick>& ticks) {
+  return judgeEntry(ticks, kStiffness_n_per_m);
+}
+
+TEST(JudgeEntry, AcceptsTheForceOfTheSideThatWasTouchedOrNoneThatIsReported) {
+  const EntryResult result =
+      judged({insideTick({2, 0, 0}, rt::ContactState::contact), insideTick({}, rt::ContactState::behind),
+              insideTick({}, rt::ContactState::free), insideTick({-4, 0, 0}, rt::ContactState::contact)});
+  EXPECT_EQ(result.inside, 4U);
+  EXPECT_EQ(result.of_body, 1U);
   EXPECT_EQ(result.none_reported, 1U);
   EXPECT_EQ(result.none_silent, 1U);
   EXPECT_EQ(result.wrong, 1U);
   EXPECT_EQ(result.sideways_n, 0);  // there is a side to come through
+  EXPECT_DOUBLE_EQ(result.early_n, 4);
+  EXPECT_NEAR(result.angle_deg, 180, 1e-9);
+}
+
+TEST(JudgeEntry, RefusesTheSpringOfTheFrontAtASide) {
+  for (const double size_n : {2.0, 10.0}) {
+    const EntryResult result = judged({insideTick({0, 0, size_n}, rt::ContactState::contact)});
+    EXPECT_EQ(result.wrong, 1U) << size_n;
+    EXPECT_NEAR(result.angle_deg, 90, 1e-9);
+  }
+}
+
+TEST(JudgeEntry, LeavesOutOfAStepWhatTheMotionOfTheHipExplains) {
+  EntryTick first = insideTick({1, 0, 0}, rt::ContactState::contact);
+  EntryTick second = insideTick({1.5, 0, 0}, rt::ContactState::contact);
+  second.hip_m = {-0.0005, 0, 0};  // 0.25 N
+  EXPECT_NEAR(judged({first, second}).step_n, 0.25, 1e-12);
+}
+
+TEST(JudgeEntry, LooksForTheLargestEarlyForceFor20Milliseconds) {
+  std::vector<EntryTick> ticks(5);  // outside
+  for (int i = 0; i < 40; ++i) ticks.push_back(insideTick({2, 0, 0}, rt::ContactState::contact));
+  ticks[5 + 19].force_n.x = 3;
+  ticks[5 + 20].force_n.x = 7;
+  EXPECT_DOUBLE_EQ(judged(ticks).early_n, 3);
 }
 
 TEST(JudgeEntry, FindsASidewaysWallWhereThereIsNoSide) {
   EntryTick tick = insideTick({4, 0, 1}, rt::ContactState::contact);
-  tick.through_side_n = {};
-  const EntryResult result = judgeEntry({tick});
+  tick.has_side = false;
+  tick.true_n = {0, 0, 10};
+  const EntryResult result = judged({tick});
   EXPECT_DOUBLE_EQ(result.sideways_n, 4);
   EXPECT_EQ(result.wrong, 1U);
+}
+
+TEST(BlockWithSide, FacesTheCameraWithTheSideOnTheSideThatItIsSaid) {
+  for (const BlockSide side : kAllSides) {
+    for (const double side_m : {-0.1, 0.1}) {
+      const TrueBody block = blockWithSide(side, side_m, 1);
+      const auto distance_m = [&block](const Vec3& p) {
+        return std::visit([&p](const auto& body) { return body.signedDistance(p); }, block);
+      };
+      const Vec3 on_side = side_m * outOf(side) + Vec3{0, 0, -1.02};
+      EXPECT_NEAR(distance_m(on_side - 0.01 * outOf(side)), -0.01, kRounding) << nameOf(side);
+      EXPECT_NEAR(distance_m(on_side + 0.01 * outOf(side)), 0.01, kRounding) << nameOf(side);
+      const Vec3 on_front = (side_m - 0.05) * outOf(side) + Vec3{0, 0, -1};
+      EXPECT_NEAR(distance_m(on_front + Vec3{0, 0, 0.01}), 0.01, kRounding) << nameOf(side);
+    }
+  }
+}
+
+/// 4 N that fall to nothing within that many ticks, in equal steps.
+std::vector<double> falling(int ticks) {
+  std::vector<double> force_n(400, 4);
+  for (int i = 1; i <= ticks; ++i) force_n.push_back(4 - 4.0 * i / ticks);
+  force_n.insert(force_n.end(), 100, 0);
+  return force_n;
+}
+
+TEST(JudgeOutline, MeasuresInHowManyFramesAForceFalls) {
+  const OutlineResult result = judgeOutline(falling(125), 4);  // 100 ms from 90 to 10 %
+  EXPECT_EQ(result.not_pressed, 0);
+  EXPECT_EQ(result.held, 0);
+  EXPECT_NEAR(result.fewest_frames, 3, 0.03);  // one tick
+  EXPECT_NEAR(result.drop_n, 0.032, 1e-12);
+}
+
+TEST(JudgeOutline, FindsAForceThatVanishesInOneTick) {
+  const OutlineResult result = judgeOutline(falling(1), 4);
+  EXPECT_DOUBLE_EQ(result.drop_n, 4);
+  EXPECT_NEAR(result.fewest_frames, 0.03, 1e-9);
+}
+
+TEST(JudgeOutline, FindsADropAtTheEndOfARiseAndOneThatComesBack) {
+  std::vector<double> force_n;
+  for (int i = 0; i < 200; ++i) force_n.push_back(4 + 0.05 * i);
+  force_n.insert(force_n.end(), 30, 0);
+  force_n.insert(force_n.end(), 400, 14);
+  const OutlineResult result = judgeOutline(force_n, 4);
+  EXPECT_NEAR(result.drop_n, 13.95, 1e-9);
+  EXPECT_LT(result.fewest_frames, 1);
+}
+
+TEST(JudgeOutline, TakesTheSpeedOfAFallThatStopsOnTheWay) {
+  std::vector<double> force_n(400, 10);
+  for (int i = 1; i <= 100; ++i) force_n.push_back(10 - 0.06 * i);  // to 4 N, 90 to 10 % in 133 ms
+  force_n.insert(force_n.end(), 500, 4);
+  EXPECT_NEAR(judgeOutline(force_n, 4).fewest_frames, 4, 0.12);  // a tick at either end, twice
+  force_n.assign(400, 10);
+  force_n.insert(force_n.end(), 500, 4);
+  EXPECT_NEAR(judgeOutline(force_n, 4).fewest_frames, 0.06, 1e-9);
+  force_n.assign(400, 10);
+  force_n.insert(force_n.end(), 500, 6);  // what is no half is no fall
+  EXPECT_TRUE(std::isinf(judgeOutline(force_n, 4).fewest_frames));
+}
+
+TEST(JudgeOutline, TellsAForceThatIsHeldFromOneThatWasNever) {
+  EXPECT_EQ(judgeOutline(std::vector<double>(500, 4), 4).held, 1);
+  EXPECT_TRUE(std::isinf(judgeOutline(std::vector<double>(500, 4), 4).fewest_frames));
+  EXPECT_EQ(judgeOutline(std::vector<double>(500, 0), 4).not_pressed, 1);
 }
 
 TEST(JudgeNearLimit, MeasuresHowLongTheForceIsHeldAndWhenItIsReleased) {

@@ -6,8 +6,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
+#include <numbers>
 #include <random>
+#include <vector>
 
 namespace hapticd::tools {
 namespace {
@@ -103,6 +106,60 @@ TEST(StrokeJudge, CountsTheTicksWithoutForceAndThoseWithForceIntoTheBody) {
   });
   EXPECT_EQ(figures.lost_ticks, 100);
   EXPECT_EQ(figures.wrong_side_ticks, 200);
+}
+
+TEST(StrokeJudge, CountsTheTicksWithTheForceOfTheSurfaceAndComparesTheSizes) {
+  const StrokeFigures figures = judged([](const TrueTick& truth) {
+    LawTick output = ideal(truth);
+    const double place = truth.hip_m.x;
+    if (place < 0.02 - kTick_m / 2) output.law_force_n = {0, 0, 5};  // too large
+    if (place > 0.03 - kTick_m / 2 && place < 0.04 - kTick_m / 2) output.law_force_n = {4, 0, 0};  // aside
+    return output;
+  });
+  EXPECT_EQ(figures.right_ticks, 800 - 200 - 100);
+  EXPECT_NEAR(figures.sizeRatio().value(), (600 * 4 + 200 * 5) / (800.0 * 4), 1e-9);
+  EXPECT_EQ(judged(ideal).rightPercent(), 100);
+}
+
+TEST(DelaySearch, FindsByHowMuchAForceComesLater) {
+  constexpr int kTicks = 1000;
+  // Two whole periods in the ticks that every shift has: a constant error then prefers none.
+  constexpr double kPeriod_ticks = (kTicks - DelaySearch::kLatest_ms + DelaySearch::kEarliest_ms) / 2.0;
+  const auto sine = [](int tick) {
+    return Vec3{0, 0, 4 + 3 * std::sin(2 * std::numbers::pi * tick / kPeriod_ticks)};
+  };
+  std::vector<Vec3> true_n;
+  for (int i = 0; i < kTicks; ++i) true_n.push_back(sine(i));
+  for (const int late_ms : {-17, 0, 1, 42}) {
+    std::vector<Vec3> force_n;
+    for (int i = 0; i < kTicks; ++i) force_n.push_back(sine(i - late_ms) + Vec3{0, 0, 0.1});
+    DelaySearch search;
+    search.add(force_n, true_n);
+    EXPECT_EQ(search.delay_ms(), late_ms);
+  }
+  EXPECT_FALSE(DelaySearch().delay_ms().has_value());
+}
+
+TEST(StrokesRow, KnowsItsErrorByTheSpreadOverTheSeeds) {
+  StrokesRow row;
+  EXPECT_FALSE(row.standardError_n());
+  for (const double rms_n : {0.8, 1.0, 1.2}) row.error_of_seed_n.emplace_back().add(rms_n);
+  EXPECT_NEAR(row.standardError_n().value(), 0.2 / std::sqrt(3.0), 1e-12);
+}
+
+TEST(StrokeCases, AHipInAnOrgansWayIsAlwaysInContact) {
+  std::mt19937 random(7);
+  for (const StrokeScene& scene : strokeScenes()) {
+    const bool is_organ = scene.name.ends_with("_plane") || scene.name.ends_with("_ball");
+    if (!is_organ) continue;
+    for (const StrokeCase& stroke : strokeCases(scene, {}, random)) {
+      BodyScene bodies(stroke.bodies, stroke.T_camera_bodies, stroke.motion, {}, 1);
+      const double stays_from_s = kSteady_s + stroke.phase_s;
+      const Vec3 hip = bodies.frameAt(stays_from_s).positionOut(stroke.path.hip_m(0));
+      for (double t_s = stays_from_s; t_s < stays_from_s + stroke.stays_s; t_s += 0.01)
+        EXPECT_LT(bodies.signedDistance(hip, t_s), -0.003) << scene.name << t_s;
+    }
+  }
 }
 
 TEST(StrokeJudge, CountsForceOnlyWhereTheHipIsClearOfEverything) {

@@ -244,5 +244,22 @@ TEST(BodyScene, ATurningSceneKeepsItsShape) {
   }
 }
 
+TEST(Beat, BeginsAtRestAtOneEndAndMovesFromThereAlone) {
+  const Beat heart{.hz = 1.2, .amplitudes_m = {0.01, 0.005, 0.0025}};
+  EXPECT_EQ(heart.displacement_m(0), 0);
+  EXPECT_LT(heart.displacement_m(1e-4), 1e-6);                 // no speed
+  EXPECT_NEAR(heart.displacement_m(0.5 / 1.2), 0.025, 1e-12);  // 2 (a_1 + a_3): the ends of odd harmonics
+  EXPECT_NEAR(heart.displacement_m(1 / 1.2), 0, 1e-12);
+  double most_m_per_s2 = 0;
+  constexpr double kStep_s = 1e-3;
+  for (double t_s = kStep_s; t_s < 1; t_s += kStep_s) {
+    const double change = heart.displacement_m(t_s + kStep_s) - 2 * heart.displacement_m(t_s) +
+                          heart.displacement_m(t_s - kStep_s);
+    most_m_per_s2 = std::max(most_m_per_s2, std::abs(change) / (kStep_s * kStep_s));
+  }
+  // (2 pi 1.2)^2 (0.01 + 4 0.005 + 9 0.0025) where all harmonics are at an end at once
+  EXPECT_NEAR(most_m_per_s2, 2.985, 0.01);
+}
+
 }  // namespace
 }  // namespace hapticd::tools
