@@ -107,8 +107,7 @@ HWY_INLINE std::uint64_t bitsOf(PixelMask mask) {
 HWY_INLINE bool copyRow(const std::uint16_t* raw, const Columns& columns, const GapLimits& limits,
                         std::uint16_t* image, PixelBits& missing) {
   const PixelTag d;
-  std::fill(missing.word + columns.first / PixelBits::kPerWord,
-            missing.word + columns.last / PixelBits::kPerWord + 1, 0);
+  missing.word[columns.first / PixelBits::kPerWord] = 0;
   std::uint64_t any = 0;
   forEachVector(columns, [&](int column, auto is_whole) {
     const auto value = hn::LoadU(d, raw + column);
@@ -116,7 +115,9 @@ HWY_INLINE bool copyRow(const std::uint16_t* raw, const Columns& columns, const 
         maskWithin(columns, column, is_whole, isOutside(value, limits.raw_first, limits.raw_last));
     storeWithin(columns, column, is_whole, hn::IfThenElse(none, all(kNoRawDisparity), value), image);
     const std::uint64_t bits = bitsOf(none);
-    missing.word[column / PixelBits::kPerWord] |= bits << (column % PixelBits::kPerWord);
+    std::uint64_t& word = missing.word[column / PixelBits::kPerWord];
+    const int bit = column % PixelBits::kPerWord;
+    word = bit == 0 ? bits : word | bits << bit;
     any |= bits;
   });
   return any != 0;
@@ -284,10 +285,12 @@ bool fillImages(const LayerImages& images, const ImageLayout& layout, const Pixe
 constexpr float kNotYetKnown = -2;
 
 #if HWY_TARGET == HWY_SCALAR
-/// Computes the statistics of `blocks` adjacent blocks, but for those that need a closer look. `image` points
-/// to the upper left pixel of the first block, inside an image whose rows are `stride` pixels apart.
-void sumUpRow(const std::uint16_t* image, int stride, int blocks, int max_step, const BlockSums& out) {
+/// Computes the statistics of `blocks` adjacent blocks, but for those that need a closer look; returns
+/// whether there are any. `image` points to the upper left pixel of the first block, inside an image whose
+/// rows are `stride` pixels apart.
+bool sumUpRow(const std::uint16_t* image, int stride, int blocks, int max_step, const BlockSums& out) {
   constexpr int kSide = BlockLattice::kBlock_px;
+  bool all_full = true;
   for (int block = 0; block < blocks; ++block) {
     int sum = 0;
     int count = 0;
@@ -308,7 +311,9 @@ void sumUpRow(const std::uint16_t* image, int stride, int blocks, int max_step, 
     out.is_full[block] = full ? 1 : 0;
     out.disparity[block] =
         full ? static_cast<float>(sum) / (kSide * kSide) : (count == 0 ? -1 : kNotYetKnown);
+    all_full = all_full && full;
   }
+  return !all_full;
 }
 #else
 using BlockTag = hn::Repartition<std::uint64_t, PixelTag>;
@@ -337,10 +342,10 @@ HWY_INLINE hn::Vec<PixelTag> stepBetween(hn::Vec<PixelTag> a, hn::Vec<PixelTag> 
   return hn::Sub(hn::Max(a, b), hn::Min(a, b));
 }
 
-/// Computes the statistics of `blocks` adjacent blocks, but for those that need a closer look. `image` points
-/// to the upper left pixel of the first block, inside an image whose rows are `stride` pixels apart. Whole
-/// vectors are read and written.
-void sumUpRow(const std::uint16_t* image, int stride, int blocks, int max_step, const BlockSums& out) {
+/// Computes the statistics of `blocks` adjacent blocks, but for those that need a closer look; returns
+/// whether there are any. `image` points to the upper left pixel of the first block, inside an image whose
+/// rows are `stride` pixels apart. Whole vectors are read and written.
+bool sumUpRow(const std::uint16_t* image, int stride, int blocks, int max_step, const BlockSums& out) {
   constexpr int kSide = BlockLattice::kBlock_px;
   static_assert(kSide == 4, "a block's row of pixels is one 64-bit lane");
   const PixelTag d;
@@ -352,6 +357,7 @@ void sumUpRow(const std::uint16_t* image, int stride, int blocks, int max_step, 
   const auto none = hn::Set(d, kNoRawDisparity);
   const auto one = hn::Set(d, std::uint16_t{1});
   const auto has_right_neighbour = hn::BitCast(d, hn::Set(d64, 0xFFFFFFFFFFFFU));
+  bool all_full = true;
   for (int block = 0; block < blocks; block += lanes) {
     auto sum = hn::Zero(d);
     auto count = hn::Zero(d);
@@ -377,7 +383,9 @@ void sumUpRow(const std::uint16_t* image, int stride, int blocks, int max_step, 
     const auto other = hn::IfThenElse(empty, hn::Set(df, -1.0F), hn::Set(df, kNotYetKnown));
     hn::StoreU(hn::IfThenElse(hn::RebindMask(df, full), mean, other), df, out.disparity + block);
     hn::StoreU(hn::TruncateTo(d8, hn::IfThenElseZero(full, hn::Set(d32, 1U))), d8, out.is_full + block);
+    all_full = all_full && hn::AllTrue(d32, full);
   }
+  return !all_full;
 }
 #endif
 
@@ -451,9 +459,9 @@ void sumUpBlocks(const std::uint16_t* image, const ImageLayout& layout, const Bl
     const std::uint16_t* const pixels = image + layout.at(row * kSide, blocks.column_first * kSide);
     const std::size_t first = lattice.at(row, blocks.column_first);
     float* const disparity = sums.disparity + first;
-    HWY_DYNAMIC_DISPATCH(sumUpRow)
-    (pixels, layout.stride_px, blocks.columns(), max_step, {disparity, sums.is_full + first});
-    for (int i = 0; i < blocks.columns(); ++i) {
+    const bool any = HWY_DYNAMIC_DISPATCH(sumUpRow)(pixels, layout.stride_px, blocks.columns(), max_step,
+                                                    {disparity, sums.is_full + first});
+    for (int i = 0; any && i < blocks.columns(); ++i) {
       if (disparity[i] < -1) disparity[i] = meanOfNearest(pixels + i * kSide, layout.stride_px, max_step);
     }
   }
