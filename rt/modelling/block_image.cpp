@@ -338,8 +338,51 @@ HWY_INLINE hn::Vec<BlockTag> maxPerLane(hn::Vec<PixelTag> pixels) {
   return hn::And(hn::BitCast(d64, one), hn::Set(d64, 0xFFFFU));
 }
 
+/// Returns the size of the difference; raw disparities have fewer bits than signed numbers of their size.
 HWY_INLINE hn::Vec<PixelTag> stepBetween(hn::Vec<PixelTag> a, hn::Vec<PixelTag> b) {
-  return hn::Sub(hn::Max(a, b), hn::Min(a, b));
+  const hn::RebindToSigned<PixelTag> d;
+  return hn::BitCast(PixelTag(), hn::Abs(hn::BitCast(d, hn::Sub(a, b))));
+}
+
+/// The four rows of pixels of a vector of blocks.
+struct BlockPixels {
+  hn::Vec<PixelTag> sum;           ///< of the measured ones in a column of pixels
+  hn::Vec<BlockTag> count;         ///< of the measured ones in a block
+  hn::Vec<BlockTag> largest_step;  ///< between adjacent pixels of a block
+};
+
+HWY_INLINE BlockPixels pixelsOf(const std::uint16_t* image, int stride) {
+  const PixelTag d;
+  const BlockTag d64;
+  const auto v0 = hn::LoadU(d, image);
+  const auto v1 = hn::LoadU(d, image + stride);
+  const auto v2 = hn::LoadU(d, image + 2 * stride);
+  const auto v3 = hn::LoadU(d, image + 3 * stride);
+  const auto stepAcross = [d, d64](hn::Vec<PixelTag> value) {
+    return stepBetween(value, hn::BitCast(d, hn::ShiftRight<16>(hn::BitCast(d64, value))));
+  };
+  const auto has_right_neighbour = hn::BitCast(d, hn::Set(d64, 0xFFFFFFFFFFFFU));
+  const auto across =
+      hn::Max(hn::Max(stepAcross(v0), stepAcross(v1)), hn::Max(stepAcross(v2), stepAcross(v3)));
+  const auto down = hn::Max(stepBetween(v0, v1), hn::Max(stepBetween(v1, v2), stepBetween(v2, v3)));
+  BlockPixels result;
+  result.largest_step = maxPerLane(hn::Max(down, hn::And(across, has_right_neighbour)));
+  const auto none = all(kNoRawDisparity);
+  if (HWY_LIKELY(hn::AllTrue(d, hn::Lt(hn::Max(hn::Max(v0, v1), hn::Max(v2, v3)), none)))) {
+    result.sum = hn::Add(hn::Add(v0, v1), hn::Add(v2, v3));
+    result.count = hn::Set(d64, BlockLattice::kBlock_px * BlockLattice::kBlock_px);
+    return result;
+  }
+  const auto measured = [none](hn::Vec<PixelTag> value) {
+    return hn::IfThenElseZero(hn::Lt(value, none), value);
+  };
+  const auto isMeasured = [none](hn::Vec<PixelTag> value) {
+    return hn::IfThenElseZero(hn::Lt(value, none), all(1));
+  };
+  result.sum = hn::Add(hn::Add(measured(v0), measured(v1)), hn::Add(measured(v2), measured(v3)));
+  result.count =
+      sumPerLane(hn::Add(hn::Add(isMeasured(v0), isMeasured(v1)), hn::Add(isMeasured(v2), isMeasured(v3))));
+  return result;
 }
 
 /// Computes the statistics of `blocks` adjacent blocks, but for those that need a closer look; returns
@@ -348,34 +391,18 @@ HWY_INLINE hn::Vec<PixelTag> stepBetween(hn::Vec<PixelTag> a, hn::Vec<PixelTag> 
 bool sumUpRow(const std::uint16_t* image, int stride, int blocks, int max_step, const BlockSums& out) {
   constexpr int kSide = BlockLattice::kBlock_px;
   static_assert(kSide == 4, "a block's row of pixels is one 64-bit lane");
-  const PixelTag d;
   const BlockTag d64;
   const hn::Rebind<std::uint32_t, BlockTag> d32;
   const hn::Rebind<float, BlockTag> df;
   const hn::Rebind<std::uint8_t, BlockTag> d8;
   const auto lanes = static_cast<int>(hn::Lanes(d64));
-  const auto none = hn::Set(d, kNoRawDisparity);
-  const auto one = hn::Set(d, std::uint16_t{1});
-  const auto has_right_neighbour = hn::BitCast(d, hn::Set(d64, 0xFFFFFFFFFFFFU));
   bool all_full = true;
   for (int block = 0; block < blocks; block += lanes) {
-    auto sum = hn::Zero(d);
-    auto count = hn::Zero(d);
-    auto largest_step = hn::Zero(d);
-    auto above = hn::LoadU(d, image + block * kSide);
-    for (int row = 0; row < kSide; ++row) {
-      const auto value = hn::LoadU(d, image + row * stride + block * kSide);
-      const auto seen = hn::Lt(value, none);
-      sum = hn::Add(sum, hn::IfThenElseZero(seen, value));
-      count = hn::Add(count, hn::IfThenElseZero(seen, one));
-      const auto right = hn::BitCast(d, hn::ShiftRight<16>(hn::BitCast(d64, value)));
-      const auto across = hn::And(stepBetween(value, right), has_right_neighbour);
-      largest_step = hn::Max(largest_step, hn::Max(across, stepBetween(value, above)));
-      above = value;
-    }
-    const auto measured = hn::TruncateTo(d32, sumPerLane(count));
-    const auto step = hn::TruncateTo(d32, maxPerLane(largest_step));
-    const auto total = hn::BitCast(hn::RebindToSigned<decltype(d32)>(), hn::TruncateTo(d32, sumPerLane(sum)));
+    const BlockPixels pixels = pixelsOf(image + block * kSide, stride);
+    const auto measured = hn::TruncateTo(d32, pixels.count);
+    const auto step = hn::TruncateTo(d32, pixels.largest_step);
+    const auto total =
+        hn::BitCast(hn::RebindToSigned<decltype(d32)>(), hn::TruncateTo(d32, sumPerLane(pixels.sum)));
     const auto full = hn::And(hn::Eq(measured, hn::Set(d32, kSide * kSide)),
                               hn::Not(hn::Gt(step, hn::Set(d32, static_cast<std::uint32_t>(max_step)))));
     const auto mean = hn::Mul(hn::ConvertTo(df, total), hn::Set(df, 1.0F / (kSide * kSide)));
