@@ -281,16 +281,73 @@ bool fillImages(const LayerImages& images, const ImageLayout& layout, const Pixe
   return hides;
 }
 
-/// A block that shows more than one surface, or holes.
-constexpr float kNotYetKnown = -2;
+/// One bit for each pixel of a block, row by row.
+using BlockBits = std::uint32_t;
+
+/// Spreads `bits` to linked neighbours. A bit set in `links` means that its pixel and the one `step` bits
+/// further on belong to the same surface.
+HWY_INLINE BlockBits grown(BlockBits bits, BlockBits links, int step) {
+  return bits | ((bits & links) << step) | ((bits >> step) & links);
+}
+
+/// Returns the mean raw value of the nearest surface in a block that shows more than one: the pixels
+/// connected to the nearest pixel by differences of at most `max_step`. Returns -1 if these are too few.
+HWY_INLINE float meanOfNearest(const std::uint16_t* image, int stride, int max_step) {
+  constexpr int kMin = 3;
+  constexpr int kSide = BlockLattice::kBlock_px;
+  constexpr int kPixels = kSide * kSide;
+  constexpr BlockBits kHaveRight = 0x7777;
+  constexpr BlockBits kHaveBelow = 0x0FFF;
+  const hn::CappedTag<std::uint16_t, kPixels> d;
+  const auto lanes = static_cast<int>(hn::Lanes(d));
+  const auto none = hn::Set(d, kNoRawDisparity);
+  const auto most = hn::Set(d, static_cast<std::uint16_t>(std::min<int>(max_step, kNoRawDisparity)));
+  // Neighbours behind the last pixel are loaded as well.
+  HWY_ALIGN std::uint16_t pixels[2 * kPixels];
+  for (int row = 0; row < kSide; ++row) std::copy_n(image + row * stride, kSide, pixels + row * kSide);
+  std::fill_n(pixels + kPixels, kPixels, kNoRawDisparity);
+  const auto bitsOfLanes = [d](hn::Mask<decltype(d)> mask) {
+    std::uint8_t bytes[sizeof(BlockBits)] = {};
+    hn::StoreMaskBits(d, mask, bytes);
+    BlockBits bits;
+    std::memcpy(&bits, bytes, sizeof bits);
+    return bits;
+  };
+  BlockBits to_right = 0;
+  BlockBits to_below = 0;
+  auto least = hn::Set(d, std::uint16_t{0xFFFF});
+  for (int i = 0; i < kPixels; i += lanes) {
+    const auto value = hn::Load(d, pixels + i);
+    const auto isLinkedTo = [&](hn::Vec<decltype(d)> other) {
+      const auto step = hn::Sub(hn::Max(value, other), hn::Min(value, other));
+      return hn::AndNot(hn::Gt(step, most), hn::Lt(hn::Max(value, other), none));
+    };
+    to_right |= bitsOfLanes(isLinkedTo(hn::LoadU(d, pixels + i + 1))) << i;
+    to_below |= bitsOfLanes(isLinkedTo(hn::LoadU(d, pixels + i + kSide))) << i;
+    least = hn::Min(least, value);
+  }
+  to_right &= kHaveRight;
+  to_below &= kHaveBelow;
+  BlockBits nearest = 0;
+  for (int i = 0; i < kPixels; i += lanes) {
+    nearest |= bitsOfLanes(hn::Eq(hn::Load(d, pixels + i), hn::MinOfLanes(d, least))) << i;
+  }
+  BlockBits surface = nearest & ~(nearest - 1);  // the first one
+  for (BlockBits before = 0; before != surface;) {
+    before = surface;
+    surface = grown(grown(surface, to_right, 1), to_below, kSide);
+  }
+  int sum = 0;
+  for (int i = 0; i < kPixels; ++i) sum += static_cast<int>(surface >> i & 1U) * pixels[i];
+  const int count = std::popcount(surface);
+  return count >= kMin ? static_cast<float>(sum) / static_cast<float>(count) : -1;
+}
 
 #if HWY_TARGET == HWY_SCALAR
-/// Computes the statistics of `blocks` adjacent blocks, but for those that need a closer look; returns
-/// whether there are any. `image` points to the upper left pixel of the first block, inside an image whose
-/// rows are `stride` pixels apart.
-bool sumUpRow(const std::uint16_t* image, int stride, int blocks, int max_step, const BlockSums& out) {
+/// Computes the statistics of `blocks` adjacent blocks. `image` points to the upper left pixel of the first
+/// block, inside an image whose rows are `stride` pixels apart.
+void sumUpRow(const std::uint16_t* image, int stride, int blocks, int max_step, const BlockSums& out) {
   constexpr int kSide = BlockLattice::kBlock_px;
-  bool all_full = true;
   for (int block = 0; block < blocks; ++block) {
     int sum = 0;
     int count = 0;
@@ -309,11 +366,12 @@ bool sumUpRow(const std::uint16_t* image, int stride, int blocks, int max_step, 
     }
     const bool full = count == kSide * kSide && largest_step <= max_step;
     out.is_full[block] = full ? 1 : 0;
-    out.disparity[block] =
-        full ? static_cast<float>(sum) / (kSide * kSide) : (count == 0 ? -1 : kNotYetKnown);
-    all_full = all_full && full;
+    if (full) {
+      out.disparity[block] = static_cast<float>(sum) / (kSide * kSide);
+    } else {
+      out.disparity[block] = count == 0 ? -1 : meanOfNearest(image + block * kSide, stride, max_step);
+    }
   }
-  return !all_full;
 }
 #else
 using BlockTag = hn::Repartition<std::uint64_t, PixelTag>;
@@ -385,10 +443,9 @@ HWY_INLINE BlockPixels pixelsOf(const std::uint16_t* image, int stride) {
   return result;
 }
 
-/// Computes the statistics of `blocks` adjacent blocks, but for those that need a closer look; returns
-/// whether there are any. `image` points to the upper left pixel of the first block, inside an image whose
-/// rows are `stride` pixels apart. Whole vectors are read and written.
-bool sumUpRow(const std::uint16_t* image, int stride, int blocks, int max_step, const BlockSums& out) {
+/// Computes the statistics of `blocks` adjacent blocks. `image` points to the upper left pixel of the first
+/// block, inside an image whose rows are `stride` pixels apart. Whole vectors are read and written.
+void sumUpRow(const std::uint16_t* image, int stride, int blocks, int max_step, const BlockSums& out) {
   constexpr int kSide = BlockLattice::kBlock_px;
   static_assert(kSide == 4, "a block's row of pixels is one 64-bit lane");
   const BlockTag d64;
@@ -396,7 +453,6 @@ bool sumUpRow(const std::uint16_t* image, int stride, int blocks, int max_step, 
   const hn::Rebind<float, BlockTag> df;
   const hn::Rebind<std::uint8_t, BlockTag> d8;
   const auto lanes = static_cast<int>(hn::Lanes(d64));
-  bool all_full = true;
   for (int block = 0; block < blocks; block += lanes) {
     const BlockPixels pixels = pixelsOf(image + block * kSide, stride);
     const auto measured = hn::TruncateTo(d32, pixels.count);
@@ -406,13 +462,18 @@ bool sumUpRow(const std::uint16_t* image, int stride, int blocks, int max_step, 
     const auto full = hn::And(hn::Eq(measured, hn::Set(d32, kSide * kSide)),
                               hn::Not(hn::Gt(step, hn::Set(d32, static_cast<std::uint32_t>(max_step)))));
     const auto mean = hn::Mul(hn::ConvertTo(df, total), hn::Set(df, 1.0F / (kSide * kSide)));
-    const auto empty = hn::RebindMask(df, hn::Eq(measured, hn::Zero(d32)));
-    const auto other = hn::IfThenElse(empty, hn::Set(df, -1.0F), hn::Set(df, kNotYetKnown));
-    hn::StoreU(hn::IfThenElse(hn::RebindMask(df, full), mean, other), df, out.disparity + block);
+    hn::StoreU(hn::IfThenElse(hn::RebindMask(df, full), mean, hn::Set(df, -1.0F)), df, out.disparity + block);
     hn::StoreU(hn::TruncateTo(d8, hn::IfThenElseZero(full, hn::Set(d32, 1U))), d8, out.is_full + block);
-    all_full = all_full && hn::AllTrue(d32, full);
+    const auto inside = hn::FirstN(d32, static_cast<std::size_t>(blocks - block));
+    const auto others = hn::And(inside, hn::Not(hn::Or(full, hn::Eq(measured, hn::Zero(d32)))));
+    if (hn::AllFalse(d32, others)) continue;
+    std::uint8_t bits[8] = {};
+    hn::StoreMaskBits(d32, others, bits);
+    for (int i = 0; i < lanes; ++i) {
+      if ((bits[i / 8] >> (i % 8) & 1) == 0) continue;
+      out.disparity[block + i] = meanOfNearest(image + (block + i) * kSide, stride, max_step);
+    }
   }
-  return !all_full;
 }
 #endif
 
@@ -425,55 +486,6 @@ namespace hapticd::rt {
 HWY_EXPORT(fillImages);
 HWY_EXPORT(sumUpRow);
 
-namespace {
-
-/// One bit for each pixel of a block, row by row.
-using BlockBits = std::uint32_t;
-
-/// Spreads `bits` to linked neighbours. A bit set in `links` means that its pixel and the one `step` bits
-/// further on belong to the same surface.
-BlockBits grown(BlockBits bits, BlockBits links, int step) noexcept {
-  return bits | ((bits & links) << step) | ((bits >> step) & links);
-}
-
-/// Returns the mean raw value of the nearest surface in a block that shows more than one: the pixels
-/// connected to the nearest pixel by differences of at most `max_step`. Returns -1 if these are too few.
-float meanOfNearest(const std::uint16_t* pixels, int stride, int max_step) noexcept {
-  constexpr int kMin = 3;
-  constexpr int kSide = BlockLattice::kBlock_px;
-  int values[kSide * kSide];
-  int nearest = 0;
-  for (int i = 0; i < kSide * kSide; ++i) {
-    values[i] = pixels[i / kSide * stride + i % kSide];
-    if (values[i] < values[nearest]) nearest = i;
-  }
-  BlockBits to_right = 0;
-  BlockBits to_below = 0;
-  for (int i = 0; i < kSide * kSide; ++i) {
-    if (values[i] >= kNoRawDisparity) continue;
-    const auto isLinkedTo = [&](int other) {
-      return values[other] < kNoRawDisparity && std::abs(values[other] - values[i]) <= max_step;
-    };
-    if (i % kSide + 1 < kSide && isLinkedTo(i + 1)) to_right |= 1U << i;
-    if (i / kSide + 1 < kSide && isLinkedTo(i + kSide)) to_below |= 1U << i;
-  }
-  BlockBits surface = 1U << nearest;
-  for (BlockBits before = 0; before != surface;) {
-    before = surface;
-    surface = grown(grown(surface, to_right, 1), to_below, kSide);
-  }
-  int sum = 0;
-  int count = 0;
-  for (int i = 0; i < kSide * kSide; ++i) {
-    const int counts = static_cast<int>(surface >> i & 1U);
-    sum += counts * values[i];
-    count += counts;
-  }
-  return count >= kMin ? static_cast<float>(sum) / static_cast<float>(count) : -1;
-}
-
-}  // namespace
-
 bool fillLayerImages(const LayerImages& images, const ImageLayout& layout, const PixelWindow& window,
                      const GapLimits& limits) noexcept {
   return HWY_DYNAMIC_DISPATCH(fillImages)(images, layout, window, limits);
@@ -485,12 +497,8 @@ void sumUpBlocks(const std::uint16_t* image, const ImageLayout& layout, const Bl
   for (int row = blocks.row_first; row <= blocks.row_last; ++row) {
     const std::uint16_t* const pixels = image + layout.at(row * kSide, blocks.column_first * kSide);
     const std::size_t first = lattice.at(row, blocks.column_first);
-    float* const disparity = sums.disparity + first;
-    const bool any = HWY_DYNAMIC_DISPATCH(sumUpRow)(pixels, layout.stride_px, blocks.columns(), max_step,
-                                                    {disparity, sums.is_full + first});
-    for (int i = 0; any && i < blocks.columns(); ++i) {
-      if (disparity[i] < -1) disparity[i] = meanOfNearest(pixels + i * kSide, layout.stride_px, max_step);
-    }
+    HWY_DYNAMIC_DISPATCH(sumUpRow)
+    (pixels, layout.stride_px, blocks.columns(), max_step, {sums.disparity + first, sums.is_full + first});
   }
 }
 
