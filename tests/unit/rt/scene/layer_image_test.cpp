@@ -9,6 +9,7 @@
 
 #include "drivers/camera/kinect_image.h"
 #include "rt/modelling/block_image.h"
+#include "rt/modelling/block_sums.h"
 #include "tests/unit/rt/simd_targets.h"
 
 // The oracle follows the rules of fillLayerImages() and sumUpBlocks() pixel by pixel, without vectors and
@@ -49,7 +50,8 @@ void closeGaps(std::uint16_t* row, int first, int last) {
         std::fill(row + begin, row + end, SurfaceLayer::kBeyondView);
       } else if (begin > first && end <= last) {
         const int change = row[end] - row[begin - 1];
-        if (std::abs(change) <= kLimits.max_raw + kLimits.max_raw_per_px * static_cast<float>(length)) {
+        if (static_cast<float>(std::abs(change)) <=
+            kLimits.max_raw + kLimits.max_raw_per_px * static_cast<float>(length)) {
           for (int i = begin; i < end; ++i) {
             const float share = static_cast<float>(i - begin + 1) / (static_cast<float>(length) + 1);
             row[i] = static_cast<std::uint16_t>(row[begin - 1] + share * static_cast<float>(change) + 0.5F);
