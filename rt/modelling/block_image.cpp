@@ -107,8 +107,7 @@ HWY_INLINE std::uint64_t bitsOf(PixelMask mask) {
 HWY_INLINE bool copyRow(const std::uint16_t* raw, const Columns& columns, const GapLimits& limits,
                         std::uint16_t* image, PixelBits& missing) {
   const PixelTag d;
-  std::fill(missing.word + columns.first / PixelBits::kPerWord,
-            missing.word + columns.last / PixelBits::kPerWord + 1, 0);
+  missing.word[columns.first / PixelBits::kPerWord] = 0;
   std::uint64_t any = 0;
   forEachVector(columns, [&](int column, auto is_whole) {
     const auto value = hn::LoadU(d, raw + column);
@@ -116,7 +115,9 @@ HWY_INLINE bool copyRow(const std::uint16_t* raw, const Columns& columns, const 
         maskWithin(columns, column, is_whole, isOutside(value, limits.raw_first, limits.raw_last));
     storeWithin(columns, column, is_whole, hn::IfThenElse(none, all(kNoRawDisparity), value), image);
     const std::uint64_t bits = bitsOf(none);
-    missing.word[column / PixelBits::kPerWord] |= bits << (column % PixelBits::kPerWord);
+    std::uint64_t& word = missing.word[column / PixelBits::kPerWord];
+    const int bit = column % PixelBits::kPerWord;
+    word = bit == 0 ? bits : word | bits << bit;
     any |= bits;
   });
   return any != 0;
@@ -280,107 +281,6 @@ bool fillImages(const LayerImages& images, const ImageLayout& layout, const Pixe
   return hides;
 }
 
-/// A block that shows more than one surface, or holes.
-constexpr float kNotYetKnown = -2;
-
-#if HWY_TARGET == HWY_SCALAR
-/// Computes the statistics of `blocks` adjacent blocks, but for those that need a closer look. `image` points
-/// to the upper left pixel of the first block, inside an image whose rows are `stride` pixels apart.
-void sumUpRow(const std::uint16_t* image, int stride, int blocks, int max_step, const BlockSums& out) {
-  constexpr int kSide = BlockLattice::kBlock_px;
-  for (int block = 0; block < blocks; ++block) {
-    int sum = 0;
-    int count = 0;
-    int largest_step = 0;
-    for (int row = 0; row < kSide; ++row) {
-      const std::uint16_t* const pixels = image + row * stride + block * kSide;
-      for (int column = 0; column < kSide; ++column) {
-        const int value = pixels[column];
-        if (value < kNoRawDisparity) {
-          sum += value;
-          ++count;
-        }
-        if (column > 0) largest_step = std::max(largest_step, std::abs(value - pixels[column - 1]));
-        if (row > 0) largest_step = std::max(largest_step, std::abs(value - pixels[column - stride]));
-      }
-    }
-    const bool full = count == kSide * kSide && largest_step <= max_step;
-    out.is_full[block] = full ? 1 : 0;
-    out.disparity[block] =
-        full ? static_cast<float>(sum) / (kSide * kSide) : (count == 0 ? -1 : kNotYetKnown);
-  }
-}
-#else
-using BlockTag = hn::Repartition<std::uint64_t, PixelTag>;
-
-/// Returns the sum of the four 16-bit pixels in each 64-bit lane.
-HWY_INLINE hn::Vec<BlockTag> sumPerLane(hn::Vec<PixelTag> pixels) {
-  const BlockTag d64;
-  const hn::Repartition<std::uint32_t, PixelTag> d32;
-  const auto pairs = hn::BitCast(d32, pixels);
-  const auto halves = hn::Add(hn::And(pairs, hn::Set(d32, 0xFFFFU)), hn::ShiftRight<16>(pairs));
-  const auto wide = hn::BitCast(d64, halves);
-  return hn::And(hn::Add(wide, hn::ShiftRight<32>(wide)), hn::Set(d64, 0xFFFFFFFFU));
-}
-
-/// Returns the largest of the four 16-bit pixels in each 64-bit lane.
-HWY_INLINE hn::Vec<BlockTag> maxPerLane(hn::Vec<PixelTag> pixels) {
-  const PixelTag d;
-  const BlockTag d64;
-  const auto wide = hn::BitCast(d64, pixels);
-  const auto pairs = hn::Max(pixels, hn::BitCast(d, hn::ShiftRight<32>(wide)));
-  const auto one = hn::Max(pairs, hn::BitCast(d, hn::ShiftRight<16>(hn::BitCast(d64, pairs))));
-  return hn::And(hn::BitCast(d64, one), hn::Set(d64, 0xFFFFU));
-}
-
-HWY_INLINE hn::Vec<PixelTag> stepBetween(hn::Vec<PixelTag> a, hn::Vec<PixelTag> b) {
-  return hn::Sub(hn::Max(a, b), hn::Min(a, b));
-}
-
-/// Computes the statistics of `blocks` adjacent blocks, but for those that need a closer look. `image` points
-/// to the upper left pixel of the first block, inside an image whose rows are `stride` pixels apart. Whole
-/// vectors are read and written.
-void sumUpRow(const std::uint16_t* image, int stride, int blocks, int max_step, const BlockSums& out) {
-  constexpr int kSide = BlockLattice::kBlock_px;
-  static_assert(kSide == 4, "a block's row of pixels is one 64-bit lane");
-  const PixelTag d;
-  const BlockTag d64;
-  const hn::Rebind<std::uint32_t, BlockTag> d32;
-  const hn::Rebind<float, BlockTag> df;
-  const hn::Rebind<std::uint8_t, BlockTag> d8;
-  const auto lanes = static_cast<int>(hn::Lanes(d64));
-  const auto none = hn::Set(d, kNoRawDisparity);
-  const auto one = hn::Set(d, std::uint16_t{1});
-  const auto has_right_neighbour = hn::BitCast(d, hn::Set(d64, 0xFFFFFFFFFFFFU));
-  for (int block = 0; block < blocks; block += lanes) {
-    auto sum = hn::Zero(d);
-    auto count = hn::Zero(d);
-    auto largest_step = hn::Zero(d);
-    auto above = hn::LoadU(d, image + block * kSide);
-    for (int row = 0; row < kSide; ++row) {
-      const auto value = hn::LoadU(d, image + row * stride + block * kSide);
-      const auto seen = hn::Lt(value, none);
-      sum = hn::Add(sum, hn::IfThenElseZero(seen, value));
-      count = hn::Add(count, hn::IfThenElseZero(seen, one));
-      const auto right = hn::BitCast(d, hn::ShiftRight<16>(hn::BitCast(d64, value)));
-      const auto across = hn::And(stepBetween(value, right), has_right_neighbour);
-      largest_step = hn::Max(largest_step, hn::Max(across, stepBetween(value, above)));
-      above = value;
-    }
-    const auto measured = hn::TruncateTo(d32, sumPerLane(count));
-    const auto step = hn::TruncateTo(d32, maxPerLane(largest_step));
-    const auto total = hn::BitCast(hn::RebindToSigned<decltype(d32)>(), hn::TruncateTo(d32, sumPerLane(sum)));
-    const auto full = hn::And(hn::Eq(measured, hn::Set(d32, kSide * kSide)),
-                              hn::Not(hn::Gt(step, hn::Set(d32, static_cast<std::uint32_t>(max_step)))));
-    const auto mean = hn::Mul(hn::ConvertTo(df, total), hn::Set(df, 1.0F / (kSide * kSide)));
-    const auto empty = hn::RebindMask(df, hn::Eq(measured, hn::Zero(d32)));
-    const auto other = hn::IfThenElse(empty, hn::Set(df, -1.0F), hn::Set(df, kNotYetKnown));
-    hn::StoreU(hn::IfThenElse(hn::RebindMask(df, full), mean, other), df, out.disparity + block);
-    hn::StoreU(hn::TruncateTo(d8, hn::IfThenElseZero(full, hn::Set(d32, 1U))), d8, out.is_full + block);
-  }
-}
-#endif
-
 }  // namespace hapticd::rt::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -388,75 +288,10 @@ HWY_AFTER_NAMESPACE();
 namespace hapticd::rt {
 
 HWY_EXPORT(fillImages);
-HWY_EXPORT(sumUpRow);
-
-namespace {
-
-/// One bit for each pixel of a block, row by row.
-using BlockBits = std::uint32_t;
-
-/// Spreads `bits` to linked neighbours. A bit set in `links` means that its pixel and the one `step` bits
-/// further on belong to the same surface.
-BlockBits grown(BlockBits bits, BlockBits links, int step) noexcept {
-  return bits | ((bits & links) << step) | ((bits >> step) & links);
-}
-
-/// Returns the mean raw value of the nearest surface in a block that shows more than one: the pixels
-/// connected to the nearest pixel by differences of at most `max_step`. Returns -1 if these are too few.
-float meanOfNearest(const std::uint16_t* pixels, int stride, int max_step) noexcept {
-  constexpr int kMin = 3;
-  constexpr int kSide = BlockLattice::kBlock_px;
-  int values[kSide * kSide];
-  int nearest = 0;
-  for (int i = 0; i < kSide * kSide; ++i) {
-    values[i] = pixels[i / kSide * stride + i % kSide];
-    if (values[i] < values[nearest]) nearest = i;
-  }
-  BlockBits to_right = 0;
-  BlockBits to_below = 0;
-  for (int i = 0; i < kSide * kSide; ++i) {
-    if (values[i] >= kNoRawDisparity) continue;
-    const auto isLinkedTo = [&](int other) {
-      return values[other] < kNoRawDisparity && std::abs(values[other] - values[i]) <= max_step;
-    };
-    if (i % kSide + 1 < kSide && isLinkedTo(i + 1)) to_right |= 1U << i;
-    if (i / kSide + 1 < kSide && isLinkedTo(i + kSide)) to_below |= 1U << i;
-  }
-  BlockBits surface = 1U << nearest;
-  for (BlockBits before = 0; before != surface;) {
-    before = surface;
-    surface = grown(grown(surface, to_right, 1), to_below, kSide);
-  }
-  int sum = 0;
-  int count = 0;
-  for (int i = 0; i < kSide * kSide; ++i) {
-    const int counts = static_cast<int>(surface >> i & 1U);
-    sum += counts * values[i];
-    count += counts;
-  }
-  return count >= kMin ? static_cast<float>(sum) / static_cast<float>(count) : -1;
-}
-
-}  // namespace
 
 bool fillLayerImages(const LayerImages& images, const ImageLayout& layout, const PixelWindow& window,
                      const GapLimits& limits) noexcept {
   return HWY_DYNAMIC_DISPATCH(fillImages)(images, layout, window, limits);
-}
-
-void sumUpBlocks(const std::uint16_t* image, const ImageLayout& layout, const BlockLattice& lattice,
-                 const BlockWindow& blocks, int max_step, const BlockSums& sums) noexcept {
-  constexpr int kSide = BlockLattice::kBlock_px;
-  for (int row = blocks.row_first; row <= blocks.row_last; ++row) {
-    const std::uint16_t* const pixels = image + layout.at(row * kSide, blocks.column_first * kSide);
-    const std::size_t first = lattice.at(row, blocks.column_first);
-    float* const disparity = sums.disparity + first;
-    HWY_DYNAMIC_DISPATCH(sumUpRow)
-    (pixels, layout.stride_px, blocks.columns(), max_step, {disparity, sums.is_full + first});
-    for (int i = 0; i < blocks.columns(); ++i) {
-      if (disparity[i] < -1) disparity[i] = meanOfNearest(pixels + i * kSide, layout.stride_px, max_step);
-    }
-  }
 }
 
 }  // namespace hapticd::rt

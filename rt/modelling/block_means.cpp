@@ -5,7 +5,11 @@
 #define HWY_TARGET_INCLUDE "rt/modelling/block_means.cpp"
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 //
+#include <algorithm>
+
+#include "hwy/cache_control.h"
 #include "hwy/highway.h"
+#include "rt/base/cache_line.h"
 #include "rt/depth/depth_frame.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -18,6 +22,8 @@ using BlockTag = hn::Rebind<float, SumTag>;
 using FrameTag = hn::Rebind<std::uint32_t, SumTag>;
 using Blocks = hn::Vec<BlockTag>;
 using BlockMask = hn::Mask<BlockTag>;
+
+constexpr int kRowsAhead = 4;
 
 HWY_INLINE Blocks set(float value) {
   return hn::Set(BlockTag(), value);
@@ -32,6 +38,17 @@ HWY_INLINE BlockMask areOf(hn::Vec<FrameTag> frames, std::uint32_t frame) {
   return hn::RebindMask(BlockTag(), hn::Eq(frames, hn::Set(FrameTag(), frame)));
 }
 
+/// Prefetches a row of means: memory latency exceeds the time for a row.
+HWY_INLINE void prefetchRow(const BlockMeans& means, std::size_t first, int blocks) {
+  constexpr int kPerLine = static_cast<int>(kCacheLine / sizeof(float));
+  for (int i = 0; i < blocks; i += kPerLine) {
+    const std::size_t index = first + static_cast<std::size_t>(i);
+    hwy::Prefetch(means.disparity.get() + index);
+    hwy::Prefetch(means.frames.get() + index);
+    hwy::Prefetch(means.updated.get() + index);
+  }
+}
+
 void follow(const BlockLattice& lattice, const BlockWindow& blocks, const float* observed_raw,
             const float* offset_raw, const MeansUpdate& update, const BlockMeans& means,
             Innovations& innovations) {
@@ -44,6 +61,8 @@ void follow(const BlockLattice& lattice, const BlockWindow& blocks, const float*
   auto sum = hn::Zero(ds);
   std::size_t count = 0;
   for (int row = blocks.row_first; row <= blocks.row_last; ++row) {
+    prefetchRow(means, lattice.at(std::min(row + kRowsAhead, blocks.row_last), blocks.column_first),
+                blocks.columns() + 2 * lanes);
     const bool may_move = row >= region.blocks.row_first && row <= region.blocks.row_last;
     const auto last_column = static_cast<float>(may_move ? region.blocks.column_last : -1);
     for (int column = blocks.column_first; column <= blocks.column_last; column += lanes) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/modelling/block_sums.h"
 #include "rt/scene/scene.h"
 
 namespace hapticd::rt {
