@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "rt/laws/force_law.h"
+#include "rt/laws/surface.h"
+#include "rt/scene/visible_surface.h"
+
+namespace hapticd::rt {
+
+/// The proxy of the law `surface` during one tick, and the surface where it is. Positions are in metres in
+/// the camera's frame.
+/// Thread: one.  RT: safe.
+class SurfaceProbe {
+ public:
+  using Where = SurfaceView::Where;
+  using Place = SurfaceView::Place;
+
+  /// Shorter displacements count as zero.
+  static constexpr double kNone_m = 1e-7;
+  /// Longest step between two samples of the surface, in pixel pitches: no body visible in the image is
+  /// thinner.
+  static constexpr double kStride_px = 2;
+  /// A tolerance that accepts every place.
+  static constexpr double kAnyDistance_m = 10;
+
+  /// The proxy is at `start_m`; nothing is looked up.
+  SurfaceProbe(const LawInput& input, const Vec3& start_m) noexcept
+      : p(start_m),
+        hip(input.scene.depth_model->positionInCamera(input.hip_m_in_world)),
+        view(input.scene.surface, *input.scene.depth_model, input.parameters.surface.shell_m,
+             input.frame_age_s),
+        surface_(input.scene.surface),
+        model_(*input.scene.depth_model) {}
+
+  bool maySample() const noexcept { return samples_ < kMaxSurfaceSamples; }
+  Place placeOf(const Vec3& place) noexcept {
+    ++samples_;
+    return view.sample(place);
+  }
+  Sheet sheetNear(const ImagePosition& image, double depth_m) noexcept {
+    ++samples_;
+    return view.sheetNear(image, depth_m);
+  }
+  void look() noexcept { at = placeOf(p); }
+
+  Vec3 toHip() const noexcept { return hip - p; }
+  double pitch_m() const noexcept { return view.pitch_m(SurfaceView::depthOf(p)); }
+  double stride_m() const noexcept { return kStride_px * pitch_m(); }
+  /// Returns by how much facets of the same surface may disagree.
+  double noise_m() const noexcept {
+    constexpr double kNoiseUnits = 1.5;
+    return kNoiseUnits * view.noiseUnit_m(SurfaceView::depthOf(p));
+  }
+  /// Returns how far a continuous surface may be off the place after a step of this length: its distance
+  /// changes by no more than the step. The factor leaves room for facets that do not quite agree.
+  double tolerance_m(double step_m) const noexcept {
+    constexpr double kContinuity = 2.5;
+    return kContinuity * step_m + noise_m();
+  }
+  bool covers(const Vec3& place) const noexcept { return surface_.covers(model_.positionInWorld(place), 0); }
+
+  /// Moves the proxy to the point of the surface at the image position of `place`, near the depth `depth_m`.
+  /// Returns false if there is none within `room_m` of `place`.
+  bool settleOn(const Vec3& place, double depth_m, double room_m) noexcept {
+    if (!(SurfaceView::depthOf(place) > SurfaceView::kNearest_m)) return false;
+    const ImagePosition image = view.project(place);
+    if (!view.isInImage(image)) return false;
+    const Sheet sheet = sheetNear(image, depth_m);
+    if (!sheet.exists || std::abs(SurfaceView::distanceFrom(sheet, place)) > room_m) return false;
+    const Vec3 on_surface = view.placeAt(image, sheet.depth_m());
+    if (!covers(on_surface)) {
+      cut_off = true;
+      return false;
+    }
+    p = on_surface;
+    at = {.where = Where::free, .sheet = sheet, .distance_m = 0};
+    return true;
+  }
+
+  Vec3 p;    ///< the proxy
+  Place at;  ///< the surface where it is
+  const Vec3 hip;
+  bool cut_off = false;  ///< a step reached the end of the model
+  SurfaceView view;
+
+ private:
+  const VisibleSurface& surface_;
+  const DepthModel& model_;
+  int samples_ = 0;
+};
+
+}  // namespace hapticd::rt
