@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "rt/laws/force_blend.h"
 #include "rt/laws/surface_probe.h"
+#include "rt/laws/surface_pull.h"
 #include "rt/laws/surface_side.h"
+#include "rt/laws/surface_sight.h"
 
 namespace hapticd::rt {
 namespace {
@@ -19,13 +19,6 @@ constexpr double kMaxLag_px = 2;
 constexpr std::uint64_t kHeldFrames = 30;
 /// The same at the image border, where the surface may have left the view.
 constexpr std::uint64_t kHeldFramesAtBorder = 4;
-/// What comes nearer, or goes, by more than this speed explains is not the surface that was there before: the
-/// outline of another one has passed. Twice the speed of the fastest surface that a hand should follow.
-constexpr double kFastestArrival_m_per_s = 2 * kFastestSurface_m_per_s;
-/// Time between frames, as most cameras have it, and the longest over which a surface is compared.
-constexpr double kFrame_s = 1.0 / 30;
-constexpr double kLongestGap_s = 1.0 / 3;
-
 /// One tick of the proxy, in the camera's frame.
 class SurfaceTick {
  public:
@@ -34,6 +27,7 @@ class SurfaceTick {
         model_(*input.scene.depth_model),
         memory_(proxy),
         contact_(proxy.surface),
+        sight_(proxy, input.scene.frame_time_ns),
         probe_(input,
                model_.positionInCamera(proxy.placed ? proxy.position_m_in_world : input.hip_m_in_world)) {}
 
@@ -44,7 +38,7 @@ class SurfaceTick {
     look();
     if (memory_.behind && isZero(normal_)) {
       leaveSolid();
-    } else if (memory_.placed && isZero(normal_) && cameByJump(probe_.at)) {
+    } else if (memory_.placed && isZero(normal_) && sight_.cameByJump(probe_)) {
       behind_ = true;
       probe_.p = probe_.hip;
     } else if (memory_.placed && contact_.hold == Hold::side) {
@@ -65,6 +59,7 @@ class SurfaceTick {
   using Where = SurfaceView::Where;
   using Place = SurfaceView::Place;
 
+  bool isNewFrame() const noexcept { return contact_.frame != input_.scene.frame; }
   static bool isZero(const Vec3& v) noexcept { return v == Vec3{}; }
 
   ForceSample outside(const Vec3& start_m_in_world) noexcept {
@@ -82,34 +77,11 @@ class SurfaceTick {
   /// is there.
   void look() noexcept {
     probe_.look();
-    const bool is_new = contact_.frame != input_.scene.frame;
-    if (is_new ? cameByJump(probe_.at) : contact_.passed_over) {
+    if (isNewFrame() ? sight_.cameByJump(probe_) : contact_.passed_over) {
       passed_over_ = true;
       probe_.view.lookPast();
       probe_.look();
     }
-  }
-
-  /// Returns the largest change of depth of a surface since the proxy's surface was last seen.
-  double largestMove_m() const noexcept {
-    const double since_s = static_cast<double>(input_.scene.frame_time_ns - contact_.surface_ns) * 1e-9;
-    const double seconds = contact_.passed_over ? kFrame_s : std::clamp(since_s, kFrame_s, kLongestGap_s);
-    return kFastestArrival_m_per_s * seconds + probe_.noise_m();
-  }
-
-  /// Returns whether the proxy is in a body that was not in front of it before, and came faster than a
-  /// surface does, or, if the proxy is free, came from the side: it hides the proxy. How thick it is cannot
-  /// be seen.
-  bool cameByJump(const Place& place) const noexcept {
-    if (place.where != Where::inside || !(contact_.surface_depth_m > 0)) return false;
-    if (contact_.surface_depth_m - place.sheet.depth_m() > largestMove_m()) return true;
-    return isZero(memory_.normal_in_world) && isSteep(place.sheet) &&
-           dot(place.sheet.normal_in_camera, contact_.surface_normal_in_camera) < kSharpTurn_cos;
-  }
-
-  bool isSteep(const Sheet& sheet) const noexcept {
-    constexpr double kSteep_cos = 0.5;  // 60 degrees
-    return -dot(sheet.normal_in_camera, probe_.p) < kSteep_cos * norm(probe_.p);
   }
 
   /// Handles a HIP that came to be inside a solid without passing through its visible surface: there is no
@@ -131,7 +103,7 @@ class SurfaceTick {
   /// kHeldFramesAtBorder.
   bool mustHold() noexcept {
     if (!memory_.placed || !pressesOn(normal_)) return false;
-    if (cameByJump(probe_.at)) return true;
+    if (sight_.cameByJump(probe_)) return true;
     if (probe_.at.sheet.exists) return false;
     too_near_ = probe_.at.where == Where::free &&
                 SurfaceView::depthOf(probe_.p) < probe_.view.nearLimit_m() + kNearLimitMargin_m;
@@ -164,7 +136,7 @@ class SurfaceTick {
 
   void followSide() noexcept {
     SideContact side(probe_, normal_, input_.friction);
-    const SideContact::Next next = side.follow(contact_.frame != input_.scene.frame);
+    const SideContact::Next next = side.follow(isNewFrame());
     if (next == SideContact::Next::gone) return giveUp();
     if (next != SideContact::Next::holds) return follow();
     at_side_ = in_contact_ = true;
@@ -183,46 +155,25 @@ class SurfaceTick {
   /// Returns whether the surface under the proxy has another direction than at the last tick, which happens
   /// at outlines.
   bool turnedInFrame() const noexcept {
-    return probe_.at.sheet.exists && dot(probe_.at.sheet.normal_in_camera, normal_) < kSharpTurn_cos;
+    return probe_.at.sheet.exists && SurfaceProbe::isSharpTurn(probe_.at.sheet.normal_in_camera, normal_);
   }
 
   /// Returns whether the surface under a proxy that has lost it may be the same as before, farther away.
   bool receded() const noexcept {
     return probe_.at.sheet.exists && !turnsAwayFrom(normal_) &&
-           probe_.at.sheet.depth_m() - contact_.surface_depth_m <= largestMove_m();
+           probe_.at.sheet.depth_m() - contact_.surface_depth_m <= sight_.largestMove_m(probe_);
   }
 
   /// Holds a proxy whose surface ends next to it, by no more than an outline flickers, on the plane of that
   /// surface. Returns false if there is none.
   bool holdBeside() noexcept {
-    constexpr double kRadius_px = 2;
-    constexpr double kDiagonal = 0.70710678118654752;
-    constexpr double kDirections[8][2] = {
-        {1, 0},  {kDiagonal, kDiagonal},   {0, 1},  {-kDiagonal, kDiagonal},
-        {-1, 0}, {-kDiagonal, -kDiagonal}, {0, -1}, {kDiagonal, -kDiagonal}};
     const Vec3 from = probe_.p;
     followAlong();
-    const double radius = kRadius_px * probe_.pitch_m();
-    const double depth_m = SurfaceView::depthOf(probe_.p);
-    Sheet nearest;
-    double nearest_m = largestMove_m();
-    for (const auto& direction : kDirections) {
-      const ImagePosition image =
-          probe_.view.project(probe_.p + Vec3{radius * direction[0], radius * direction[1], 0});
-      if (!probe_.view.isInImage(image)) continue;
-      const Sheet sheet = probe_.sheetNear(image, depth_m);
-      if (!sheet.exists || dot(sheet.normal_in_camera, normal_) < kSharpTurn_cos) continue;
-      const double off_m = std::abs(SurfaceView::distanceFrom(sheet, probe_.p));
-      if (off_m >= nearest_m) continue;
-      nearest = sheet;
-      nearest_m = off_m;
-    }
-    if (!nearest.exists) {
+    if (!probe_.settleBeside(normal_, sight_.largestMove_m(probe_))) {
       probe_.p = from;
       return false;
     }
-    probe_.p = probe_.p - SurfaceView::distanceFrom(nearest, probe_.p) * nearest.normal_in_camera;
-    normal_ = nearest.normal_in_camera;
+    normal_ = probe_.at.sheet.normal_in_camera;
     beside_ = true;
     in_contact_ = pressesOn(normal_);
     return true;
@@ -233,9 +184,8 @@ class SurfaceTick {
     if (!pressesOn(normal_)) return true;
     followAlong();
     probe_.look();
-    return probe_.at.sheet.exists && std::abs(probe_.at.distance_m) <= largestMove_m() &&
-           !turnsAway(probe_.at.sheet, normal_) &&
-           dot(probe_.at.sheet.normal_in_camera, normal_) >= kSharpTurn_cos;
+    return probe_.at.sheet.exists && std::abs(probe_.at.distance_m) <= sight_.largestMove_m(probe_) &&
+           !SurfaceProbe::isSharpTurn(probe_.at.sheet.normal_in_camera, normal_);
   }
 
   /// Lets go of a surface that is no longer there, see moveOver().
@@ -410,13 +360,11 @@ class SurfaceTick {
 
   /// Returns whether the surface turns away from `normal` and is nearly parallel to the ray: it goes around
   /// the edge of a body.
-  bool turnsAwayFrom(const Vec3& normal) const noexcept { return turnsAway(probe_.at.sheet, normal); }
-  bool turnsAway(const Sheet& sheet, const Vec3& normal) const noexcept {
+  bool turnsAwayFrom(const Vec3& normal) const noexcept {
     constexpr double kSteep_cos = 0.26;  // 75 degrees
-    const Vec3& here = sheet.normal_in_camera;
-    return dot(here, normal) < kSharpTurn_cos && -dot(here, probe_.p) < kSteep_cos * norm(probe_.p);
+    const Vec3& here = probe_.at.sheet.normal_in_camera;
+    return SurfaceProbe::isSharpTurn(here, normal) && -dot(here, probe_.p) < kSteep_cos * norm(probe_.p);
   }
-  static constexpr double kSharpTurn_cos = 0.82;  // 35 degrees
 
   /// Finds the point of the proxy's surface in front of the HIP as seen from the camera, if the HIP is behind
   /// that surface. It prevents the proxy from slipping over an edge because noise tilts the surface at its
@@ -475,41 +423,23 @@ class SurfaceTick {
     return vanished_ ? Hold::vanished : at_side_ ? Hold::side : Hold::front;
   }
 
-  /// Returns the displacement from the proxy to the place that the spring pulls to. That place moves no
-  /// farther than the HIP's motion and a surface that comes or goes explain. Where the proxy jumps because
-  /// other constraints hold it, it moves over: at kFastestSurface_m_per_s after a motion of the hand, and in
-  /// kMoveOver_s after a new frame. Where a surface has vanished, it moves to the HIP, and leaves the proxy
-  /// behind as long as the contact may come back.
-  Vec3 lag_m() noexcept {
-    if (!memory_.placed || (isZero(contact_.lag_m_in_world) && isZero(memory_.normal_in_world))) return {};
-    constexpr double kMoveOver_s = 0.1;
-    constexpr double kLeastSpeed_m_per_s = 0.02;
-    // Largest ratio of the proxy's displacement to the HIP's; it is greater than one on curved surfaces.
-    const double steepest = contact_.hold == Hold::front && hold() == Hold::front ? 3 : 1;
+  /// Returns the place that the spring pulls to.
+  Vec3 pulledTo() noexcept {
+    if (!memory_.placed) return probe_.p;
     const Vec3 proxy_before = model_.positionInCamera(memory_.position_m_in_world);
     const Vec3 hip_before = model_.positionInCamera(contact_.hip_m_in_world);
-    const Vec3 pulled_before = proxy_before + model_.directionInCamera(contact_.lag_m_in_world);
-    const Vec3 goal = vanished_ ? probe_.hip : probe_.p;
-    const Vec3 goal_before = contact_.hold == Hold::vanished ? hip_before : proxy_before;
-    const Vec3 rest = pulled_before - goal;
-    const Vec3 rest_before = pulled_before - goal_before;
-    const bool is_new_frame = contact_.frame != input_.scene.frame;
-    Vec3 moved = goal - goal_before;
-    if (is_new_frame && contact_.hold == hold()) {
-      const Vec3 normal_before = model_.directionInCamera(memory_.normal_in_world);
-      moved = moved - dot(moved, normal_before) * normal_before;
-    }
-    const double explained_m =
-        steepest * norm(probe_.hip - hip_before) + kFastestSurface_m_per_s * input_.period_s;
-    const bool jumps = contact_.hold != Hold::nothing && norm(moved) > explained_m;
-    if (jumps) {
-      contact_.lag_speed_m_per_s =
-          is_new_frame ? std::max(norm(rest) / kMoveOver_s, kLeastSpeed_m_per_s) : kFastestSurface_m_per_s;
-    }
-    const Vec3 left = jumps || norm(rest) < norm(rest_before) ? rest : rest_before;
-    const double length = norm(left);
-    const double step = contact_.lag_speed_m_per_s * input_.period_s;
-    return length > step ? goal + (1 - step / length) * left - probe_.p : goal - probe_.p;
+    const Vec3 normal_before = model_.directionInCamera(memory_.normal_in_world);
+    const PullChange change{
+        .pulled_before_m = proxy_before + model_.directionInCamera(contact_.lag_m_in_world),
+        .goal_before_m = contact_.hold == Hold::vanished ? hip_before : proxy_before,
+        .goal_m = vanished_ ? probe_.hip : probe_.p,
+        .hip_displacement_m = norm(probe_.hip - hip_before),
+        .normal_before = contact_.hold == hold() && isNewFrame() ? normal_before : Vec3{},
+        .was_held = contact_.hold != Hold::nothing,
+        .is_curved = contact_.hold == Hold::front && hold() == Hold::front,
+        .is_new_frame = isNewFrame(),
+        .period_s = input_.period_s};
+    return moveOver(change, contact_.lag_speed_m_per_s);
   }
 
   /// Ends a contact that is given up when the spring has lost its tension.
@@ -521,24 +451,9 @@ class SurfaceTick {
     behind_ = probe_.at.where == Where::inside;
   }
 
-  /// Remembers how deep the surface at the proxy is.
-  void rememberSurface() noexcept {
-    if (vanished_ || held_ || beside_ || probe_.at.where == Where::inside) return;
-    if (probe_.at.sheet.exists) {
-      contact_.surface_depth_m = probe_.at.sheet.depth_m();
-      contact_.surface_normal_in_camera = probe_.at.sheet.normal_in_camera;
-    } else if (probe_.at.where == Where::unseen && !in_contact_) {
-      // whatever it is in next, it comes from behind
-      contact_.surface_depth_m = std::numeric_limits<double>::infinity();
-    } else {
-      return;
-    }
-    contact_.surface_ns = input_.scene.frame_time_ns;
-  }
-
   ForceSample result() noexcept {
     ForceSample result;
-    Vec3 pulled = probe_.p + lag_m();
+    Vec3 pulled = pulledTo();
     finishGivingUp(pulled);
     const bool pulls = in_contact_ || norm(pulled - probe_.hip) > SurfaceProbe::kNone_m;
     const bool lags = norm(pulled - probe_.p) > SurfaceProbe::kNone_m;
@@ -546,7 +461,7 @@ class SurfaceTick {
     const Vec3 proxy = model_.positionInWorld(probe_.p);
     const Vec3 normal = in_contact_ ? model_.directionInWorld(normal_) : Vec3{};
     const Vec3 pulled_in_world = model_.positionInWorld(pulled);
-    rememberSurface();
+    if (!vanished_ && !held_ && !beside_) sight_.remember(probe_, in_contact_);
     memory_.placed = true;
     memory_.position_m_in_world = proxy;
     memory_.normal_in_world = normal;
@@ -578,6 +493,7 @@ class SurfaceTick {
   const DepthModel& model_;
   ProxyMemory& memory_;
   SurfaceContact& contact_;
+  SurfaceSight sight_;
   SurfaceProbe probe_;
   Vec3 normal_;
   Vec3 met_normal_;  // normal of the surface that blocked the last step along the surface

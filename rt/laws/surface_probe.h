@@ -23,6 +23,19 @@ class SurfaceProbe {
   /// Longest step between two samples of the surface, in pixel pitches: no body visible in the image is
   /// thinner.
   static constexpr double kStride_px = 2;
+  /// Distance, in pixel pitches, within which an outline is looked for: it flickers by that much from frame
+  /// to frame.
+  static constexpr double kOutline_px = 2;
+  /// Unit vectors across the optical axis.
+  static constexpr double kDiagonal = 0.70710678118654752;
+  static constexpr Vec3 kAround[8] = {
+      {1, 0, 0},  {kDiagonal, kDiagonal, 0},   {0, 1, 0},  {-kDiagonal, kDiagonal, 0},
+      {-1, 0, 0}, {-kDiagonal, -kDiagonal, 0}, {0, -1, 0}, {kDiagonal, -kDiagonal, 0}};
+  /// Returns whether two normals differ by more than those of one smooth surface nearby.
+  static bool isSharpTurn(const Vec3& normal, const Vec3& other) noexcept {
+    constexpr double kTurn_cos = 0.82;  // 35 degrees
+    return dot(normal, other) < kTurn_cos;
+  }
   /// A tolerance that accepts every place.
   static constexpr double kAnyDistance_m = 10;
 
@@ -35,7 +48,8 @@ class SurfaceProbe {
         surface_(input.scene.surface),
         model_(*input.scene.depth_model) {}
 
-  bool maySample() const noexcept { return samples_ < kMaxSurfaceSamples; }
+  /// Returns whether a look-up is left, and `reserve` more.
+  bool maySample(int reserve = 0) const noexcept { return samples_ + reserve < kMaxSurfaceSamples; }
   Place placeOf(const Vec3& place) noexcept {
     ++samples_;
     return view.sample(place);
@@ -61,6 +75,29 @@ class SurfaceProbe {
     return kContinuity * step_m + noise_m();
   }
   bool covers(const Vec3& place) const noexcept { return surface_.covers(model_.positionInWorld(place), 0); }
+
+  /// Moves the proxy onto the nearest plane with about that normal of a surface that begins next to it,
+  /// within kOutline_px, no farther than `room_m` from the proxy. Returns false if there is none.
+  bool settleBeside(const Vec3& normal, double room_m) noexcept {
+    const double radius = kOutline_px * pitch_m();
+    const double depth_m = SurfaceView::depthOf(p);
+    Sheet nearest;
+    double nearest_m = room_m;
+    for (const Vec3& direction : kAround) {
+      const ImagePosition image = view.project(p + radius * direction);
+      if (!view.isInImage(image)) continue;
+      const Sheet sheet = sheetNear(image, depth_m);
+      if (!sheet.exists || isSharpTurn(sheet.normal_in_camera, normal)) continue;
+      const double off_m = std::abs(SurfaceView::distanceFrom(sheet, p));
+      if (off_m >= nearest_m) continue;
+      nearest = sheet;
+      nearest_m = off_m;
+    }
+    if (!nearest.exists) return false;
+    p = p - SurfaceView::distanceFrom(nearest, p) * nearest.normal_in_camera;
+    at = {.where = Where::free, .sheet = nearest, .distance_m = 0};
+    return true;
+  }
 
   /// Moves the proxy to the point of the surface at the image position of `place`, near the depth `depth_m`.
   /// Returns false if there is none within `room_m` of `place`.

@@ -8,17 +8,11 @@
 #include "rt/laws/contact.h"
 
 namespace hapticd::rt {
-namespace {
-
-/// Distance, in pixels, within which an outline is looked for: it flickers by that much from frame to frame.
-constexpr double kOutline_px = 2;
-
-}  // namespace
-
 /// Returns whether a place is in the body, which extends back from its front. Places in front of it by no
 /// more than noise count as well: the outline is what matters here.
 bool SideContact::isSolid(const Vec3& place) noexcept {
-  if (!probe_.maySample()) return false;
+  constexpr int kForFront = 3;
+  if (!probe_.maySample(kForFront)) return true;  // no step is taken there
   const SurfaceProbe::Place there = probe_.placeOf(place);
   if (there.where == SurfaceProbe::Where::inside) return true;
   return there.where == SurfaceProbe::Where::free && there.sheet.exists &&
@@ -37,14 +31,11 @@ void SideContact::retreatFrom(Vec3 inside) noexcept {
 /// Returns the normal of a side: the mean of the directions in the image in which the body ends; zero if
 /// there is none.
 Vec3 SideContact::normalAt(const Vec3& inside) noexcept {
-  constexpr double kDiagonal = 0.70710678118654752;
-  constexpr double kDirections[8][2] = {{1, 0},  {kDiagonal, kDiagonal},   {0, 1},  {-kDiagonal, kDiagonal},
-                                        {-1, 0}, {-kDiagonal, -kDiagonal}, {0, -1}, {kDiagonal, -kDiagonal}};
-  const double radius = kOutline_px * probe_.view.pitch_m(SurfaceView::depthOf(inside));
+  const double radius = SurfaceProbe::kOutline_px * probe_.view.pitch_m(SurfaceView::depthOf(inside));
   const Vec3 ray = (1 / norm(inside)) * inside;
   Vec3 sum;
-  for (const auto& direction : kDirections) {
-    const Vec3 there{radius * direction[0], radius * direction[1], 0};
+  for (const Vec3& direction : SurfaceProbe::kAround) {
+    const Vec3 there = radius * direction;
     if (!isSolid(inside + there)) sum += there;
   }
   sum = sum - dot(sum, ray) * ray;
@@ -73,7 +64,7 @@ bool SideContact::touch(const Vec3& inside) HAPTICD_RT {
 bool SideContact::escape() noexcept {
   if (!isSolid(probe_.p)) return true;
   constexpr int kSteps = 4;
-  const Vec3 step = (kOutline_px / kSteps * probe_.pitch_m()) * normal_;
+  const Vec3 step = (SurfaceProbe::kOutline_px / kSteps * probe_.pitch_m()) * normal_;
   Vec3 out = probe_.p;
   for (int i = 0; i < kSteps; ++i) {
     const Vec3 inside = out;
@@ -129,7 +120,7 @@ bool SideContact::approach() noexcept {
 bool SideContact::frontIsNearer() noexcept {
   const double side_m = dot(probe_.p - probe_.hip, normal_);
   // In the body, as seen from the camera: behind the HIP if that is modelled, otherwise next to the outline.
-  const Vec3 beside = probe_.p - (1.5 * kOutline_px * probe_.pitch_m()) * normal_;
+  const Vec3 beside = probe_.p - (1.5 * SurfaceProbe::kOutline_px * probe_.pitch_m()) * normal_;
   const bool near_hip = side_m > norm(beside - probe_.p) && probe_.covers(probe_.hip);
   const Vec3 place = near_hip ? probe_.hip : beside;
   const SurfaceProbe::Place there = probe_.placeOf(place);
