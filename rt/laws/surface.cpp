@@ -19,6 +19,7 @@ constexpr double kMaxLag_px = 2;
 constexpr std::uint64_t kHeldFrames = 30;
 /// The same at the image border, where the surface may have left the view.
 constexpr std::uint64_t kHeldFramesAtBorder = 4;
+
 /// One tick of the proxy, in the camera's frame.
 class SurfaceTick {
  public:
@@ -174,7 +175,6 @@ class SurfaceTick {
       return false;
     }
     normal_ = probe_.at.sheet.normal_in_camera;
-    beside_ = true;
     in_contact_ = pressesOn(normal_);
     return true;
   }
@@ -461,7 +461,7 @@ class SurfaceTick {
     const Vec3 proxy = model_.positionInWorld(probe_.p);
     const Vec3 normal = in_contact_ ? model_.directionInWorld(normal_) : Vec3{};
     const Vec3 pulled_in_world = model_.positionInWorld(pulled);
-    if (!vanished_ && !held_ && !beside_) sight_.remember(probe_, in_contact_);
+    if (!vanished_ && !held_) sight_.remember(probe_, in_contact_);
     memory_.placed = true;
     memory_.position_m_in_world = proxy;
     memory_.normal_in_world = normal;
@@ -500,7 +500,6 @@ class SurfaceTick {
   bool in_contact_ = false;
   bool at_side_ = false;
   bool held_ = false;
-  bool beside_ = false;    // the proxy is next to the surface that holds it
   bool vanished_ = false;  // the surface that held the proxy is not there
   bool passed_over_ = false;
   bool too_near_ = false;
