@@ -423,16 +423,20 @@ class SurfaceTick {
     return vanished_ ? Hold::vanished : at_side_ ? Hold::side : Hold::front;
   }
 
+  /// Returns where the spring is to pull to: the proxy that something holds, otherwise the HIP.
+  Vec3 goal_m() const noexcept { return in_contact_ && !vanished_ ? probe_.p : probe_.hip; }
+
   /// Returns the place that the spring pulls to.
   Vec3 pulledTo() noexcept {
-    if (!memory_.placed) return probe_.p;
+    if (!memory_.placed) return goal_m();
     const Vec3 proxy_before = model_.positionInCamera(memory_.position_m_in_world);
     const Vec3 hip_before = model_.positionInCamera(contact_.hip_m_in_world);
     const Vec3 normal_before = model_.directionInCamera(memory_.normal_in_world);
+    const bool was_held = contact_.hold == Hold::front || contact_.hold == Hold::side;
     const PullChange change{
         .pulled_before_m = proxy_before + model_.directionInCamera(contact_.lag_m_in_world),
-        .goal_before_m = contact_.hold == Hold::vanished ? hip_before : proxy_before,
-        .goal_m = vanished_ ? probe_.hip : probe_.p,
+        .goal_before_m = was_held ? proxy_before : hip_before,
+        .goal_m = goal_m(),
         .hip_displacement_m = norm(probe_.hip - hip_before),
         .normal_before = contact_.hold == hold() && isNewFrame() ? normal_before : Vec3{},
         .was_held = contact_.hold != Hold::nothing,
@@ -453,11 +457,10 @@ class SurfaceTick {
 
   ForceSample result() noexcept {
     ForceSample result;
-    Vec3 pulled = pulledTo();
+    const Vec3 pulled = pulledTo();
+    const bool lags = norm(pulled - goal_m()) > SurfaceProbe::kNone_m;
     finishGivingUp(pulled);
-    const bool pulls = in_contact_ || norm(pulled - probe_.hip) > SurfaceProbe::kNone_m;
-    const bool lags = norm(pulled - probe_.p) > SurfaceProbe::kNone_m;
-    if (!lags) pulled = probe_.p;
+    const bool pulls = in_contact_ || lags;
     const Vec3 proxy = model_.positionInWorld(probe_.p);
     const Vec3 normal = in_contact_ ? model_.directionInWorld(normal_) : Vec3{};
     const Vec3 pulled_in_world = model_.positionInWorld(pulled);
@@ -468,11 +471,11 @@ class SurfaceTick {
     if (!held_ && !vanished_) memory_.frame = input_.scene.frame;
     memory_.behind = behind_;
     contact_.hold = hold();
-    contact_.lag_m_in_world = lags ? pulled_in_world - proxy : Vec3{};
+    contact_.lag_m_in_world = pulled_in_world - proxy;
     contact_.hip_m_in_world = input_.hip_m_in_world;
     contact_.frame = input_.scene.frame;
     contact_.passed_over = passed_over_;
-    result.proxy_m_in_world = pulled_in_world;
+    result.proxy_m_in_world = pulls ? pulled_in_world : proxy;
     result.outside_model = probe_.cut_off && !pulls;
     if (behind_ || probe_.at.where == Where::unseen || probe_.at.where == Where::beyond)
       result.state = ContactState::behind;
