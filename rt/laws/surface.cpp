@@ -124,7 +124,7 @@ class SurfaceTick {
     if (probe_.at.where == Where::inside) liftOut();
     if (!behind_ && lostItsSurface()) {
       Vec3 over_hip;
-      if (findPlaceOverHip(probe_.p, over_hip)) settleTowards(probe_.p, over_hip, normal_);
+      if (findPlaceOverHip(probe_.p, over_hip)) probe_.settleTowards(probe_.p, over_hip, normal_);
       if (lostItsSurface() && !receded()) {
         if (!holdBeside()) giveUp();
         return;
@@ -161,7 +161,7 @@ class SurfaceTick {
 
   /// Returns whether the surface under a proxy that has lost it may be the same as before, farther away.
   bool receded() const noexcept {
-    return probe_.at.sheet.exists && !turnsAwayFrom(normal_) &&
+    return probe_.at.sheet.exists && !probe_.turnsAwayFrom(normal_) &&
            probe_.at.sheet.depth_m() - contact_.surface_depth_m <= sight_.largestMove_m(probe_);
   }
 
@@ -214,27 +214,7 @@ class SurfaceTick {
   bool lostItsSurface() const noexcept {
     if (!memory_.placed || !pressesOn(normal_)) return false;
     return !probe_.at.sheet.exists || probe_.at.distance_m > probe_.tolerance_m(probe_.pitch_m()) ||
-           turnsAwayFrom(normal_);
-  }
-
-  /// Compensates for the outline of a body that flickers from frame to frame: moves the proxy to the nearest
-  /// point of the surface between `from`, at the outline, and the point in front of the HIP at which the
-  /// surface does not turn away from `normal`. Returns false, leaving the proxy in place, if there is none.
-  bool settleTowards(const Vec3& from, const Vec3& over_hip, const Vec3& normal) noexcept {
-    const Vec3 start = probe_.p;
-    const Place at_start = probe_.at;
-    const double depth_m = SurfaceView::depthOf(from);
-    const Vec3 displacement = over_hip - from;
-    constexpr int kSteps = 6;
-    for (int i = 1; i <= kSteps; ++i) {
-      const double share = static_cast<double>(i) / kSteps;
-      const Vec3 step = share * displacement;
-      if (probe_.settleOn(from + step, depth_m, probe_.tolerance_m(norm(step))) && !turnsAwayFrom(normal))
-        return true;
-    }
-    probe_.p = start;
-    probe_.at = at_start;
-    return false;
+           probe_.turnsAwayFrom(normal_);
   }
 
   /// Moves the proxy towards the HIP as far as the surface allows.
@@ -336,7 +316,7 @@ class SurfaceTick {
     Vec3 over_hip;
     if (probe_.settleOn(to, SurfaceView::depthOf(to), probe_.tolerance_m(norm(step)))) {
       const bool nearer = isNearer();
-      const bool around_edge = turnsAwayFrom(at_start.sheet.normal_in_camera);
+      const bool around_edge = probe_.turnsAwayFrom(at_start.sheet.normal_in_camera);
       if (nearer && !(around_edge && findPlaceOverHip(from, over_hip))) return true;
       if (!nearer) met_normal_ = probe_.at.sheet.normal_in_camera;
     } else if (!probe_.cut_off) {
@@ -351,19 +331,12 @@ class SurfaceTick {
         return true;
       }
     }
-    if (!isZero(over_hip) && settleTowards(to, over_hip, at_start.sheet.normal_in_camera) && isNearer())
+    if (!isZero(over_hip) && probe_.settleTowards(to, over_hip, at_start.sheet.normal_in_camera) &&
+        isNearer())
       return true;
     probe_.p = from;
     probe_.at = at_start;
     return false;
-  }
-
-  /// Returns whether the surface turns away from `normal` and is nearly parallel to the ray: it goes around
-  /// the edge of a body.
-  bool turnsAwayFrom(const Vec3& normal) const noexcept {
-    constexpr double kSteep_cos = 0.26;  // 75 degrees
-    const Vec3& here = probe_.at.sheet.normal_in_camera;
-    return SurfaceProbe::isSharpTurn(here, normal) && -dot(here, probe_.p) < kSteep_cos * norm(probe_.p);
   }
 
   /// Finds the point of the proxy's surface in front of the HIP as seen from the camera, if the HIP is behind

@@ -117,6 +117,33 @@ class SurfaceProbe {
     return true;
   }
 
+  /// Returns whether the surface turns away from `normal` and is nearly parallel to the ray: it goes around
+  /// the edge of a body.
+  bool turnsAwayFrom(const Vec3& normal) const noexcept {
+    constexpr double kSteep_cos = 0.26;  // 75 degrees
+    const Vec3& here = at.sheet.normal_in_camera;
+    return isSharpTurn(here, normal) && -dot(here, p) < kSteep_cos * norm(p);
+  }
+
+  /// Compensates for the outline of a body that flickers from frame to frame: moves the proxy to the nearest
+  /// point of the surface between `from`, at the outline, and the point in front of the HIP at which the
+  /// surface does not turn away from `normal`. Returns false, leaving the proxy in place, if there is none.
+  bool settleTowards(const Vec3& from, const Vec3& over_hip, const Vec3& normal) noexcept {
+    const Vec3 start = p;
+    const Place at_start = at;
+    const double depth_m = SurfaceView::depthOf(from);
+    const Vec3 displacement = over_hip - from;
+    constexpr int kSteps = 6;
+    for (int i = 1; i <= kSteps; ++i) {
+      const double share = static_cast<double>(i) / kSteps;
+      const Vec3 step = share * displacement;
+      if (settleOn(from + step, depth_m, tolerance_m(norm(step))) && !turnsAwayFrom(normal)) return true;
+    }
+    p = start;
+    at = at_start;
+    return false;
+  }
+
   Vec3 p;    ///< the proxy
   Place at;  ///< the surface where it is
   const Vec3 hip;
