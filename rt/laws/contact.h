@@ -11,6 +11,30 @@
 /// HIP, and a spring of stiffness k_s pulls the HIP towards it.
 namespace hapticd::rt {
 
+/// What holds the proxy of the law `surface` back from the HIP.
+enum class Hold : std::uint8_t {
+  nothing,
+  front,    ///< the visible surface
+  side,     ///< the side of a body, which begins at its outline in the image
+  vanished  ///< a surface that is no longer seen; the contact is being given up
+};
+
+/// What the law `surface` keeps about its proxy from one tick to the next.
+struct SurfaceContact {
+  Hold hold = Hold::nothing;
+  /// Displacement from the proxy to the place that the spring pulls to. Not zero while the latter moves over
+  /// to another contact, or into free space.
+  Vec3 lag_m_in_world;
+  double lag_speed_m_per_s = 0;  ///< at which it shrinks
+  Vec3 hip_m_in_world;           ///< at the last tick
+  std::uint64_t frame = 0;       ///< depth frame of the last tick
+  double surface_depth_m = 0;    ///< of the surface at the proxy when last seen, along the optical axis; 0:
+                               ///< none, infinite: the proxy is behind what is seen
+  Vec3 surface_normal_in_camera;
+  std::int64_t surface_ns = 0;  ///< Scene::frame_time_ns when it was last seen
+  bool passed_over = false;     ///< something that came by a jump is in front of the proxy
+};
+
 /// The proxy and what the laws keep about it from one tick to the next.
 struct ProxyMemory {
   bool placed = false;  ///< true if there is a proxy
@@ -22,6 +46,7 @@ struct ProxyMemory {
   bool under = false;       ///< law `proxy`: the proxy is on the far side of that surface
   Vec3 last_slide_m;        ///< law `proxy`: sliding displacement that was left at the last step
   double slide_share = 1;   ///< law `proxy`: fraction of it that the last step covered
+  SurfaceContact surface;   ///< law `surface`
 };
 
 /// Returns the displacement along the surface that the proxy is still to make towards the HIP, or zero while

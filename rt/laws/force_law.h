@@ -37,6 +37,7 @@ struct LawInput {
   double stiffness_n_per_m;  ///< k_s in effect: that of `parameters`, or the automatic one
   double friction;           ///< in effect: that of `parameters`, or of the tissue at the proxy
   double frame_age_s = 0;    ///< time from what the frame shows to this tick, 0..kMaxPrediction_s
+  double period_s = 0.001;   ///< time since the previous tick, > 0
 };
 
 /// Position of a constraint law's proxy relative to the surface.

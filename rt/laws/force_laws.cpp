@@ -23,7 +23,10 @@ ForceSample outsideModel(const LawInput& input) noexcept {
 
 ForceSample ForceLaws::force(const LawInput& input) HAPTICD_RT {
   if (input.scene.frame == 0 || !isFinite(input.hip_m_in_world)) return outsideModel(input);
-  if (serves(input.scene, rowOf(input.parameters.law))) law_ = input.parameters.law;
+  if (serves(input.scene, rowOf(input.parameters.law)) && law_ != input.parameters.law) {
+    law_ = input.parameters.law;
+    memory_.proxy.surface = {};  // another law may have moved the proxy since
+  }
   const ForceLawRow& law = rowOf(law_);
   if (!serves(input.scene, law)) return outsideModel(input);
   if (!law.has_proxy) {

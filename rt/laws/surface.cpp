@@ -4,22 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rt/scene/visible_surface.h"
+#include "rt/laws/surface_probe.h"
+#include "rt/laws/surface_pull.h"
+#include "rt/laws/surface_side.h"
+#include "rt/laws/surface_sight.h"
 
 namespace hapticd::rt {
 namespace {
 
-/// Shorter displacements count as zero.
-constexpr double kNone_m = 1e-7;
-/// Longest step between two samples of the surface, in pixel pitches: no body visible in the image is
-/// thinner.
-constexpr double kStride_px = 2;
-/// On a continuous surface the distance from it changes by no more than the step from one sample to the next.
-/// The factor leaves room for facets that do not quite agree.
-constexpr double kContinuity = 2.5;
-/// Tolerated disagreement of facets in units of SurfaceView::noiseUnit_m().
-constexpr double kFacetNoise = 1.5;
-constexpr double kAnyDistance_m = 10;  // a tolerance that accepts every place
 /// A proxy that lags behind by more is repositioned.
 constexpr double kMaxLag_m = 0.005;
 constexpr double kMaxLag_px = 2;
@@ -34,27 +26,32 @@ class SurfaceTick {
   SurfaceTick(const LawInput& input, ProxyMemory& proxy) noexcept
       : input_(input),
         model_(*input.scene.depth_model),
-        view_(input.scene.surface, model_, input.parameters.surface.shell_m, input.frame_age_s),
         memory_(proxy),
-        hip_(model_.positionInCamera(input.hip_m_in_world)),
-        p_(proxy.placed ? model_.positionInCamera(proxy.position_m_in_world) : hip_) {}
+        contact_(proxy.surface),
+        sight_(proxy, input.scene.frame_time_ns),
+        probe_(input,
+               model_.positionInCamera(proxy.placed ? proxy.position_m_in_world : input.hip_m_in_world)) {}
 
   ForceSample force() noexcept {
     const Vec3 start = memory_.placed ? memory_.position_m_in_world : input_.hip_m_in_world;
     if (!input_.scene.surface.covers(start, 0)) return outside(start);
-    sampleProxy();
     normal_ = model_.directionInCamera(memory_.normal_in_world);
+    look();
     if (memory_.behind && isZero(normal_)) {
       leaveSolid();
+    } else if (memory_.placed && isZero(normal_) && sight_.cameByJump(probe_)) {
+      behind_ = true;
+      probe_.p = probe_.hip;
+    } else if (memory_.placed && contact_.hold == Hold::side) {
+      followSide();
+    } else if (memory_.placed && contact_.hold == Hold::vanished && !returns()) {
+      giveUp();
     } else if (mustHold()) {
       held_ = in_contact_ = true;
       // It may have left the view: nothing constrains it tangentially there.
-      if (at_proxy_.where == Where::beyond) p_ = hip_ - dot(hip_ - p_, normal_) * normal_;
+      if (probe_.at.where == Where::beyond) followAlong();
     } else {
-      if (at_proxy_.where == Where::inside) liftOut();
-      Vec3 over_hip;
-      if (lostItsSurface() && findPlaceOverHip(p_, over_hip)) settleTowards(p_, over_hip, normal_);
-      if (!behind_) follow();
+      followFront();
     }
     return result();
   }
@@ -63,45 +60,42 @@ class SurfaceTick {
   using Where = SurfaceView::Where;
   using Place = SurfaceView::Place;
 
+  bool isNewFrame() const noexcept { return contact_.frame != input_.scene.frame; }
   static bool isZero(const Vec3& v) noexcept { return v == Vec3{}; }
 
   ForceSample outside(const Vec3& start_m_in_world) noexcept {
     memory_.placed =
         // A free proxy is discarded, one in contact is kept.
         memory_.placed && !isZero(memory_.normal_in_world);
+    contact_.lag_m_in_world = {};
     return {.force_n_in_world = {},
             .proxy_m_in_world = start_m_in_world,
             .normal_in_world = {},
             .outside_model = true};
   }
 
-  bool maySample() const noexcept { return samples_ < kMaxSurfaceSamples; }
-  Place placeOf(const Vec3& p) noexcept {
-    ++samples_;
-    return view_.sample(p);
-  }
-  void sampleProxy() noexcept { at_proxy_ = placeOf(p_); }
-  double pitch_m() const noexcept { return view_.pitch_m(SurfaceView::depthOf(p_)); }
-  double stride_m() const noexcept { return kStride_px * pitch_m(); }
-  /// Returns how far a continuous surface may be off the place after a step of this length.
-  double tolerance_m(double step_m) const noexcept {
-    return kContinuity * step_m + kFacetNoise * view_.noiseUnit_m(SurfaceView::depthOf(p_));
-  }
-  bool covers(const Vec3& p) const noexcept {
-    return input_.scene.surface.covers(model_.positionInWorld(p), 0);
+  /// Looks up the surface at the proxy. What has come in front of it by a jump is looked past, as long as it
+  /// is there.
+  void look() noexcept {
+    probe_.look();
+    if (isNewFrame() ? sight_.cameByJump(probe_) : contact_.passed_over) {
+      passed_over_ = true;
+      probe_.view.lookPast();
+      probe_.look();
+    }
   }
 
   /// Handles a HIP that came to be inside a solid without passing through its visible surface: there is no
   /// force until it is out again.
   void leaveSolid() noexcept {
-    p_ = hip_;
-    if (!covers(p_)) {
-      cut_off_ = true;
+    probe_.p = probe_.hip;
+    if (!probe_.covers(probe_.p)) {
+      probe_.cut_off = true;
       behind_ = true;
       return;
     }
-    sampleProxy();
-    behind_ = at_proxy_.where == Where::inside || at_proxy_.where == Where::beyond;
+    probe_.look();
+    behind_ = probe_.at.where == Where::inside || probe_.at.where == Where::beyond;
   }
 
   /// Returns whether the contact must be held because the surface is no longer seen: hidden by something that
@@ -109,29 +103,108 @@ class SurfaceTick {
   /// presses on it; where a measurement is merely missing, for kHeldFrames, and at the image border for
   /// kHeldFramesAtBorder.
   bool mustHold() noexcept {
-    if (!memory_.placed || isZero(normal_) || at_proxy_.sheet.exists) return false;
-    if (!(dot(hip_ - p_, normal_) < 0)) return false;
-    too_near_ =
-        at_proxy_.where == Where::free && SurfaceView::depthOf(p_) < view_.nearLimit_m() + kNearLimitMargin_m;
-    if (too_near_ || at_proxy_.where == Where::unseen) return true;
+    if (!memory_.placed || !pressesOn(normal_)) return false;
+    if (sight_.cameByJump(probe_)) return true;
+    if (probe_.at.sheet.exists) return false;
+    too_near_ = probe_.at.where == Where::free &&
+                SurfaceView::depthOf(probe_.p) < probe_.view.nearLimit_m() + kNearLimitMargin_m;
+    if (too_near_ || probe_.at.where == Where::unseen) return true;
     const std::uint64_t held = input_.scene.frame - memory_.frame;
-    return held <= (at_proxy_.where == Where::beyond ? kHeldFramesAtBorder : kHeldFrames);
+    return held <= (probe_.at.where == Where::beyond ? kHeldFramesAtBorder : kHeldFrames);
   }
+
+  bool pressesOn(const Vec3& normal) const noexcept {
+    return !isZero(normal) && dot(probe_.toHip(), normal) < 0;
+  }
+
+  /// Moves the proxy along the plane that it rests on to where it is in front of the HIP.
+  void followAlong() noexcept { probe_.p = probe_.hip - dot(probe_.toHip(), normal_) * normal_; }
+
+  void followFront() noexcept {
+    if (probe_.at.where == Where::inside) liftOut();
+    if (!behind_ && lostItsSurface()) {
+      Vec3 over_hip;
+      if (findPlaceOverHip(probe_.p, over_hip)) probe_.settleTowards(probe_.p, over_hip, normal_);
+      if (lostItsSurface() && !receded()) {
+        if (!holdBeside()) giveUp();
+        return;
+      }
+    } else if (!behind_ && pressesOn(normal_) && turnedInFrame() && holdBeside()) {
+      return;
+    }
+    if (!behind_) follow();
+  }
+
+  void followSide() noexcept {
+    SideContact side(probe_, normal_, input_.friction);
+    const SideContact::Next next = side.follow(isNewFrame());
+    if (next == SideContact::Next::gone) return giveUp();
+    if (next != SideContact::Next::holds) return follow();
+    at_side_ = in_contact_ = true;
+    normal_ = side.normal();
+  }
+
+  /// Begins contact with a side. Returns false if there is none; the proxy is in front of it then.
+  bool touchSide(const Vec3& inside) noexcept {
+    SideContact side(probe_, {}, input_.friction);
+    if (!side.touch(inside)) return false;
+    at_side_ = in_contact_ = true;
+    normal_ = side.normal();
+    return true;
+  }
+
+  /// Returns whether the surface under the proxy has another direction than at the last tick, which happens
+  /// at outlines.
+  bool turnedInFrame() const noexcept {
+    return probe_.at.sheet.exists && SurfaceProbe::isSharpTurn(probe_.at.sheet.normal_in_camera, normal_);
+  }
+
+  /// Returns whether the surface under a proxy that has lost it may be the same as before, farther away.
+  bool receded() const noexcept {
+    return probe_.at.sheet.exists && !probe_.turnsAwayFrom(normal_) &&
+           probe_.at.sheet.depth_m() - contact_.surface_depth_m <= sight_.largestMove_m(probe_);
+  }
+
+  /// Holds a proxy whose surface ends next to it, by no more than an outline flickers, on the plane of that
+  /// surface. Returns false if there is none.
+  bool holdBeside() noexcept {
+    const Vec3 from = probe_.p;
+    followAlong();
+    if (!probe_.settleBeside(normal_, sight_.largestMove_m(probe_))) {
+      probe_.p = from;
+      return false;
+    }
+    normal_ = probe_.at.sheet.normal_in_camera;
+    in_contact_ = pressesOn(normal_);
+    return true;
+  }
+
+  /// Returns whether a surface that had vanished is seen again where the proxy was left.
+  bool returns() noexcept {
+    if (!pressesOn(normal_)) return true;
+    followAlong();
+    probe_.look();
+    return probe_.at.sheet.exists && std::abs(probe_.at.distance_m) <= sight_.largestMove_m(probe_) &&
+           !SurfaceProbe::isSharpTurn(probe_.at.sheet.normal_in_camera, normal_);
+  }
+
+  /// Lets go of a surface that is no longer there, see moveOver().
+  void giveUp() noexcept { vanished_ = in_contact_ = true; }
 
   /// Moves the proxy out of a surface that has passed over it.
   void liftOut() noexcept {
     if (!memory_.placed) {
       behind_ = true;
-      p_ = hip_;
+      probe_.p = probe_.hip;
       return;
     }
     constexpr int kMaxSteps = 2;
-    for (int step = 0; step < kMaxSteps && at_proxy_.where == Where::inside; ++step) {
-      const Sheet sheet = at_proxy_.sheet;
-      const Vec3 next = p_ - at_proxy_.distance_m * sheet.normal_in_camera;
-      if (settleOn(next, sheet.depth_m(), tolerance_m(-at_proxy_.distance_m))) continue;
+    for (int step = 0; step < kMaxSteps && probe_.at.where == Where::inside; ++step) {
+      const Sheet sheet = probe_.at.sheet;
+      const Vec3 next = probe_.p - probe_.at.distance_m * sheet.normal_in_camera;
+      if (probe_.settleOn(next, sheet.depth_m(), probe_.tolerance_m(-probe_.at.distance_m))) continue;
       // Next to the outline of that body: straight towards the camera.
-      settleOn(p_, sheet.depth_m(), kAnyDistance_m);
+      probe_.settleOn(probe_.p, sheet.depth_m(), SurfaceProbe::kAnyDistance_m);
       break;
     }
     entrenched_ = true;
@@ -139,70 +212,33 @@ class SurfaceTick {
 
   /// Returns whether the proxy was in contact but its surface is no longer under it.
   bool lostItsSurface() const noexcept {
-    if (behind_ || !memory_.placed || isZero(normal_) || !(dot(hip_ - p_, normal_) < 0)) return false;
-    return !at_proxy_.sheet.exists || at_proxy_.distance_m > tolerance_m(pitch_m()) || turnsAwayFrom(normal_);
-  }
-
-  /// Compensates for the outline of a body that flickers from frame to frame: moves the proxy to the nearest
-  /// point of the surface between `from`, at the outline, and the point in front of the HIP at which the
-  /// surface does not turn away from `normal`. Returns false, leaving the proxy in place, if there is none.
-  bool settleTowards(const Vec3& from, const Vec3& over_hip, const Vec3& normal) noexcept {
-    const Vec3 start = p_;
-    const Place at_start = at_proxy_;
-    const double depth_m = SurfaceView::depthOf(from);
-    const Vec3 displacement = over_hip - from;
-    constexpr int kSteps = 6;
-    for (int i = 1; i <= kSteps; ++i) {
-      const double share = static_cast<double>(i) / kSteps;
-      const Vec3 step = share * displacement;
-      if (settleOn(from + step, depth_m, tolerance_m(norm(step))) && !turnsAwayFrom(normal)) return true;
-    }
-    p_ = start;
-    at_proxy_ = at_start;
-    return false;
-  }
-
-  /// Moves the proxy to the point of the surface at the image position of `p`, near the depth `depth_m`.
-  /// Returns false if there is none within `room_m` of `p`.
-  bool settleOn(const Vec3& p, double depth_m, double room_m) noexcept {
-    if (!(SurfaceView::depthOf(p) > SurfaceView::kNearest_m)) return false;
-    const ImagePosition image = view_.project(p);
-    if (!view_.isInImage(image)) return false;
-    ++samples_;
-    const Sheet sheet = view_.sheetNear(image, depth_m);
-    if (!sheet.exists || std::abs(SurfaceView::distanceFrom(sheet, p)) > room_m) return false;
-    const Vec3 place = view_.placeAt(image, sheet.depth_m());
-    if (!covers(place)) {
-      cut_off_ = true;
-      return false;
-    }
-    p_ = place;
-    at_proxy_ = {.where = Where::free, .sheet = sheet, .distance_m = 0};
-    return true;
+    if (!memory_.placed || !pressesOn(normal_)) return false;
+    return !probe_.at.sheet.exists || probe_.at.distance_m > probe_.tolerance_m(probe_.pitch_m()) ||
+           probe_.turnsAwayFrom(normal_);
   }
 
   /// Moves the proxy towards the HIP as far as the surface allows.
   void follow() noexcept {
     constexpr int kMaxMoves = 14;
-    for (int move = 0; move < kMaxMoves && maySample(); ++move) {
-      const Vec3 left = hip_ - p_;
+    for (int move = 0; move < kMaxMoves && probe_.maySample(); ++move) {
+      const Vec3 left = probe_.hip - probe_.p;
       in_contact_ = restsOnSurface() && leadsInto(left);
-      if (norm(left) < kNone_m) break;
+      if (norm(left) < SurfaceProbe::kNone_m) break;
       if (!(in_contact_ ? slide(left) : moveFreely(left))) break;
     }
     if (at_side_ || behind_) return;
-    in_contact_ = restsOnSurface() && leadsInto(hip_ - p_);
+    in_contact_ = restsOnSurface() && leadsInto(probe_.hip - probe_.p);
     if (in_contact_ && lags()) catchUp();
   }
 
   bool restsOnSurface() const noexcept {
     constexpr double kOnSurface_m = 1e-6;
-    return at_proxy_.sheet.exists && std::abs(at_proxy_.distance_m) <= kOnSurface_m;
+    return probe_.at.sheet.exists && std::abs(probe_.at.distance_m) <= kOnSurface_m;
   }
 
   /// Sets the normal; returns true if the displacement leads into the surface.
   bool leadsInto(const Vec3& displacement) noexcept {
-    normal_ = at_proxy_.sheet.normal_in_camera;
+    normal_ = probe_.at.sheet.normal_in_camera;
     return dot(displacement, normal_) < 0;
   }
 
@@ -210,94 +246,34 @@ class SurfaceTick {
   /// model or at the side of a body.
   bool moveFreely(const Vec3& left) noexcept {
     const double length = norm(left);
-    const double step = std::min(length, stride_m());
-    const Vec3 to = p_ + (step / length) * left;
-    if (!covers(to)) {
-      cut_off_ = true;
+    const double step = std::min(length, probe_.stride_m());
+    const Vec3 to = probe_.p + (step / length) * left;
+    if (!probe_.covers(to)) {
+      probe_.cut_off = true;
       return false;
     }
-    const Place there = placeOf(to);
+    const Place there = probe_.placeOf(to);
     if (there.where != Where::inside) {
-      p_ = to;
-      at_proxy_ = there;
+      probe_.p = to;
+      probe_.at = there;
       return step < length;
     }
-    if (at_proxy_.where == Where::unseen || at_proxy_.where == Where::beyond) return enterFromBehind();
-    const double allowed_m = tolerance_m(step);
-    if (there.distance_m < -allowed_m) return touchSide(to);
-    const double from_m = at_proxy_.sheet.exists ? std::max(0.0, at_proxy_.distance_m) : 0;
+    if (probe_.at.where == Where::unseen || probe_.at.where == Where::beyond) return enterFromBehind();
+    // On a continuous surface the distance changes by no more than the step.
+    const double allowed_m = probe_.tolerance_m(step);
+    const double from_m = probe_.at.sheet.exists ? std::max(0.0, probe_.at.distance_m) : 0;
+    const bool is_continuous = probe_.at.sheet.exists && from_m - there.distance_m <= allowed_m;
+    if (!is_continuous && touchSide(to)) return false;
+    if (there.distance_m < -allowed_m) return false;
     const double share = from_m / (from_m - there.distance_m);
-    return settleOn(p_ + share * (to - p_), there.sheet.depth_m(), allowed_m);
+    return probe_.settleOn(probe_.p + share * (to - probe_.p), there.sheet.depth_m(), allowed_m);
   }
 
   /// Handles a step from behind, or from outside the image, into a solid: the surface was never in between.
   bool enterFromBehind() noexcept {
     behind_ = true;
-    p_ = hip_;
+    probe_.p = probe_.hip;
     return false;
-  }
-
-  /// Handles contact with the side of a body, which the camera does not see: it is assumed to extend straight
-  /// back from the outline in the image.
-  bool touchSide(const Vec3& inside) noexcept {
-    Vec3 blocked = inside;
-    constexpr int kHalvings = 3;
-    for (int i = 0; i < kHalvings && maySample(); ++i) {
-      const Vec3 middle = 0.5 * (p_ + blocked);
-      const Place there = placeOf(middle);
-      if (there.where == Where::inside) {
-        blocked = middle;
-      } else {
-        p_ = middle;
-        at_proxy_ = there;
-      }
-    }
-    const Vec3 outward = sideNormal(blocked);
-    at_side_ = in_contact_ = false;
-    if (isZero(outward) || !(dot(hip_ - p_, outward) < 0)) return false;
-    at_side_ = in_contact_ = true;
-    normal_ = outward;
-    return slideAlongSide();
-  }
-
-  /// Returns the normal of a side: the mean of the directions in the image in which there is no solid at this
-  /// depth.
-  Vec3 sideNormal(const Vec3& at) noexcept {
-    constexpr double kRadius_px = 2;
-    constexpr double kDiagonal = 0.70710678118654752;
-    constexpr double kDirections[8][2] = {
-        {1, 0},  {kDiagonal, kDiagonal},   {0, 1},  {-kDiagonal, kDiagonal},
-        {-1, 0}, {-kDiagonal, -kDiagonal}, {0, -1}, {kDiagonal, -kDiagonal}};
-    const double radius = kRadius_px * view_.pitch_m(SurfaceView::depthOf(at));
-    const Vec3 ray = (1 / norm(at)) * at;
-    Vec3 sum;
-    for (const auto& direction : kDirections) {
-      if (!maySample()) break;
-      const Vec3 there{radius * direction[0], radius * direction[1], 0};
-      if (placeOf(at + there).where != Where::inside) sum += there;
-    }
-    sum = sum - dot(sum, ray) * ray;
-    const double length = norm(sum);
-    return length > 0.1 * radius ? (1 / length) * sum : Vec3{};
-  }
-
-  /// Takes a step along the side towards the HIP. Returns false if there is none to take.
-  bool slideAlongSide() noexcept {
-    const Vec3 left = hip_ - p_;
-    Vec3 step = slideOf(left, normal_, 0, input_.friction);
-    const double length = norm(step);
-    if (length < kNone_m) return false;
-    step = std::min(1.0, 0.5 * stride_m() / length) * step;
-    const Vec3 to = p_ + step;
-    if (!covers(to)) {
-      cut_off_ = true;
-      return false;
-    }
-    const Place there = placeOf(to);
-    if (there.where == Where::inside) return false;
-    p_ = to;
-    at_proxy_ = there;
-    return true;
   }
 
   /// Takes a step along the surface, which must bring the proxy nearer to the HIP. Returns false if it is as
@@ -305,10 +281,10 @@ class SurfaceTick {
   bool slide(const Vec3& left) noexcept {
     Vec3 step = slideOf(left, normal_, 0, input_.friction);
     const double length = norm(step);
-    if (length < kNone_m) return false;
-    if (length > stride_m()) step = (stride_m() / length) * step;
+    if (length < SurfaceProbe::kNone_m) return false;
+    if (length > probe_.stride_m()) step = (probe_.stride_m() / length) * step;
     constexpr int kMaxHalvings = 4;
-    for (int halving = 0; halving <= kMaxHalvings && maySample(); ++halving) {
+    for (int halving = 0; halving <= kMaxHalvings && probe_.maySample(); ++halving) {
       if (stepAlong(step, left)) return true;
       if (slideAlongCrease(left)) return true;
       step = 0.5 * step;
@@ -321,149 +297,190 @@ class SurfaceTick {
     constexpr double kMinTurn = 0.1;
     const Vec3 crease = cross(normal_, met_normal_);
     const double turn_squared = dot(crease, crease);
-    if (turn_squared < kMinTurn * kMinTurn || !maySample()) return false;
+    if (turn_squared < kMinTurn * kMinTurn || !probe_.maySample()) return false;
     const Vec3 along = (dot(left, crease) / turn_squared) * crease;
     const double length = norm(slideOf(along, normal_, 0, input_.friction));
-    if (length < kNone_m) return false;
-    return stepAlong(std::min(1.0, stride_m() / length) * along, left);
+    if (length < SurfaceProbe::kNone_m) return false;
+    return stepAlong(std::min(1.0, probe_.stride_m() / length) * along, left);
   }
 
   bool stepAlong(const Vec3& step, const Vec3& left) noexcept {
     met_normal_ = {};
-    const Vec3 from = p_;
-    const Place at_start = at_proxy_;
-    const Vec3 to = p_ + step;
+    const Vec3 from = probe_.p;
+    const Place at_start = probe_.at;
+    const Vec3 to = probe_.p + step;
     const auto isNearer = [this, &left] {
-      const Vec3 still_left = hip_ - p_;
+      const Vec3 still_left = probe_.hip - probe_.p;
       return dot(still_left, still_left) < dot(left, left);
     };
     Vec3 over_hip;
-    if (settleOn(to, SurfaceView::depthOf(to), tolerance_m(norm(step)))) {
+    if (probe_.settleOn(to, SurfaceView::depthOf(to), probe_.tolerance_m(norm(step)))) {
       const bool nearer = isNearer();
-      const bool around_edge = turnsAwayFrom(at_start.sheet.normal_in_camera);
+      const bool around_edge = probe_.turnsAwayFrom(at_start.sheet.normal_in_camera);
       if (nearer && !(around_edge && findPlaceOverHip(from, over_hip))) return true;
-      if (!nearer) met_normal_ = at_proxy_.sheet.normal_in_camera;
-    } else if (!cut_off_) {
+      if (!nearer) met_normal_ = probe_.at.sheet.normal_in_camera;
+    } else if (!probe_.cut_off) {
       // The surface ends: move over the edge, unless there is something or the HIP is still behind the
       // surface.
-      const Place there = placeOf(to);
+      const Place there = probe_.placeOf(to);
       const bool leaves_view = there.where == Where::beyond;
-      if (there.where != Where::inside && covers(to) && (leaves_view || !findPlaceOverHip(from, over_hip))) {
-        p_ = to;
-        at_proxy_ = there;
+      if (there.where != Where::inside && probe_.covers(to) &&
+          (leaves_view || !findPlaceOverHip(from, over_hip))) {
+        probe_.p = to;
+        probe_.at = there;
         return true;
       }
     }
-    if (!isZero(over_hip) && settleTowards(to, over_hip, at_start.sheet.normal_in_camera) && isNearer())
+    if (!isZero(over_hip) && probe_.settleTowards(to, over_hip, at_start.sheet.normal_in_camera) &&
+        isNearer())
       return true;
-    p_ = from;
-    at_proxy_ = at_start;
+    probe_.p = from;
+    probe_.at = at_start;
     return false;
-  }
-
-  /// Returns whether the surface turns away from `normal` and is nearly parallel to the ray: it goes around
-  /// the edge of a body.
-  bool turnsAwayFrom(const Vec3& normal) const noexcept {
-    constexpr double kSharpTurn_cos = 0.82;  // 35 degrees
-    constexpr double kSteep_cos = 0.26;      // 75 degrees
-    const Vec3& here = at_proxy_.sheet.normal_in_camera;
-    return dot(here, normal) < kSharpTurn_cos && -dot(here, p_) < kSteep_cos * norm(p_);
   }
 
   /// Finds the point of the proxy's surface in front of the HIP as seen from the camera, if the HIP is behind
   /// that surface. It prevents the proxy from slipping over an edge because noise tilts the surface at its
   /// outline.
   bool findPlaceOverHip(const Vec3& proxy, Vec3& place) noexcept {
-    if (!(SurfaceView::depthOf(hip_) > SurfaceView::kNearest_m)) return false;
-    const ImagePosition image = view_.project(hip_);
-    if (!view_.isInImage(image)) return false;
-    ++samples_;
-    const Sheet sheet = view_.sheetNear(image, SurfaceView::depthOf(proxy));
-    if (!sheet.exists || SurfaceView::distanceFrom(sheet, hip_) > 0) return false;
-    const Vec3 found = view_.placeAt(image, sheet.depth_m());
-    if (std::abs(sheet.depth_m() - SurfaceView::depthOf(proxy)) > tolerance_m(norm(found - proxy)))
+    if (!(SurfaceView::depthOf(probe_.hip) > SurfaceView::kNearest_m)) return false;
+    const ImagePosition image = probe_.view.project(probe_.hip);
+    if (!probe_.view.isInImage(image)) return false;
+    const Sheet sheet = probe_.sheetNear(image, SurfaceView::depthOf(proxy));
+    if (!sheet.exists || SurfaceView::distanceFrom(sheet, probe_.hip) > 0) return false;
+    const Vec3 found = probe_.view.placeAt(image, sheet.depth_m());
+    if (std::abs(sheet.depth_m() - SurfaceView::depthOf(proxy)) > probe_.tolerance_m(norm(found - proxy)))
       return false;
     place = found;
     return true;
   }
 
-  double maxLag_m() const noexcept { return std::max(kMaxLag_m, kMaxLag_px * pitch_m()); }
+  double maxLag_m() const noexcept { return std::max(kMaxLag_m, kMaxLag_px * probe_.pitch_m()); }
   bool lags() const noexcept {
-    const Vec3 left = hip_ - p_;
+    const Vec3 left = probe_.hip - probe_.p;
     return norm(slideOf(left, normal_, 0, input_.friction)) > maxLag_m();
   }
 
   /// Repositions a proxy that has got stuck: to where the line of sight to the HIP meets the same surface, if
   /// the surface is continuous up to there and the result is nearer to the HIP.
   void catchUp() noexcept {
-    const Vec3 from = p_;
-    const Place at_start = at_proxy_;
-    const Vec3 left = hip_ - p_;
+    const Vec3 from = probe_.p;
+    const Place at_start = probe_.at;
+    const Vec3 left = probe_.hip - probe_.p;
     constexpr int kSteps = 6;
     bool continuous = true;
     for (int i = 1; i <= kSteps && continuous; ++i) {
       const Vec3 between = from + (static_cast<double>(i) / kSteps) * left;
-      const double depth_before = SurfaceView::depthOf(p_);
-      const Vec3 before = p_;
-      continuous = settleOn(between, depth_before, kAnyDistance_m);
+      const double depth_before = SurfaceView::depthOf(probe_.p);
+      const Vec3 before = probe_.p;
+      continuous = probe_.settleOn(between, depth_before, SurfaceProbe::kAnyDistance_m);
       constexpr double kSteepest = 3.7;
-      continuous =
-          continuous && std::abs(SurfaceView::depthOf(p_) - depth_before) <=
-                            kSteepest * norm(left) / kSteps + kFacetNoise * view_.noiseUnit_m(depth_before);
-      continuous = continuous && !(p_ == before);
+      continuous = continuous && std::abs(SurfaceView::depthOf(probe_.p) - depth_before) <=
+                                     kSteepest * norm(left) / kSteps + probe_.noise_m();
+      continuous = continuous && !(probe_.p == before);
     }
-    const Vec3 still_left = hip_ - p_;
+    const Vec3 still_left = probe_.hip - probe_.p;
     if (continuous && dot(still_left, still_left) < dot(left, left)) {
       in_contact_ = leadsInto(still_left);
       entrenched_ = true;
       return;
     }
-    p_ = from;
-    at_proxy_ = at_start;
+    probe_.p = from;
+    probe_.at = at_start;
     in_contact_ = leadsInto(left);
+  }
+
+  /// Returns what holds the proxy at the end of the tick.
+  Hold hold() const noexcept {
+    if (!in_contact_) return Hold::nothing;
+    return vanished_ ? Hold::vanished : at_side_ ? Hold::side : Hold::front;
+  }
+
+  /// Returns where the spring is to pull to: the proxy that something holds, otherwise the HIP.
+  Vec3 goal_m() const noexcept { return in_contact_ && !vanished_ ? probe_.p : probe_.hip; }
+
+  /// Returns the place that the spring pulls to.
+  Vec3 pulledTo() noexcept {
+    if (!memory_.placed) return goal_m();
+    const Vec3 proxy_before = model_.positionInCamera(memory_.position_m_in_world);
+    const Vec3 hip_before = model_.positionInCamera(contact_.hip_m_in_world);
+    const Vec3 normal_before = model_.directionInCamera(memory_.normal_in_world);
+    const bool was_held = contact_.hold == Hold::front || contact_.hold == Hold::side;
+    const PullChange change{
+        .pulled_before_m = proxy_before + model_.directionInCamera(contact_.lag_m_in_world),
+        .goal_before_m = was_held ? proxy_before : hip_before,
+        .goal_m = goal_m(),
+        .hip_displacement_m = norm(probe_.hip - hip_before),
+        .normal_before = contact_.hold == hold() && isNewFrame() ? normal_before : Vec3{},
+        .was_held = contact_.hold != Hold::nothing,
+        .is_curved = contact_.hold == Hold::front && hold() == Hold::front,
+        .is_new_frame = isNewFrame(),
+        .period_s = input_.period_s};
+    return moveOver(change, contact_.lag_speed_m_per_s);
+  }
+
+  /// Ends a contact that is given up when the spring has lost its tension.
+  void finishGivingUp(const Vec3& pulled) noexcept {
+    if (!vanished_ || norm(pulled - probe_.hip) > SurfaceProbe::kNone_m) return;
+    vanished_ = in_contact_ = false;
+    probe_.p = probe_.hip;
+    probe_.look();
+    behind_ = probe_.at.where == Where::inside;
   }
 
   ForceSample result() noexcept {
     ForceSample result;
-    const Vec3 proxy = model_.positionInWorld(p_);
+    const Vec3 pulled = pulledTo();
+    const bool lags = norm(pulled - goal_m()) > SurfaceProbe::kNone_m;
+    finishGivingUp(pulled);
+    const bool pulls = in_contact_ || lags;
+    const Vec3 proxy = model_.positionInWorld(probe_.p);
     const Vec3 normal = in_contact_ ? model_.directionInWorld(normal_) : Vec3{};
+    const Vec3 pulled_in_world = model_.positionInWorld(pulled);
+    if (!vanished_ && !held_) sight_.remember(probe_, in_contact_);
     memory_.placed = true;
     memory_.position_m_in_world = proxy;
     memory_.normal_in_world = normal;
-    if (!held_) memory_.frame = input_.scene.frame;
+    if (!held_ && !vanished_) memory_.frame = input_.scene.frame;
     memory_.behind = behind_;
-    result.proxy_m_in_world = proxy;
-    result.outside_model = cut_off_ && !in_contact_;
-    if (behind_ || at_proxy_.where == Where::unseen || at_proxy_.where == Where::beyond)
+    contact_.hold = hold();
+    contact_.lag_m_in_world = pulled_in_world - proxy;
+    contact_.hip_m_in_world = input_.hip_m_in_world;
+    contact_.frame = input_.scene.frame;
+    contact_.passed_over = passed_over_;
+    result.proxy_m_in_world = pulls ? pulled_in_world : proxy;
+    result.outside_model = probe_.cut_off && !pulls;
+    if (behind_ || probe_.at.where == Where::unseen || probe_.at.where == Where::beyond)
       result.state = ContactState::behind;
-    if (!in_contact_) return result;
+    if (!pulls) return result;
     result.state = entrenched_ ? ContactState::entrenched : ContactState::contact;
     result.too_near = too_near_ && held_;
-    result.normal_in_world = normal;
-    if (!held_ && !at_side_)
-      result.surface_velocity_m_per_s_in_world = at_proxy_.sheet.speed_m_per_s * normal;
-    result.force_n_in_world = contactForce(input_, proxy, normal, 0);
-    result.depth_m = depthBelow(proxy, input_.hip_m_in_world, normal, 0);
+    const Vec3 to_pulled = pulled_in_world - input_.hip_m_in_world;
+    const double length = norm(to_pulled);
+    result.normal_in_world = lags && length > 0 ? (1 / length) * to_pulled : normal;
+    if (!held_ && !at_side_ && !lags)
+      result.surface_velocity_m_per_s_in_world = probe_.at.sheet.speed_m_per_s * normal;
+    result.force_n_in_world = contactForce(input_, pulled_in_world, result.normal_in_world, 0);
+    result.depth_m = depthBelow(pulled_in_world, input_.hip_m_in_world, result.normal_in_world, 0);
     return result;
   }
 
   const LawInput& input_;
   const DepthModel& model_;
-  const SurfaceView view_;
   ProxyMemory& memory_;
-  const Vec3 hip_;
-  Vec3 p_;
-  Place at_proxy_;
+  SurfaceContact& contact_;
+  SurfaceSight sight_;
+  SurfaceProbe probe_;
   Vec3 normal_;
   Vec3 met_normal_;  // normal of the surface that blocked the last step along the surface
   bool in_contact_ = false;
   bool at_side_ = false;
   bool held_ = false;
+  bool vanished_ = false;  // the surface that held the proxy is not there
+  bool passed_over_ = false;
   bool too_near_ = false;
   bool behind_ = false;
   bool entrenched_ = false;
-  bool cut_off_ = false;  // the step reached the end of the model
-  int samples_ = 0;
 };
 
 }  // namespace

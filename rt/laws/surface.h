@@ -13,6 +13,10 @@ namespace hapticd::rt {
 /// carries it along. What lies behind the surface is unknown: a HIP that is inside a solid without having
 /// come through its surface gets no force until it is out again.
 ///
+/// A HIP that crosses the outline of a body comes through its side, which holds it until the front is nearer.
+/// What comes in front of the proxy faster than a surface moves, or sideways, hides the proxy and does not
+/// move it. Where something else comes to hold the proxy, or nothing, the force changes at a bounded rate.
+///
 /// `input.scene` must have the visible surface; where that does not cover the proxy, `outside_model` is set.
 /// RT: safe.  Cost: constant, at most kMaxSurfaceSamples look-ups of the surface.
 ForceSample surfaceForce(const LawInput& input, ProxyMemory& proxy) HAPTICD_RT;

@@ -40,7 +40,8 @@ ForceSample HapticCore::forceOfLaw(const Input& input, const Tick& tick) HAPTICD
                       .parameters = parameters,
                       .stiffness_n_per_m = tick.stiffness_n_per_m,
                       .friction = in_tissue ? state_.tissue.frictionOfLaw(contact) : contact.friction,
-                      .frame_age_s = frameAge_s(input.scene, input.now_ns, input.start.camera_latency_s)});
+                      .frame_age_s = frameAge_s(input.scene, input.now_ns, input.start.camera_latency_s),
+                      .period_s = input.period_s});
 }
 
 /// Replaces the law's force by that of the stiffness map where there is one.

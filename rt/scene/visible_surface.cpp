@@ -249,13 +249,20 @@ SurfaceView::Place SurfaceView::sample(const Vec3& p) const HAPTICD_RT {
     return {distance >= 0 ? Where::free : Where::inside, sheet, distance};
   };
   const Sheet nearest = sheetOf(surface_.visible, image);
-  if (nearest.exists && !isBehind(nearest)) return placeAtSheet(nearest);
+  const bool counts = nearest.exists && !isBehind(nearest);
+  if (counts && !looks_past_) return placeAtSheet(nearest);
   if (surface_.hides_anything) {
     const Sheet hidden = sheetOf(surface_.hidden, image);
-    if (hidden.exists && !isBehind(hidden)) return placeAtSheet(hidden);
+    const bool is_hidden = !counts || looksPast(nearest, hidden);
+    if (hidden.exists && is_hidden && !isBehind(hidden)) return placeAtSheet(hidden);
   }
+  if (counts) return placeAtSheet(nearest);
   const Where where = nearest.exists ? Where::unseen : nearest.beyond_view ? Where::beyond : Where::free;
   return {.where = where, .sheet = {}, .distance_m = 0};
+}
+
+bool SurfaceView::looksPast(const Sheet& nearest, const Sheet& hidden) const noexcept {
+  return looks_past_ && hidden.exists && hidden.depth_m() - nearest.depth_m() > shellAt(hidden.depth_m());
 }
 
 Sheet SurfaceView::sheetNear(const ImagePosition& image, double depth_m) const HAPTICD_RT {
@@ -263,6 +270,7 @@ Sheet SurfaceView::sheetNear(const ImagePosition& image, double depth_m) const H
   if (!surface_.hides_anything) return nearest;
   const Sheet hidden = sheetOf(surface_.hidden, image);
   if (!nearest.exists || !hidden.exists) return nearest.exists ? nearest : hidden;
+  if (looksPast(nearest, hidden)) return hidden;
   const bool nearer = std::abs(nearest.depth_m() - depth_m) <= std::abs(hidden.depth_m() - depth_m);
   return nearer ? nearest : hidden;
 }

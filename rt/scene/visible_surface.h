@@ -134,6 +134,9 @@ class SurfaceView {
   SurfaceView(const VisibleSurface& surface, const DepthModel& model, double shell_m, double age_s) noexcept
       : surface_(surface), model_(model), camera_(model.parameters()), shell_m_(shell_m), age_s_(age_s) {}
 
+  /// From now on, a surface more than a shell behind what hides it is looked up in its place.
+  void lookPast() noexcept { looks_past_ = true; }
+
   /// Smallest depth at which places are looked up.
   static constexpr double kNearest_m = 0.05;
 
@@ -187,12 +190,14 @@ class SurfaceView {
 
  private:
   double shellAt(double depth_m) const noexcept;
+  bool looksPast(const Sheet& nearest, const Sheet& hidden) const noexcept;
 
   const VisibleSurface& surface_;
   const DepthModel& model_;
   const DepthModelParameters& camera_;
   double shell_m_;
   double age_s_;
+  bool looks_past_ = false;
 };
 
 }  // namespace hapticd::rt
