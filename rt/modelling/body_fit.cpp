@@ -78,10 +78,11 @@ Vector3 preferred(const Vector3& curvature, const Matrix3& covariance, double pr
     sum += evidence * model;
     weight += evidence;
   };
-  constexpr double kMost = 20;
+  constexpr double kMost = 20;            // of a model with one condition less than the one it is a case of
+  constexpr double kMostOfPlane = kMost * kMost;
   // Plane.
   const double flat = curvature.dot(information * curvature);
-  add(Vector3::Zero(), std::min(kMost, std::sqrt(0.5 * prior * prior * prior / covariance.determinant()) *
+  add(Vector3::Zero(), std::min(kMostOfPlane, std::sqrt(0.5 * prior * prior * prior / covariance.determinant()) *
                                            std::exp(-0.5 * flat)));
   // Sphere: equal curvatures, no twist.
   const Vector3 equal(1, 0, 1);

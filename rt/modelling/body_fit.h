@@ -48,7 +48,7 @@ class BodyFit {
 
  private:
   /// Half the sides of the windows.
-  static constexpr std::array kRadius_m{0.014, 0.022, 0.034, 0.052, 0.08};
+  static constexpr std::array kRadius_m{0.014, 0.022, 0.036, 0.06, 0.1};
 
   /// What a fit works on.
   struct Job {
