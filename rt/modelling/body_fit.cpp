@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include <Eigen/Dense>
 
@@ -18,10 +19,18 @@ constexpr int kColdSteps = 3;
 constexpr double kUnknownSag_m = 0.012;
 /// Sum over the cells of the squares of their mean residuals, in standard deviations, that noise explains.
 constexpr double kNoiseMisfit = 6;
+/// RMS of the residuals, in standard deviations, that noise explains.
+constexpr double kNoiseResidual = 1.2;
+/// A body that may cover a whole window.
+constexpr double kWholeWindow = 1e9;
 constexpr double kLeastPixels = 60;
 /// Weighted square of the difference between a body and the fit to a new frame, in the noise's covariance, at
 /// which it is certainly the same body. The part of the noise that changes from frame to frame makes about 1.
 constexpr double kSameBody = 4;
+/// What differs from the body by no more than this, besides noise, touches it: the body has another shape.
+constexpr double kBeside_m = 0.02;
+/// Share of such pixels that an uneven border explains.
+constexpr double kBesideShare = 0.06;
 /// Keeps the equations regular where no pixel determines a parameter.
 constexpr double kLeastInformation = 1e-9;
 /// Least share of the noise's variance that is assumed, where the residuals are smaller than noise.
@@ -110,8 +119,14 @@ Vector3 preferred(const Vector3& curvature, const Matrix3& covariance, double pr
   return (1 / weight) * sum - curvature;
 }
 
-int strideFor(double radius_px) {
-  return static_cast<int>(std::ceil(radius_px / (BodySamples::kMaxPerSide / 2)));
+/// Returns the distance between samples in a window, pixels, for about kSamples on a body that covers `area_px`
+/// of it.
+int strideFor(double radius_px, double area_px) {
+  constexpr double kSamples = 550;
+  constexpr int kMaxReach = BodySamples::kMaxPerSide / 2;
+  const double area = std::min(area_px, std::numbers::pi * radius_px * radius_px);
+  return static_cast<int>(
+      std::max({1.0, std::ceil(std::sqrt(area / kSamples)), std::ceil(radius_px / kMaxReach)}));
 }
 
 /// Returns by how much the parameters of another estimate of the same place differ, in the basis of `body`.
@@ -152,10 +167,9 @@ FocusBody BodyFit::startOf(const Input& input) const noexcept {
   return body;
 }
 
-bool BodyFit::collect(const Job& job, const FocusBody& body, double radius_px) noexcept {
+bool BodyFit::collect(const Job& job, const FocusBody& body, double radius_px, int stride) noexcept {
   constexpr int kSide = BodySamples::kCellsPerSide;
   const PixelWindow& pixels = job.pixels;
-  const int stride = strideFor(radius_px);
   const int column_0 = static_cast<int>(std::lround(body.column_px));
   const int row_0 = static_cast<int>(std::lround(body.row_px));
   const int reach = static_cast<int>(radius_px) / stride;
@@ -200,12 +214,12 @@ double BodyFit::priorAt(double depth_m) noexcept {
   return (depth_m / kUsualRadius_m) * (depth_m / kUsualRadius_m);
 }
 
-BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, std::size_t window,
+BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, double area_px, std::size_t window,
                                   bool cold) noexcept {
-  Trial trial{.fitted = start, .chosen = start, .agrees = 0, .radius_px = kRadius_m[window] * job.px_per_m, .information = {}};
-  if (trial.radius_px < kLeastRadius_px || !collect(job, start, trial.radius_px)) return trial;
-  const double stride = strideFor(trial.radius_px);
-  const double per_patch = kPatch_px * kPatch_px / (stride * stride);
+  Trial trial{.fitted = start, .chosen = start, .agrees = 0, .radius_px = kRadius_m[window] * job.px_per_m, .area_px = 0, .information = {}};
+  const int stride = strideFor(trial.radius_px, area_px);
+  if (trial.radius_px < kLeastRadius_px || !collect(job, start, trial.radius_px, stride)) return trial;
+  const double per_patch = kPatch_px * kPatch_px / static_cast<double>(stride * stride);
   const double variance = job.sigma_raw * job.sigma_raw * per_patch;
   const double information = variance / job.prior;
   BodyEquations equations{};
@@ -234,11 +248,15 @@ BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, std::s
     const double mean = equations.cell_residual[cell] / weight;
     misfit += mean * mean / (job.sigma_raw * job.sigma_raw * std::min(1.0, per_patch / weight));
   }
-  trial.agrees = equations.weight * stride * stride > kLeastPixels
-                     ? fallingStep(misfit, kNoiseMisfit, 2 * kNoiseMisfit)
-                     : 0;
-  // What the noise leaves open.
   const double residual = std::sqrt(equations.square / std::max(1e-9, equations.weight)) / job.sigma_raw;
+  trial.area_px = std::max(equations.explained, 1.0) * stride * stride;
+  const double beside = equations.unexplained / std::max(1.0, equations.explained + equations.unexplained);
+  if (equations.weight * stride * stride > kLeastPixels) {
+    trial.agrees = fallingStep(misfit, kNoiseMisfit, 2 * kNoiseMisfit) *
+                   fallingStep(beside, kBesideShare, 2.5 * kBesideShare) *
+                   fallingStep(residual, kNoiseResidual, 1.25 * kNoiseResidual);
+  }
+  // What the noise leaves open.
   const double less_noise = 1 - (1 - kLeastNoise) * fallingStep(residual, 0.2, 0.5);
   const Matrix6 covariance = less_noise * variance * factors.solve(Matrix6::Identity());
   const Matrix3 of_curvature = covariance.block<3, 3>(3, 3);
@@ -298,7 +316,8 @@ FocusBody BodyFit::fit(const Input& input) noexcept {
   const Job job{
       .image = input.image,
       .pixels = input.pixels,
-      .measure = {camera.fx_px, camera.fy_px, scale.a_per_m, scale.b_per_m, kTolerance_sigma * sigma},
+      .measure = {camera.fx_px, camera.fy_px, scale.a_per_m, scale.b_per_m, kTolerance_sigma * sigma,
+                  kTolerance_sigma * sigma + kBeside_m / scale.unit_m(depth_m)},
       .sigma_raw = sigma,
       .unit_m = scale.unit_m(depth_m),
       .px_per_m = camera.fx_px / depth_m,
@@ -309,15 +328,25 @@ FocusBody BodyFit::fit(const Input& input) noexcept {
   std::array<Trial, kRadius_m.size()> trials;
   // Find the largest window that fits.
   std::size_t base = cold ? smallest : std::max(smallest, window_);
-  trials[base] = tryWindow(job, start, base, cold);
+  double area_px = cold ? kWholeWindow : area_px_;
+  trials[base] = tryWindow(job, start, area_px, base, cold);
   std::size_t top = base;
   while (trials[base].agrees < 1 && base > smallest) {
     --base;
-    trials[base] = tryWindow(job, start, base, cold);
+    trials[base] = tryWindow(job, start, area_px, base, cold);
+  }
+  if (trials[base].agrees < 1 && !cold) {
+    const Trial again = tryWindow(job, startOf(input), kWholeWindow, base, true);
+    if (again.agrees > trials[base].agrees) {
+      trials[base] = again;
+      top = base;
+    }
   }
   if (!(trials[base].agrees > 0)) return mean_ = last_ = {};
   while (trials[top].agrees > 0.05 && top + 1 < kRadius_m.size()) {
-    trials[top + 1] = tryWindow(job, trials[top].fitted, top + 1, false);
+    const double growth = kRadius_m[top + 1] / kRadius_m[top];
+    trials[top + 1] =
+        tryWindow(job, trials[top].fitted, growth * growth * trials[top].area_px, top + 1, true);
     ++top;
   }
   FocusBody result = trials[base].chosen;
@@ -325,11 +354,13 @@ FocusBody BodyFit::fit(const Input& input) noexcept {
   FocusBody fitted = trials[base].fitted;
   double share = trials[base].agrees;
   window_ = base;
+  area_px_ = trials[base].area_px;
   for (std::size_t i = base + 1; i <= top; ++i) {
     share *= trials[i].agrees;
     if (!(share > 0)) break;
     if (share > 0.5) {
       window_ = i;
+      area_px_ = trials[i].area_px;
       fitted = trials[i].fitted;
     }
     change(result, share * differenceTo(result, trials[i].chosen, scale.a_per_m), scale.a_per_m);

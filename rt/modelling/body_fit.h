@@ -67,14 +67,17 @@ class BodyFit {
     FocusBody chosen;  ///< `fitted` with planes, spheres and cylinders preferred
     double agrees;     ///< 0: the pixels are not of one body; 1: the residuals look like noise
     double radius_px;
+    double area_px;  ///< that the body covers
     /// Inverse covariance of the parameters by the frame's noise alone, in the basis of `chosen`.
     std::array<double, 36> information;
   };
 
   static double priorAt(double depth_m) noexcept;
-  Trial tryWindow(const Job& job, const FocusBody& start, std::size_t window, bool cold) noexcept;
+  /// `area_px`: how much of the window the body covers, as far as known.
+  Trial tryWindow(const Job& job, const FocusBody& start, double area_px, std::size_t window,
+                  bool cold) noexcept;
   FocusBody startOf(const Input& input) const noexcept;
-  bool collect(const Job& job, const FocusBody& body, double radius_px) noexcept;
+  bool collect(const Job& job, const FocusBody& body, double radius_px, int stride) noexcept;
 
   const DepthModel& model_;
   const ColumnShifts& shifts_;
@@ -84,6 +87,7 @@ class BodyFit {
 
   FocusBody last_;          ///< the fit to the newest frame
   std::size_t window_ = 0;  ///< of last_
+  double area_px_ = 0;      ///< of last_ in that window
   FocusBody mean_;          ///< over the last frames
   double frames_ = 0;       ///< number of frames in mean_
 };

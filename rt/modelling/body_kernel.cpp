@@ -70,6 +70,9 @@ BodyEquations equationsOfSamples(const BodySamples& samples, const FocusBody& bo
   for (auto& sum : products) sum = zero;
   for (auto& sum : residuals) sum = zero;
   auto squares = zero;
+  auto explained = zero;
+  auto beside = zero;
+  const auto tolerance = all(measure.tolerance_raw), beside_raw = all(measure.beside_raw);
   BodyEquations result;
   result.weight = 0;
   for (int cell = 0; cell < BodySamples::kCells; ++cell) {
@@ -97,8 +100,11 @@ BodyEquations equationsOfSamples(const BodySamples& samples, const FocusBody& bo
       const auto residual = hn::Sub(hn::Load(d, samples.disparity_raw + i), expected);
       const auto relative = hn::Mul(residual, per_tolerance);
       const auto near = hn::Max(zero, hn::NegMulAdd(relative, relative, one));
-      const auto weight = hn::IfThenElseZero(hn::And(meets, in_front),
-                                             hn::Mul(hn::Load(d, samples.weight + i), hn::Mul(near, near)));
+      const auto counted = hn::IfThenElseZero(hn::And(meets, in_front), hn::Load(d, samples.weight + i));
+      const auto distance = hn::Abs(residual);
+      explained = hn::Add(explained, hn::IfThenElseZero(hn::Lt(distance, tolerance), counted));
+      beside = hn::Add(beside, hn::IfThenElseZero(hn::Lt(distance, beside_raw), counted));
+      const auto weight = hn::Mul(counted, hn::Mul(near, near));
       const auto y_x = hn::MulAdd(t, hn::Add(ray_x, dx), dx);
       const auto y_y = hn::MulAdd(t, hn::Add(ray_y, dy), dy);
       const auto along_1 = hn::MulAdd(ex, y_x, hn::MulAdd(ey, y_y, hn::Mul(ez, t)));
@@ -131,6 +137,8 @@ BodyEquations equationsOfSamples(const BodySamples& samples, const FocusBody& bo
   for (int i = 0; i < kProducts; ++i) result.products[i] = total(products[i]);
   for (int i = 0; i < kN; ++i) result.residuals[i] = total(residuals[i]);
   result.square = total(squares);
+  result.explained = total(explained);
+  result.unexplained = total(beside) - result.explained;
   return result;
 }
 

@@ -14,7 +14,7 @@ struct BodySamples {
   static constexpr int kCellsPerSide = 3;
   static constexpr int kCells = kCellsPerSide * kCellsPerSide;
   /// Largest number of samples in a row of the window.
-  static constexpr int kMaxPerSide = 27;
+  static constexpr int kMaxPerSide = 67;
   static constexpr std::size_t kAlignment = 16;
   static constexpr std::size_t kMax = kMaxPerSide * kMaxPerSide + kCells * kAlignment;
 
@@ -37,6 +37,8 @@ struct BodyEquations {
   double square;                              ///< sum of the weighted squares of the residuals
   double cell_residual[BodySamples::kCells];  ///< sums of the weighted residuals
   double cell_weight[BodySamples::kCells];
+  double explained;    ///< number of samples that belong to the body
+  double unexplained;  ///< number of samples beside it, within BodyMeasure::beside_raw
 };
 
 /// How disparities belong to a body.
@@ -46,6 +48,7 @@ struct BodyMeasure {
   double a_per_m;  ///< of DisparityScale
   double b_per_m;
   double tolerance_raw;  ///< samples that differ by more do not belong to the body
+  double beside_raw;     ///< those that differ by less than this belong to something that touches it
 };
 
 /// Sets up the equations of `body` for the samples, each weighted by (1 - (residual / tolerance)^2)^2.
