@@ -29,7 +29,7 @@ struct SurfaceContact {
   Vec3 hip_m_in_world;           ///< at the last tick
   std::uint64_t frame = 0;       ///< depth frame of the last tick
   double surface_depth_m = 0;    ///< of the surface at the proxy when last seen, along the optical axis; 0:
-                               ///< none, infinite: the proxy is behind what is seen
+                                 ///< none, infinite: the proxy is behind what is seen
   Vec3 surface_normal_in_camera;
   std::int64_t surface_ns = 0;  ///< Scene::frame_time_ns when it was last seen
   bool passed_over = false;     ///< something that came by a jump is in front of the proxy

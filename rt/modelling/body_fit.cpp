@@ -87,12 +87,13 @@ Vector3 preferred(const Vector3& curvature, const Matrix3& covariance, double pr
     sum += evidence * model;
     weight += evidence;
   };
-  constexpr double kMost = 20;            // of a model with one condition less than the one it is a case of
+  constexpr double kMost = 20;  // of a model with one condition less than the one it is a case of
   constexpr double kMostOfPlane = kMost * kMost;
   // Plane.
   const double flat = curvature.dot(information * curvature);
-  add(Vector3::Zero(), std::min(kMostOfPlane, std::sqrt(0.5 * prior * prior * prior / covariance.determinant()) *
-                                           std::exp(-0.5 * flat)));
+  add(Vector3::Zero(),
+      std::min(kMostOfPlane,
+               std::sqrt(0.5 * prior * prior * prior / covariance.determinant()) * std::exp(-0.5 * flat)));
   // Sphere: equal curvatures, no twist.
   const Vector3 equal(1, 0, 1);
   const double mean = equal.dot(information * curvature) / equal.dot(information * equal);
@@ -119,8 +120,8 @@ Vector3 preferred(const Vector3& curvature, const Matrix3& covariance, double pr
   return (1 / weight) * sum - curvature;
 }
 
-/// Returns the distance between samples in a window, pixels, for about kSamples on a body that covers `area_px`
-/// of it.
+/// Returns the distance between samples in a window, pixels, for about kSamples on a body that covers
+/// `area_px` of it.
 int strideFor(double radius_px, double area_px) {
   constexpr double kSamples = 550;
   constexpr int kMaxReach = BodySamples::kMaxPerSide / 2;
@@ -216,7 +217,12 @@ double BodyFit::priorAt(double depth_m) noexcept {
 
 BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, double area_px, std::size_t window,
                                   bool cold) noexcept {
-  Trial trial{.fitted = start, .chosen = start, .agrees = 0, .radius_px = kRadius_m[window] * job.px_per_m, .area_px = 0, .information = {}};
+  Trial trial{.fitted = start,
+              .chosen = start,
+              .agrees = 0,
+              .radius_px = kRadius_m[window] * job.px_per_m,
+              .area_px = 0,
+              .information = {}};
   const int stride = strideFor(trial.radius_px, area_px);
   if (trial.radius_px < kLeastRadius_px || !collect(job, start, trial.radius_px, stride)) return trial;
   const double per_patch = kPatch_px * kPatch_px / static_cast<double>(stride * stride);
@@ -285,8 +291,8 @@ FocusBody BodyFit::averaged(const FocusBody& now, const Input& input, const Tria
   // A body that the frame's pixels contradict by more than noise is another one.
   const Vector6 off = differenceTo(trial.chosen, before, a_per_m);
   const double contradiction = off.dot(Eigen::Map<const Matrix6>(trial.information.data()) * off);
-  frames_ = 1 + std::min(frames_, input.max_frames - 1) *
-                    fallingStep(contradiction, kSameBody, 3 * kSameBody);
+  frames_ =
+      1 + std::min(frames_, input.max_frames - 1) * fallingStep(contradiction, kSameBody, 3 * kSameBody);
   change(mean_, (1 - 1 / frames_) * differenceTo(mean_, before, a_per_m), a_per_m);
   return mean_;
 }
