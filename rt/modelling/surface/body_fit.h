@@ -4,11 +4,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "rt/depth/depth_model.h"
-#include "rt/modelling/block_image.h"
-#include "rt/modelling/body_kernel.h"
-#include "rt/modelling/column_shifts.h"
+#include "rt/modelling/surface/block_image.h"
+#include "rt/modelling/surface/body_kernel.h"
+#include "rt/modelling/surface/column_shifts.h"
 #include "rt/scene/focus_body.h"
 #include "rt/scene/visible_surface.h"
 
@@ -22,8 +23,8 @@ namespace hapticd::rt {
 /// open, planes, spheres and cylinders are preferred: the estimate is the mean of the four models weighted by
 /// their evidence (Savage and Dickey's ratio: Dickey 1971).
 ///
-/// Thread: one (the scene thread).  RT: safe after the first call.  Cost: bounded, at most kWindows windows
-/// of BodySamples::kMax pixels and kSteps steps each.
+/// Thread: one (the scene thread).  RT: safe after the first call.  Cost: bounded, at most eleven fits to
+/// BodySamples::kMax pixels of four passes each; usually one or two of 600 pixels and two passes.
 class BodyFit {
  public:
   /// `model` and `shifts` outlive the fit.
@@ -36,6 +37,7 @@ class BodyFit {
     ImagePosition focus;
     Facet facet;        ///< the facet at the focus, for the start
     double noise;       ///< see DepthModel::noiseScale()
+    bool is_new;        ///< false: the same frame again, with another focus
     double moved_raw;   ///< change of the disparity at the focus since the frame before, due to motion
     double max_frames;  ///< number of frames averaged, at least 1
   };
@@ -44,11 +46,12 @@ class BodyFit {
   FocusBody fit(const Input& input) noexcept;
 
   /// The next fit starts from its facet.
-  void forget() noexcept { last_.exists = mean_.exists = false; }
+  void forget() noexcept { last_.exists = mean_.body.exists = mean_before_.body.exists = false; }
 
  private:
   /// Half the sides of the windows.
   static constexpr std::array kRadius_m{0.014, 0.022, 0.036, 0.06, 0.1};
+  static constexpr std::size_t kWindows = kRadius_m.size();
 
   /// What a fit works on.
   struct Job {
@@ -58,7 +61,6 @@ class BodyFit {
     double sigma_raw;  ///< standard deviation of a pixel
     double unit_m;     ///< depth of a raw unit
     double px_per_m;
-    double per_m;  ///< inverse depth
     double prior;  ///< variance of the curvatures
   };
   /// The fit in one window.
@@ -70,13 +72,20 @@ class BodyFit {
     double area_px;  ///< that the body covers
     /// Inverse covariance of the parameters by the frame's noise alone, in the basis of `chosen`.
     std::array<double, 36> information;
+    double samples;  ///< sum of the weights of the samples, in patches of the noise
   };
 
-  static double priorAt(double depth_m) noexcept;
   /// `area_px`: how much of the window the body covers, as far as known.
   Trial tryWindow(const Job& job, const FocusBody& start, double area_px, std::size_t window,
                   bool cold) noexcept;
+  /// Returns the plane of the facet.
   FocusBody startOf(const Input& input) const noexcept;
+  /// Returns the body of the frame before at the new focus; `exists` is false if there is another one now.
+  FocusBody movedTo(const Input& input) const noexcept;
+  Job jobFor(const Input& input, double depth_m) const noexcept;
+  /// Blends the fits in windows of growing size, the first of which is `base`.
+  FocusBody combined(const Job& job, const Input& input, std::span<const Trial> trials,
+                     std::size_t base) noexcept;
   bool collect(const Job& job, const FocusBody& body, double radius_px, int stride) noexcept;
 
   const DepthModel& model_;
@@ -88,8 +97,13 @@ class BodyFit {
   FocusBody last_;          ///< the fit to the newest frame
   std::size_t window_ = 0;  ///< of last_
   double area_px_ = 0;      ///< of last_ in that window
-  FocusBody mean_;          ///< over the last frames
-  double frames_ = 0;       ///< number of frames in mean_
+  /// Mean over the last frames.
+  struct Mean {
+    FocusBody body;
+    double frames = 0;  ///< number of frames in it
+  };
+  Mean mean_;         ///< with the newest frame
+  Mean mean_before_;  ///< without it
 };
 
 }  // namespace hapticd::rt

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/modelling/surface_builder.h"
+#include "rt/modelling/surface/surface_builder.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "rt/modelling/block_sums.h"
+#include "rt/modelling/surface/block_sums.h"
 #include "rt/scene/scene.h"
 
 namespace hapticd::rt {
@@ -280,6 +280,7 @@ void SurfaceBuilder::fitBody(const Vec3& centre_m_in_world, const Job& job, bool
                                 .focus = image,
                                 .facet = facet,
                                 .noise = job.noise,
+                                .is_new = new_frame,
                                 .moved_raw = new_frame ? used_rate_ * period_s_ : 0,
                                 .max_frames = static_cast<double>(max_frames_)});
   surface.body.per_second = static_cast<double>(facet.per_second);

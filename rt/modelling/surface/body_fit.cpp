@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/modelling/body_fit.h"
+#include "rt/modelling/surface/body_fit.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include <Eigen/Dense>
 
@@ -13,6 +14,7 @@ namespace {
 
 /// A smaller window does not determine a curvature.
 constexpr double kLeastRadius_px = 6;
+/// Gauss-Newton steps from an estimate that is good already, and from one that may be far off.
 constexpr int kSteps = 1;
 constexpr int kColdSteps = 3;
 /// How far the surface may bend away within the smallest window while its curvature is unknown.
@@ -21,12 +23,19 @@ constexpr double kUnknownSag_m = 0.012;
 constexpr double kNoiseMisfit = 6;
 /// RMS of the residuals, in standard deviations, that noise explains.
 constexpr double kNoiseResidual = 1.2;
-/// A body that may cover a whole window.
+/// Area of a body of which nothing is known, square pixels: it may cover the whole window.
 constexpr double kWholeWindow = 1e9;
+/// Fewer pixels do not determine a body.
 constexpr double kLeastPixels = 60;
+/// A window that agrees less with the body than this has nothing to say about wider ones.
+constexpr double kLeastShare = 0.05;
 /// Weighted square of the difference between a body and the fit to a new frame, in the noise's covariance, at
 /// which it is certainly the same body. The part of the noise that changes from frame to frame makes about 1.
 constexpr double kSameBody = 4;
+/// The same divided by the number of patches of the noise, under a focus at rest: 1.2 raw units squared.
+constexpr double kSamePlace = 4.6;
+/// Largest displacement of a focus at rest from one frame to the next.
+constexpr double kRest_px = 0.25;
 /// What differs from the body by no more than this, besides noise, touches it: the body has another shape.
 constexpr double kBeside_m = 0.02;
 /// Share of such pixels that an uneven border explains.
@@ -37,11 +46,11 @@ constexpr double kLeastInformation = 1e-9;
 constexpr double kLeastNoise = 0.01;
 /// Standard deviation of a pixel, raw units of a Kinect v1.
 constexpr double kNoise_raw = 0.56;
-/// Side of the square of pixels that share one sample of the noise.
+/// Side of the square of pixels that share one sample of the noise: the sensor's matching window.
 constexpr double kPatch_px = 9;
+/// Pixels that differ by more standard deviations do not belong to the body.
 constexpr double kTolerance_sigma = 5;
-/// Radius of curvature that bodies typically have; standard deviation of the curvature before anything is
-/// known.
+/// Before anything is known, curvatures have a standard deviation of one over this.
 constexpr double kUsualRadius_m = 0.01;
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -210,11 +219,6 @@ bool BodyFit::collect(const Job& job, const FocusBody& body, double radius_px, i
   return seen > 0;
 }
 
-/// The prior of the curvatures, relative to the depth.
-double BodyFit::priorAt(double depth_m) noexcept {
-  return (depth_m / kUsualRadius_m) * (depth_m / kUsualRadius_m);
-}
-
 BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, double area_px, std::size_t window,
                                   bool cold) noexcept {
   Trial trial{.fitted = start,
@@ -222,7 +226,8 @@ BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, double
               .agrees = 0,
               .radius_px = kRadius_m[window] * job.px_per_m,
               .area_px = 0,
-              .information = {}};
+              .information = {},
+              .samples = 1};
   const int stride = strideFor(trial.radius_px, area_px);
   if (trial.radius_px < kLeastRadius_px || !collect(job, start, trial.radius_px, stride)) return trial;
   const double per_patch = kPatch_px * kPatch_px / static_cast<double>(stride * stride);
@@ -271,111 +276,128 @@ BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, double
   by.tail<3>() = preferred(Vector3(k.along_1, k.twist, k.along_2), of_curvature, job.prior);
   by.head<3>() = covariance.block<3, 3>(0, 3) * (of_curvature.inverse() * by.tail<3>());
   Eigen::Map<Matrix6>(trial.information.data()) = matrix / variance;
+  trial.samples = std::max(1.0, equations.weight / per_patch);
   trial.chosen = trial.fitted;
   change(trial.chosen, by, job.measure.a_per_m);
   return trial;
 }
 
 FocusBody BodyFit::averaged(const FocusBody& now, const Input& input, const Trial& trial) noexcept {
-  const double a_per_m = model_.disparity().a_per_m;
-  FocusBody before = mean_;
-  if (before.exists) {
-    before.inverse_depth_per_m += a_per_m * input.moved_raw;
-    before = before.movedTo(now.ray_x - before.ray_x, now.ray_y - before.ray_y);
-  }
-  mean_ = now;
-  if (!before.exists) {
-    frames_ = 1;
-    return mean_;
-  }
-  // A body that the frame's pixels contradict by more than noise is another one.
-  const Vector6 off = differenceTo(trial.chosen, before, a_per_m);
+  const DisparityScale& scale = model_.disparity();
+  if (input.is_new) mean_before_ = mean_;
+  mean_ = {.body = now, .frames = 1};
+  FocusBody before = mean_before_.body;
+  if (!before.exists) return mean_.body;
+  const double moved_px = std::hypot(now.column_px - before.column_px, now.row_px - before.row_px);
+  before.inverse_depth_per_m += scale.a_per_m * input.moved_raw;
+  before = before.movedTo(now.ray_x - before.ray_x, now.ray_y - before.ray_y);
+  if (!before.exists) return mean_.body;
+  // A body that the frame contradicts by more than noise is another one. Under a focus at rest it is the same
+  // as long as the pixels differ by no more than the sensor's own drift.
+  const Vector6 off = differenceTo(trial.chosen, before, scale.a_per_m);
   const double contradiction = off.dot(Eigen::Map<const Matrix6>(trial.information.data()) * off);
-  frames_ =
-      1 + std::min(frames_, input.max_frames - 1) * fallingStep(contradiction, kSameBody, 3 * kSameBody);
-  change(mean_, (1 - 1 / frames_) * differenceTo(mean_, before, a_per_m), a_per_m);
-  return mean_;
+  const double same = fallingStep(contradiction, kSameBody, 3 * kSameBody);
+  const double same_at_rest = fallingStep(contradiction / trial.samples, kSamePlace, 2.5 * kSamePlace) *
+                              fallingStep(moved_px, kRest_px, 4 * kRest_px);
+  mean_.frames = 1 + std::min(mean_before_.frames, input.max_frames - 1) * std::max(same, same_at_rest);
+  change(mean_.body, (1 - 1 / mean_.frames) * differenceTo(mean_.body, before, scale.a_per_m), scale.a_per_m);
+  return mean_.body;
+}
+
+BodyFit::Job BodyFit::jobFor(const Input& input, double depth_m) const noexcept {
+  const DepthModelParameters& camera = model_.parameters();
+  const DisparityScale& scale = model_.disparity();
+  const double sigma_raw = input.noise * kNoise_raw;
+  const double tolerance_raw = kTolerance_sigma * sigma_raw;
+  const double unit_m = scale.unit_m(depth_m);
+  const double usual = depth_m / kUsualRadius_m;
+  return {.image = input.image,
+          .pixels = input.pixels,
+          .measure = {.focal_x_px = camera.fx_px,
+                      .focal_y_px = camera.fy_px,
+                      .a_per_m = scale.a_per_m,
+                      .b_per_m = scale.b_per_m,
+                      .tolerance_raw = tolerance_raw,
+                      .beside_raw = tolerance_raw + kBeside_m / unit_m},
+          .sigma_raw = sigma_raw,
+          .unit_m = unit_m,
+          .px_per_m = camera.fx_px / depth_m,
+          .prior = usual * usual};
+}
+
+FocusBody BodyFit::movedTo(const Input& input) const noexcept {
+  const DepthModelParameters& camera = model_.parameters();
+  FocusBody same = last_;
+  same.inverse_depth_per_m += model_.disparity().a_per_m * input.moved_raw;
+  same = same.movedTo((input.focus.u - camera.cx_px) / camera.fx_px - last_.ray_x,
+                      (input.focus.v - camera.cy_px) / camera.fy_px - last_.ray_y);
+  same.column_px = input.focus.u;
+  same.row_px = input.focus.v;
+  const double depth_raw = model_.disparity().rawOf(1 / same.inverse_depth_per_m);
+  const double off_raw = std::abs(depth_raw - static_cast<double>(input.facet.disparity));
+  same.exists = same.exists && off_raw < kTolerance_sigma * input.noise * kNoise_raw;
+  return same;
 }
 
 FocusBody BodyFit::fit(const Input& input) noexcept {
-  const ImagePosition& focus = input.focus;
-  if (input.facet.disparity < 0) return mean_ = last_ = {};
-  const DepthModelParameters& camera = model_.parameters();
-  const DisparityScale& scale = model_.disparity();
-  FocusBody start = startOf(input);
-  bool cold = true;
-  if (last_.exists) {
-    FocusBody same = last_;
-    same.inverse_depth_per_m += scale.a_per_m * input.moved_raw;
-    same = same.movedTo(start.ray_x - last_.ray_x, start.ray_y - last_.ray_y);
-    same.column_px = focus.u;
-    same.row_px = focus.v;
-    const double off_raw = (same.inverse_depth_per_m - start.inverse_depth_per_m) / scale.a_per_m;
-    if (same.exists && std::abs(off_raw) < kTolerance_sigma * input.noise * kNoise_raw) {
-      start = same;
-      cold = false;
-    }
-  }
-  if (!start.exists) return mean_ = last_ = {};
-  const double depth_m = 1 / start.inverse_depth_per_m;
-  const double sigma = input.noise * kNoise_raw;
-  const Job job{
-      .image = input.image,
-      .pixels = input.pixels,
-      .measure = {camera.fx_px, camera.fy_px, scale.a_per_m, scale.b_per_m, kTolerance_sigma * sigma,
-                  kTolerance_sigma * sigma + kBeside_m / scale.unit_m(depth_m)},
-      .sigma_raw = sigma,
-      .unit_m = scale.unit_m(depth_m),
-      .px_per_m = camera.fx_px / depth_m,
-      .per_m = start.inverse_depth_per_m,
-      .prior = priorAt(depth_m)};
+  const FocusBody cold_start = startOf(input);
+  const FocusBody warm_start = movedTo(input);
+  if (input.facet.disparity < 0 || !cold_start.exists) return mean_.body = last_ = {};
+  const bool warm = warm_start.exists;
+  const FocusBody& start = warm ? warm_start : cold_start;
+  const Job job = jobFor(input, 1 / start.inverse_depth_per_m);
   std::size_t smallest = 0;
-  while (smallest + 1 < kRadius_m.size() && kRadius_m[smallest] * job.px_per_m < kLeastRadius_px) ++smallest;
-  std::array<Trial, kRadius_m.size()> trials;
-  // Find the largest window that fits.
-  std::size_t base = cold ? smallest : std::max(smallest, window_);
-  double area_px = cold ? kWholeWindow : area_px_;
-  trials[base] = tryWindow(job, start, area_px, base, cold);
-  std::size_t top = base;
+  while (smallest + 1 < kWindows && kRadius_m[smallest] * job.px_per_m < kLeastRadius_px) ++smallest;
+
+  // From the window of the frame before down to one that agrees, and from that up as far as they agree.
+  std::array<Trial, kWindows> trials;
+  std::size_t top = warm ? std::max(smallest, window_) : smallest;
+  const double area_px = warm ? area_px_ : kWholeWindow;
+  std::size_t base = top;
+  trials[base] = tryWindow(job, start, area_px, base, !warm);
   while (trials[base].agrees < 1 && base > smallest) {
     --base;
-    trials[base] = tryWindow(job, start, area_px, base, cold);
+    trials[base] = tryWindow(job, start, area_px, base, !warm);
   }
-  if (trials[base].agrees < 1 && !cold) {
-    const Trial again = tryWindow(job, startOf(input), kWholeWindow, base, true);
+  if (trials[base].agrees < 1 && warm) {
+    const Trial again = tryWindow(job, cold_start, kWholeWindow, base, true);
     if (again.agrees > trials[base].agrees) {
       trials[base] = again;
       top = base;
     }
   }
-  if (!(trials[base].agrees > 0)) return mean_ = last_ = {};
-  while (trials[top].agrees > 0.05 && top + 1 < kRadius_m.size()) {
+  if (!(trials[base].agrees > 0)) return mean_.body = last_ = {};
+  while (trials[top].agrees > kLeastShare && top + 1 < kWindows) {
     const double growth = kRadius_m[top + 1] / kRadius_m[top];
     trials[top + 1] =
         tryWindow(job, trials[top].fitted, growth * growth * trials[top].area_px, top + 1, true);
     ++top;
   }
-  FocusBody result = trials[base].chosen;
-  result.radius_px = trials[base].agrees * trials[base].radius_px;
-  FocusBody fitted = trials[base].fitted;
-  double share = trials[base].agrees;
-  window_ = base;
-  area_px_ = trials[base].area_px;
-  for (std::size_t i = base + 1; i <= top; ++i) {
+  return combined(job, input, std::span(trials).subspan(base, top - base + 1), base);
+}
+
+FocusBody BodyFit::combined(const Job& job, const Input& input, std::span<const Trial> trials,
+                            std::size_t base) noexcept {
+  const double a_per_m = job.measure.a_per_m;
+  FocusBody result = trials[0].chosen;
+  result.radius_px = trials[0].agrees * trials[0].radius_px;
+  double share = trials[0].agrees;
+  std::size_t last = 0;
+  for (std::size_t i = 1; i < trials.size() && share > 0; ++i) {
     share *= trials[i].agrees;
     if (!(share > 0)) break;
-    if (share > 0.5) {
-      window_ = i;
-      area_px_ = trials[i].area_px;
-      fitted = trials[i].fitted;
-    }
-    change(result, share * differenceTo(result, trials[i].chosen, scale.a_per_m), scale.a_per_m);
+    if (share > 0.5) last = i;
+    change(result, share * differenceTo(result, trials[i].chosen, a_per_m), a_per_m);
     result.radius_px += share * (trials[i].radius_px - result.radius_px);
   }
-  last_ = fitted;
-  result.exists = last_.exists = true;
+  result.exists = isFinite(result.normal) && result.inverse_depth_per_m > 0;
+  if (!result.exists) return mean_.body = last_ = {};
   result.tolerance_raw = job.measure.tolerance_raw;
-  return averaged(result, input, trials[window_]);
+  window_ = base + last;
+  area_px_ = trials[last].area_px;
+  last_ = trials[last].fitted;
+  last_.exists = true;
+  return averaged(result, input, trials[last]);
 }
 
 }  // namespace hapticd::rt
