@@ -157,19 +157,25 @@ Known estimateFromLayer(const VisibleSurface& surface, const SurfaceLayer& layer
   return Known::yes;
 }
 
-/// Estimates the surface at a position from the body at the focus. Returns the share, 0 to 1, that the body
-/// has in the surface there: 0 where the pixel does not belong to it, falling to 0 at the end of the window
-/// that the body was fitted to.
-float estimateFromBody(const FocusBody& body, const SurfaceLayer& layer, const DepthModel& model,
-                       const ImagePosition& image, Four& numbers) noexcept {
-  if (!body.exists) return 0;
+/// The share that the body at the focus has in the surface: 0 where the pixel does not belong to it, falling
+/// from 1 to 0 towards the end of the window that the body was fitted to.
+struct BodyShare {
+  float value = 0;
+  float per_column = 0;
+  float per_row = 0;
+};
+
+/// Estimates the surface at a position from the body at the focus.
+BodyShare estimateFromBody(const FocusBody& body, const SurfaceLayer& layer, const DepthModel& model,
+                           const ImagePosition& image, Four& numbers) noexcept {
+  if (!body.exists) return {};
   const double du = image.u - body.column_px;
   const double dv = image.v - body.row_px;
   const double distance_squared = du * du + dv * dv;
-  if (distance_squared >= body.radius_px * body.radius_px) return 0;
+  if (distance_squared >= body.radius_px * body.radius_px) return {};
   const DepthModelParameters& camera = model.parameters();
   const FocusBody::Crossing there = body.crossing(du / camera.fx_px, dv / camera.fy_px);
-  if (!there.exists) return 0;
+  if (!there.exists) return {};
   const DisparityScale& scale = model.disparity();
   const double w = body.inverse_depth_per_m / there.stretch;
   // The inverse depth changes by -w N / (N r) per unit of the ray, with the normal N and the ray r.
@@ -183,11 +189,17 @@ float estimateFromBody(const FocusBody& body, const SurfaceLayer& layer, const D
   const float within_pixel = 0.5F * (std::abs(numbers[1]) + std::abs(numbers[2]));
   if (raw >= kNoRawDisparity ||
       std::abs(static_cast<float>(raw) - numbers[0]) > static_cast<float>(body.tolerance_raw) + within_pixel)
-    return 0;
+    return {};
   constexpr double kWhole = 0.75;
-  const double t =
-      std::clamp((std::sqrt(distance_squared) / body.radius_px - kWhole) / (1 - kWhole), 0.0, 1.0);
-  return static_cast<float>(1 - t * t * (3 - 2 * t));
+  const double distance = std::sqrt(distance_squared);
+  const double t = std::clamp((distance / body.radius_px - kWhole) / (1 - kWhole), 0.0, 1.0);
+  BodyShare share{.value = static_cast<float>(1 - t * t * (3 - 2 * t))};
+  if (t > 0) {
+    const double per_px = -6 * t * (1 - t) / (body.radius_px * (1 - kWhole) * distance);
+    share.per_column = static_cast<float>(per_px * du);
+    share.per_row = static_cast<float>(per_px * dv);
+  }
+  return share;
 }
 
 }  // namespace
@@ -201,13 +213,16 @@ double SurfaceView::shellAt(double depth_m) const noexcept {
 Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image) const HAPTICD_RT {
   Sheet sheet;
   Four numbers{};
-  const float share = estimateFromBody(surface_.body, layer, model_, image, numbers);
-  if (share < 1) {
+  const BodyShare share = estimateFromBody(surface_.body, layer, model_, image, numbers);
+  if (share.value < 1) {
     Four of_layer{};
     const Known known = estimateFromLayer(surface_, layer, model_, image, of_layer);
     if (known == Known::yes) {
-      numbers = of_layer + share * (numbers - of_layer);
-    } else if (share == 0) {
+      const Four more = numbers - of_layer;
+      numbers = of_layer + share.value * more;
+      numbers[1] += share.per_column * more[0];
+      numbers[2] += share.per_row * more[0];
+    } else if (share.value == 0) {
       sheet.beyond_view = known == Known::beyond_view;
       return sheet;
     }

@@ -135,7 +135,7 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/haptic-bridge", tool_libraries},
       {"tools/haptic-palpate", tool_libraries},
       {"tools/haptic-replay", tool_libraries},
-      {"tools/hapticbench", studies},
+      {"tools/hapticbench", with(studies, {"tools/hapticbench/strokes"})},
       {"tools/hapticbench/commands", commands},
       {"tools/hapticbench/engine", tool_libraries},
       {"tools/hapticbench/jitter", studies},

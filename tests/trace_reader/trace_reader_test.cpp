@@ -288,7 +288,7 @@ void expectMembers(Members& members, const trace::SnapshotRecord& record) {
   members.number("time_ns", record.time_ns);
   members.number("request", record.snapshot.request);
   members.number("tick", record.snapshot.tick);
-  members.number("memory_layout", std::uint64_t{5});
+  members.number("memory_layout", std::uint64_t{6});
   members.bytes("memory", &record.snapshot.memory, sizeof record.snapshot.memory);
 }
 

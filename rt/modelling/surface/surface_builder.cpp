@@ -259,7 +259,7 @@ void SurfaceBuilder::startHidden(const Job& job) noexcept {
   continueBlocks(lattice_, job.support, before_, sequence_, visible_, hidden_);
 }
 
-void SurfaceBuilder::fitBody(const Vec3& centre_m_in_world, const Job& job, bool new_frame,
+void SurfaceBuilder::fitBody(const Vec3& centre_m_in_world, const Job& job, bool new_frame, double moved_raw,
                              VisibleSurface& surface) noexcept {
   const Vec3 focus = model_.positionInCamera(centre_m_in_world);
   if (!(-focus.z > kNearestDepth_m)) return;
@@ -281,7 +281,7 @@ void SurfaceBuilder::fitBody(const Vec3& centre_m_in_world, const Job& job, bool
                                 .facet = facet,
                                 .noise = job.noise,
                                 .is_new = new_frame,
-                                .moved_raw = new_frame ? used_rate_ * period_s_ : 0,
+                                .moved_raw = moved_raw,
                                 .max_frames = static_cast<double>(max_frames_)});
   surface.body.per_second = static_cast<double>(facet.per_second);
 }
@@ -314,9 +314,10 @@ void SurfaceBuilder::build(const DisparityFrame& frame, const std::uint16_t* hid
                                            layout_, job.pixels, gaps_);
   if (surface.hides_anything) startHidden(job);
   buildLayer(visible_, job, region, surface.visible);
+  const double moved_raw = new_frame ? used_rate_ * period_s_ : 0;  // as the means of the blocks
   if (new_frame) estimateMotion(job.block_noise);
   fit(visible_, job, region, surface.visible);
-  fitBody(centre_m_in_world, job, new_frame, surface);
+  fitBody(centre_m_in_world, job, new_frame, moved_raw, surface);
   if (!surface.hides_anything) return;
   buildLayer(hidden_, job, region, surface.hidden);
   fit(hidden_, job, region, surface.hidden);

@@ -82,7 +82,8 @@ class SurfaceBuilder {
   void estimateMotion(double block_noise) noexcept;
   void fit(const BlockMeans& means, const Job& job, const BlockRegion& region, SurfaceLayer& layer) noexcept;
   void startHidden(const Job& job) noexcept;
-  void fitBody(const Vec3& centre_m_in_world, const Job& job, bool new_frame,
+  /// `moved_raw`: see BodyFit::Input.
+  void fitBody(const Vec3& centre_m_in_world, const Job& job, bool new_frame, double moved_raw,
                VisibleSurface& surface) noexcept;
 
   const DepthModel& model_;
