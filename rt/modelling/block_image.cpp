@@ -4,186 +4,38 @@
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 //
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
+#include <type_traits>
 
+#include "hwy/cache_control.h"
 #include "hwy/highway.h"
+#include "rt/base/cache_line.h"
 #include "rt/modelling/block_image.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace hapticd::rt::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using PixelTag = hn::ScalableTag<std::uint16_t>;
+/// Vectors of pixels begin at multiples of their length and are never longer than a word of PixelBits, so
+/// that none passes the end of a row.
+using PixelTag = hn::CappedTag<std::uint16_t, kRowAlignment_px>;
+using Pixels = hn::Vec<PixelTag>;
+using PixelMask = hn::Mask<PixelTag>;
 
-/// Copies `count` pixels from `raw` to `out`. A raw value outside [raw_first, raw_last] has no depth and
-/// becomes kNoRawDisparity. Returns true if every pixel has a depth.
-bool copyRow(const std::uint16_t* raw, int count, std::uint16_t raw_first, std::uint16_t raw_last,
-             std::uint16_t* out) {
-  const PixelTag d;
-  const auto lanes = static_cast<int>(hn::Lanes(d));
-  const auto first = hn::Set(d, raw_first);
-  const auto last = hn::Set(d, raw_last);
-  const auto none = hn::Set(d, kNoRawDisparity);
-  bool all = true;
-  int i = 0;
-  for (; i + lanes <= count; i += lanes) {
-    const auto value = hn::LoadU(d, raw + i);
-    const auto seen = hn::AndNot(hn::Lt(value, first), hn::Not(hn::Lt(last, value)));
-    all = all && hn::AllTrue(d, seen);
-    hn::StoreU(hn::IfThenElse(seen, value, none), d, out + i);
-  }
-  for (; i < count; ++i) {
-    const bool seen = raw[i] >= raw_first && raw[i] <= raw_last;
-    out[i] = seen ? raw[i] : kNoRawDisparity;
-    all = all && seen;
-  }
-  return all;
-}
+/// One bit for each pixel of a row, by column.
+struct PixelBits {
+  static constexpr int kPerWord = 64;
+  static_assert(kPerWord == kRowAlignment_px);
+  std::uint64_t word[kMaxFrameWidth / kPerWord];
+};
 
-/// Replaces each pixel of `image` that has no measurement by that of `fallback` if its value lies within
-/// [first_raw, last_raw].
-void fillRow(const std::uint16_t* fallback, int count, std::uint16_t first_raw, std::uint16_t last_raw,
-             std::uint16_t* image) {
-  const PixelTag d;
-  const auto lanes = static_cast<int>(hn::Lanes(d));
-  const auto none = hn::Set(d, kNoRawDisparity);
-  const auto first = hn::Set(d, first_raw);
-  const auto last = hn::Set(d, last_raw);
-  int i = 0;
-  for (; i + lanes <= count; i += lanes) {
-    const auto value = hn::LoadU(d, image + i);
-    const auto other = hn::LoadU(d, fallback + i);
-    const auto useless = hn::Or(hn::Lt(other, first), hn::Lt(last, other));
-    const auto fills = hn::Not(hn::Or(hn::Lt(value, none), useless));
-    hn::StoreU(hn::IfThenElse(fills, other, value), d, image + i);
-  }
-  for (; i < count; ++i) {
-    const bool usable = fallback[i] >= first_raw && fallback[i] <= last_raw;
-    if (image[i] >= kNoRawDisparity && usable) image[i] = fallback[i];
-  }
-}
-
-/// Replaces each pixel of `image` by that of `hidden` where the latter lies within [first_raw, last_raw].
-/// Returns true if that changed any pixel.
-bool putHiddenRow(const std::uint16_t* hidden, int count, std::uint16_t first_raw, std::uint16_t last_raw,
-                  std::uint16_t* image) {
-  const PixelTag d;
-  const auto lanes = static_cast<int>(hn::Lanes(d));
-  const auto first = hn::Set(d, first_raw);
-  const auto last = hn::Set(d, last_raw);
-  bool any = false;
-  int i = 0;
-  for (; i + lanes <= count; i += lanes) {
-    const auto value = hn::LoadU(d, hidden + i);
-    const auto useless = hn::Or(hn::Lt(value, first), hn::Lt(last, value));
-    if (hn::AllTrue(d, useless)) continue;
-    const auto before = hn::LoadU(d, image + i);
-    any = any || !hn::AllTrue(d, hn::Or(hn::Eq(value, before), useless));
-    hn::StoreU(hn::IfThenElse(useless, before, value), d, image + i);
-  }
-  for (; i < count; ++i) {
-    if (hidden[i] < first_raw || hidden[i] > last_raw) continue;
-    any = any || image[i] != hidden[i];
-    image[i] = hidden[i];
-  }
-  return any;
-}
-
-#if HWY_TARGET == HWY_SCALAR
-/// Computes the statistics of `blocks` adjacent blocks. `image` points to the upper left pixel of the first
-/// block, inside an image whose rows are `stride` pixels apart.
-void sumUpRow(const std::uint16_t* image, int stride, int blocks, BlockRow& out) {
-  constexpr int kSide = BlockLattice::kBlock_px;
-  const auto stepBetween = [](int a, int b) { return static_cast<std::uint64_t>(std::abs(a - b)); };
-  for (int block = 0; block < blocks; ++block) {
-    out.sum[block] = out.count[block] = out.largest_step[block] = 0;
-    for (int row = 0; row < kSide; ++row) {
-      const std::uint16_t* const pixels = image + row * stride + block * kSide;
-      for (int column = 0; column < kSide; ++column) {
-        const int value = pixels[column];
-        if (value < kNoRawDisparity) {
-          out.sum[block] += static_cast<std::uint64_t>(value);
-          ++out.count[block];
-        }
-        std::uint64_t& largest = out.largest_step[block];
-        if (column > 0) largest = std::max(largest, stepBetween(value, pixels[column - 1]));
-        if (row > 0) largest = std::max(largest, stepBetween(value, pixels[column - stride]));
-      }
-    }
-  }
-}
-#else
-using BlockTag = hn::Repartition<std::uint64_t, PixelTag>;
-
-/// Returns the sum of the four 16-bit pixels in each 64-bit lane.
-HWY_INLINE hn::Vec<BlockTag> sumPerLane(hn::Vec<PixelTag> pixels) {
-  const BlockTag d64;
-  const hn::Repartition<std::uint32_t, PixelTag> d32;
-  const auto pairs = hn::BitCast(d32, pixels);
-  const auto halves = hn::Add(hn::And(pairs, hn::Set(d32, 0xFFFFU)), hn::ShiftRight<16>(pairs));
-  const auto wide = hn::BitCast(d64, halves);
-  return hn::And(hn::Add(wide, hn::ShiftRight<32>(wide)), hn::Set(d64, 0xFFFFFFFFU));
-}
-
-/// Returns the largest of the four 16-bit pixels in each 64-bit lane.
-HWY_INLINE hn::Vec<BlockTag> maxPerLane(hn::Vec<PixelTag> pixels) {
-  const PixelTag d;
-  const BlockTag d64;
-  const auto wide = hn::BitCast(d64, pixels);
-  const auto pairs = hn::Max(pixels, hn::BitCast(d, hn::ShiftRight<32>(wide)));
-  const auto one = hn::Max(pairs, hn::BitCast(d, hn::ShiftRight<16>(hn::BitCast(d64, pairs))));
-  return hn::And(hn::BitCast(d64, one), hn::Set(d64, 0xFFFFU));
-}
-
-HWY_INLINE hn::Vec<PixelTag> stepBetween(hn::Vec<PixelTag> a, hn::Vec<PixelTag> b) {
-  return hn::Sub(hn::Max(a, b), hn::Min(a, b));
-}
-
-/// Computes the statistics of `blocks` adjacent blocks. `image` points to the upper left pixel of the first
-/// block, inside an image whose rows are `stride` pixels apart.
-void sumUpRow(const std::uint16_t* image, int stride, int blocks, BlockRow& out) {
-  static_assert(BlockLattice::kBlock_px == 4, "a block's row of pixels is one 64-bit lane");
-  const PixelTag d;
-  const BlockTag d64;
-  const auto lanes = static_cast<int>(hn::Lanes(d64));
-  const auto none = hn::Set(d, kNoRawDisparity);
-  const auto one = hn::Set(d, std::uint16_t{1});
-  const auto has_right_neighbour = hn::BitCast(d, hn::Set(d64, 0xFFFFFFFFFFFFU));
-  for (int block = 0; block < blocks; block += lanes) {
-    auto sum = hn::Zero(d);
-    auto count = hn::Zero(d);
-    auto largest_step = hn::Zero(d);
-    auto above = hn::LoadU(d, image + block * BlockLattice::kBlock_px);
-    for (int row = 0; row < BlockLattice::kBlock_px; ++row) {
-      const auto value = hn::LoadU(d, image + row * stride + block * BlockLattice::kBlock_px);
-      const auto seen = hn::Lt(value, none);
-      sum = hn::Add(sum, hn::IfThenElseZero(seen, value));
-      count = hn::Add(count, hn::IfThenElseZero(seen, one));
-      const auto right = hn::BitCast(d, hn::ShiftRight<16>(hn::BitCast(d64, value)));
-      const auto across = hn::And(stepBetween(value, right), has_right_neighbour);
-      largest_step = hn::Max(largest_step, hn::Max(across, stepBetween(value, above)));
-      above = value;
-    }
-    hn::StoreU(sumPerLane(sum), d64, out.sum + block);
-    hn::StoreU(sumPerLane(count), d64, out.count + block);
-    hn::StoreU(maxPerLane(largest_step), d64, out.largest_step + block);
-  }
-}
-#endif
-
-}  // namespace hapticd::rt::HWY_NAMESPACE
-HWY_AFTER_NAMESPACE();
-
-#if HWY_ONCE
-namespace hapticd::rt {
-
-HWY_EXPORT(copyRow);
-HWY_EXPORT(fillRow);
-HWY_EXPORT(putHiddenRow);
-HWY_EXPORT(sumUpRow);
-
-namespace {
+/// Columns of a row, both ends inclusive.
+struct Columns {
+  int first;
+  int last;
+};
 
 /// Consecutive pixels [begin, end) of a row that have no measurement.
 struct Gap {
@@ -191,130 +43,255 @@ struct Gap {
   int end;
 };
 
-/// Fills a gap by linear interpolation between its two neighbours, if their difference is within `limits`.
-void closeGap(std::uint16_t* row, Gap gap, const GapLimits& limits) noexcept {
-  const float before = row[gap.begin - 1];
-  const float change = static_cast<float>(row[gap.end]) - before;
-  const auto length = static_cast<float>(gap.end - gap.begin);
-  if (std::abs(change) > limits.max_raw + limits.max_raw_per_px * length) return;
-  for (int i = gap.begin; i < gap.end; ++i) {
-    const float share = static_cast<float>(i - gap.begin + 1) / (length + 1);
-    row[i] = static_cast<std::uint16_t>(before + share * change + 0.5F);
+HWY_INLINE Pixels all(std::uint16_t value) {
+  return hn::Set(PixelTag(), value);
+}
+
+/// Returns the lanes of the vector at `column` that lie within `columns`.
+HWY_INLINE PixelMask lanesWithin(const Columns& columns, int column) {
+  const auto at = hn::Iota(PixelTag(), static_cast<std::uint16_t>(column));
+  const auto before = hn::Lt(at, all(static_cast<std::uint16_t>(columns.first)));
+  const auto behind = hn::Lt(all(static_cast<std::uint16_t>(columns.last)), at);
+  return hn::Not(hn::Or(before, behind));
+}
+
+/// Calls `visit(column, is_whole)` with the column of each vector of pixels that `columns` touch, and whether
+/// all of its lanes lie within them.
+template <typename Visit>
+HWY_INLINE void forEachVector(const Columns& columns, Visit visit) {
+  const auto lanes = static_cast<int>(hn::Lanes(PixelTag()));
+  int column = columns.first / lanes * lanes;
+  if (column < columns.first) {
+    visit(column, std::false_type());
+    column += lanes;
+  }
+  for (; column + lanes - 1 <= columns.last; column += lanes) visit(column, std::true_type());
+  if (column <= columns.last) visit(column, std::false_type());
+}
+
+/// Stores the lanes of the vector at `column` that lie within `columns`. Whole vectors are not masked,
+/// because masked stores delay loads of the same pixels.
+template <typename IsWhole>
+HWY_INLINE void storeWithin(const Columns& columns, int column, IsWhole, Pixels value, std::uint16_t* row) {
+  if constexpr (IsWhole::value) {
+    hn::StoreU(value, PixelTag(), row + column);
+  } else {
+    hn::BlendedStore(value, lanesWithin(columns, column), PixelTag(), row + column);
   }
 }
 
-/// Closes the gaps of one image row within the columns [first, last]. `row` points to column 0; an image has
-/// `width` columns.
-void closeGaps(std::uint16_t* row, int width, int first, int last, const GapLimits& limits) noexcept {
-  for (int column = first; column <= last; ++column) {
-    if (row[column] < kNoRawDisparity) continue;
-    Gap gap{column, column};
-    while (gap.end <= last && row[gap.end] >= kNoRawDisparity) ++gap.end;
-    column = gap.end;
-    if (gap.end - gap.begin > limits.longest_px) continue;
-    if (gap.begin == 0 || gap.end == width) {
-      std::fill(row + gap.begin, row + gap.end, SurfaceLayer::kBeyondView);
-    } else if (gap.begin > first && gap.end <= last) {
-      closeGap(row, gap, limits);
+/// Returns the lanes of `mask` that lie within `columns`.
+template <typename IsWhole>
+HWY_INLINE PixelMask maskWithin(const Columns& columns, int column, IsWhole, PixelMask mask) {
+  if constexpr (IsWhole::value) {
+    return mask;
+  } else {
+    return hn::And(mask, lanesWithin(columns, column));
+  }
+}
+
+HWY_INLINE PixelMask isOutside(Pixels value, std::uint16_t first_raw, std::uint16_t last_raw) {
+  return hn::Or(hn::Lt(value, all(first_raw)), hn::Lt(all(last_raw), value));
+}
+
+HWY_INLINE std::uint64_t bitsOf(PixelMask mask) {
+  std::uint8_t bytes[sizeof(std::uint64_t)] = {};
+  hn::StoreMaskBits(PixelTag(), mask, bytes);
+  std::uint64_t bits;
+  std::memcpy(&bits, bytes, sizeof bits);
+  return bits;
+}
+
+/// Copies pixels from `raw` to `image`. A raw value outside `limits` has no depth and becomes
+/// kNoRawDisparity. Returns whether there is one and sets the bits of all such pixels.
+HWY_INLINE bool copyRow(const std::uint16_t* raw, const Columns& columns, const GapLimits& limits,
+                        std::uint16_t* image, PixelBits& missing) {
+  const PixelTag d;
+  missing.word[columns.first / PixelBits::kPerWord] = 0;
+  std::uint64_t any = 0;
+  forEachVector(columns, [&](int column, auto is_whole) {
+    const auto value = hn::LoadU(d, raw + column);
+    const auto none =
+        maskWithin(columns, column, is_whole, isOutside(value, limits.raw_first, limits.raw_last));
+    storeWithin(columns, column, is_whole, hn::IfThenElse(none, all(kNoRawDisparity), value), image);
+    const std::uint64_t bits = bitsOf(none);
+    std::uint64_t& word = missing.word[column / PixelBits::kPerWord];
+    const int bit = column % PixelBits::kPerWord;
+    word = bit == 0 ? bits : word | bits << bit;
+    any |= bits;
+  });
+  return any != 0;
+}
+
+/// Fills a gap of `image` by linear interpolation between its two neighbours in `raw`, if their difference is
+/// within `limits`; returns whether it is.
+HWY_INLINE bool closeGap(const std::uint16_t* raw, const Gap& gap, const GapLimits& limits,
+                         std::uint16_t* image) {
+  const hn::CappedTag<float, 8> df;  // most gaps are shorter
+  const hn::RebindToSigned<decltype(df)> di;
+  const hn::Rebind<std::uint16_t, decltype(df)> d;
+  const float before = raw[gap.begin - 1];
+  const float change = static_cast<float>(raw[gap.end]) - before;
+  const int pixels = gap.end - gap.begin;
+  const auto length = static_cast<float>(pixels);
+  if (std::abs(change) > limits.max_raw + limits.max_raw_per_px * length) return false;
+  const auto lanes = static_cast<int>(hn::Lanes(df));
+  for (int i = 0; i < pixels; i += lanes) {
+    const auto share = hn::Div(hn::Iota(df, static_cast<float>(i + 1)), hn::Set(df, length + 1));
+    const auto value =
+        hn::Add(hn::Add(hn::Set(df, before), hn::Mul(share, hn::Set(df, change))), hn::Set(df, 0.5F));
+    const auto pixel = hn::DemoteTo(d, hn::ConvertTo(di, value));
+    hn::BlendedStore(pixel, hn::FirstN(d, static_cast<std::size_t>(pixels - i)), d, image + gap.begin + i);
+  }
+  return true;
+}
+
+/// Calls `visit(gap)` with each run of `missing` within `columns`; no other bit of their words is set.
+template <typename Visit>
+HWY_INLINE void forEachGap(const PixelBits& missing, const Columns& columns, Visit visit) {
+  int begin = 0;
+  bool open = false;
+  std::uint64_t last_of_word_before = 0;
+  for (int word = columns.first / PixelBits::kPerWord; word <= columns.last / PixelBits::kPerWord; ++word) {
+    const std::uint64_t bits = missing.word[word];
+    std::uint64_t edges = bits ^ (bits << 1 | last_of_word_before);
+    last_of_word_before = bits >> (PixelBits::kPerWord - 1);
+    for (; edges != 0; edges &= edges - 1) {
+      const int column = word * PixelBits::kPerWord + std::countr_zero(edges);
+      if (open) visit(Gap{begin, column});
+      begin = column;
+      open = !open;
     }
   }
+  if (open) visit(Gap{begin, columns.last + 1});
 }
 
-/// One bit for each pixel of a block, row by row.
-using BlockBits = std::uint32_t;
-
-/// Spreads `bits` to linked neighbours. A bit set in `links` means that its pixel and the one `step` bits
-/// further on belong to the same surface.
-BlockBits grown(BlockBits bits, BlockBits links, int step) noexcept {
-  return bits | ((bits & links) << step) | ((bits >> step) & links);
-}
-
-/// Returns the mean raw value of the nearest surface in a block that shows more than one: the pixels
-/// connected to the nearest pixel by differences of at most `max_step`. Returns -1 if these are too few.
-float meanOfNearest(const std::uint16_t* pixels, int stride, int max_step) noexcept {
-  constexpr int kMin = 3;
-  constexpr int kSide = BlockLattice::kBlock_px;
-  int values[kSide * kSide];
-  int nearest = 0;
-  for (int i = 0; i < kSide * kSide; ++i) {
-    values[i] = pixels[i / kSide * stride + i % kSide];
-    if (values[i] < values[nearest]) nearest = i;
-  }
-  BlockBits to_right = 0;
-  BlockBits to_below = 0;
-  for (int i = 0; i < kSide * kSide; ++i) {
-    if (values[i] >= kNoRawDisparity) continue;
-    const auto isLinkedTo = [&](int other) {
-      return values[other] < kNoRawDisparity && std::abs(values[other] - values[i]) <= max_step;
-    };
-    if (i % kSide + 1 < kSide && isLinkedTo(i + 1)) to_right |= 1U << i;
-    if (i / kSide + 1 < kSide && isLinkedTo(i + kSide)) to_below |= 1U << i;
-  }
-  BlockBits surface = 1U << nearest;
-  for (BlockBits before = 0; before != surface;) {
-    before = surface;
-    surface = grown(grown(surface, to_right, 1), to_below, kSide);
-  }
-  int sum = 0;
-  int count = 0;
-  for (int i = 0; i < kSide * kSide; ++i) {
-    const int counts = static_cast<int>(surface >> i & 1U);
-    sum += counts * values[i];
-    count += counts;
-  }
-  return count >= kMin ? static_cast<float>(sum) / static_cast<float>(count) : -1;
-}
-
-}  // namespace
-
-void copyClosingGaps(const std::uint16_t* raw, const std::uint16_t* fallback, const ImageLayout& layout,
-                     const PixelWindow& window, const GapLimits& limits, std::uint16_t* image) noexcept {
-  const int columns = window.column_last - window.column_first + 1;
-  for (int row = window.row_first; row <= window.row_last; ++row) {
-    const std::size_t first = layout.at(row, window.column_first);
-    const bool all =
-        HWY_DYNAMIC_DISPATCH(copyRow)(raw + first, columns, limits.raw_first, limits.raw_last, image + first);
-    if (all) continue;
-    closeGaps(image + layout.at(row, 0), layout.width_px, window.column_first, window.column_last, limits);
-    if (fallback == nullptr) continue;
-    HWY_DYNAMIC_DISPATCH(fillRow)
-    (fallback + first, columns, limits.remembered_first, limits.remembered_last, image + first);
-  }
-}
-
-bool insertHidden(const std::uint16_t* hidden, const ImageLayout& layout, const PixelWindow& window,
-                  const GapLimits& limits, std::uint16_t* image) noexcept {
-  const int columns = window.column_last - window.column_first + 1;
-  bool any = false;
-  for (int row = window.row_first; row <= window.row_last; ++row) {
-    const std::size_t first = layout.at(row, window.column_first);
-    any = HWY_DYNAMIC_DISPATCH(putHiddenRow)(hidden + first, columns, limits.remembered_first,
-                                             limits.remembered_last, image + first) ||
-          any;
-  }
-  return any;
-}
-
-void sumUpBlocks(const std::uint16_t* image, const ImageLayout& layout, const BlockLattice& lattice,
-                 const BlockWindow& blocks, int max_step, const BlockSums& sums) noexcept {
-  constexpr int kSide = BlockLattice::kBlock_px;
-  BlockRow line;
-  for (int row = blocks.row_first; row <= blocks.row_last; ++row) {
-    const std::uint16_t* const pixels = image + layout.at(row * kSide, blocks.column_first * kSide);
-    HWY_DYNAMIC_DISPATCH(sumUpRow)(pixels, layout.stride_px, blocks.columns(), line);
-    const std::size_t first = lattice.at(row, blocks.column_first);
-    for (int i = 0; i < blocks.columns(); ++i) {
-      float& disparity = sums.disparity[first + static_cast<std::size_t>(i)];
-      const bool full =
-          line.count[i] == kSide * kSide && line.largest_step[i] <= static_cast<std::uint64_t>(max_step);
-      sums.is_full[first + static_cast<std::size_t>(i)] = full ? 1 : 0;
-      if (full) {
-        disparity = static_cast<float>(line.sum[i]) / (kSide * kSide);
-      } else {
-        disparity = line.count[i] == 0 ? -1 : meanOfNearest(pixels + i * kSide, layout.stride_px, max_step);
+/// Closes the gaps of one row of an image with `width` columns, which was copied from `raw`. Returns true if
+/// all of them were closed.
+HWY_INLINE bool closeGaps(const std::uint16_t* raw, const PixelBits& missing, int width,
+                          const Columns& columns, const GapLimits& limits, std::uint16_t* image) {
+  bool all_closed = true;
+  forEachGap(missing, columns, [&](const Gap& gap) {
+    bool closed = false;
+    if (gap.end - gap.begin <= limits.longest_px) {
+      if (gap.begin == 0 || gap.end == width) {
+        std::fill(image + gap.begin, image + gap.end, SurfaceLayer::kBeyondView);
+      } else if (gap.begin > columns.first && gap.end <= columns.last) {
+        closed = closeGap(raw, gap, limits, image);
       }
     }
+    all_closed = all_closed && closed;
+  });
+  return all_closed;
+}
+
+/// Replaces each pixel of `image` that has no measurement by that of `fallback` if its value lies within the
+/// remembered ones. Returns true if every pixel has a value then.
+HWY_INLINE bool fillRow(const std::uint16_t* fallback, const Columns& columns, const GapLimits& limits,
+                        std::uint16_t* image) {
+  const PixelTag d;
+  bool complete = true;
+  forEachVector(columns, [&](int column, auto is_whole) {
+    const auto value = hn::LoadU(d, image + column);
+    const auto other = hn::LoadU(d, fallback + column);
+    const auto missing = maskWithin(columns, column, is_whole, hn::Not(hn::Lt(value, all(kNoRawDisparity))));
+    const auto useless = isOutside(other, limits.remembered_first, limits.remembered_last);
+    const auto filled = hn::IfThenElse(hn::AndNot(useless, missing), other, value);
+    storeWithin(columns, column, is_whole, filled, image);
+    complete = complete && hn::AllFalse(d, hn::And(useless, missing));
+  });
+  return complete;
+}
+
+/// Writes to `image` the pixels of `hidden` where these lie within the remembered ones, and those of
+/// `visible` elsewhere; `image` may be `visible`. Returns true if the two differ anywhere.
+HWY_INLINE bool hideRow(const std::uint16_t* hidden, const std::uint16_t* visible, const Columns& columns,
+                        const GapLimits& limits, std::uint16_t* image) {
+  const PixelTag d;
+  auto differences = hn::Zero(d);
+  forEachVector(columns, [&](int column, auto is_whole) {
+    const auto value = hn::LoadU(d, hidden + column);
+    const auto before = hn::LoadU(d, visible + column);
+    const auto useless = isOutside(value, limits.remembered_first, limits.remembered_last);
+    const auto useful = maskWithin(columns, column, is_whole, hn::Not(useless));
+    differences = hn::Or(differences, hn::IfThenElseZero(useful, hn::Xor(value, before)));
+    storeWithin(columns, column, is_whole, hn::IfThenElse(useful, value, before), image);
+  });
+  return !hn::AllTrue(d, hn::Eq(differences, hn::Zero(d)));
+}
+
+/// Fills a row of the visible surface's image. Returns true if every pixel has a value then.
+HWY_INLINE bool fillVisibleRow(const std::uint16_t* raw, const std::uint16_t* remembered, int width,
+                               const Columns& columns, const GapLimits& limits, std::uint16_t* visible) {
+  PixelBits missing;
+  if (!copyRow(raw, columns, limits, visible, missing)) return true;
+  if (closeGaps(raw, missing, width, columns, limits, visible)) return true;
+  return remembered != nullptr && fillRow(remembered, columns, limits, visible);
+}
+
+/// Fills a row of the hidden surface's image from that of the visible one, which is `complete` if each of its
+/// pixels has a value. Returns true if they differ.
+HWY_INLINE bool fillHiddenRow(const std::uint16_t* remembered, const std::uint16_t* visible, bool complete,
+                              int width, const Columns& columns, const GapLimits& limits,
+                              std::uint16_t* hidden) {
+  if (complete) return hideRow(remembered, visible, columns, limits, hidden);
+  // What was filled in bounds other gaps.
+  PixelBits missing;
+  copyRow(visible, columns, limits, hidden, missing);
+  closeGaps(visible, missing, width, columns, limits, hidden);
+  return hideRow(remembered, hidden, columns, limits, hidden);
+}
+
+/// Prefetches a row of both images, of which the machine does not know that they will be written.
+HWY_INLINE void prefetchRow(const LayerImages& images, const ImageLayout& layout, int row,
+                            const Columns& columns) {
+  constexpr int kPerLine = static_cast<int>(kCacheLine / sizeof(std::uint16_t));
+  for (int column = columns.first; column <= columns.last; column += kPerLine) {
+    const std::size_t pixel = layout.at(row, column);
+    hwy::Prefetch(images.visible + pixel);
+    if (images.remembered != nullptr) hwy::Prefetch(images.hidden + pixel);
   }
+}
+
+bool fillImages(const LayerImages& images, const ImageLayout& layout, const PixelWindow& window,
+                const GapLimits& given) {
+  // Rows of the hidden surface follow some rows behind, because loads of pixels that were just stored wait.
+  constexpr int kRowsTogether = 4;
+  constexpr int kRowsAhead = 2 * kRowsTogether;
+  const GapLimits limits = given;  // a local copy, so that the compiler knows that stores cannot change it
+  const Columns columns{window.column_first, window.column_last};
+  bool hides = false;
+  for (int first = window.row_first; first <= window.row_last; first += kRowsTogether) {
+    const int end = std::min(first + kRowsTogether, window.row_last + 1);
+    bool complete[kRowsTogether];
+    for (int row = first; row < end; ++row) {
+      prefetchRow(images, layout, std::min(row + kRowsAhead, window.row_last), columns);
+      const std::size_t at = layout.at(row, 0);
+      const std::uint16_t* const remembered = images.remembered == nullptr ? nullptr : images.remembered + at;
+      complete[row - first] =
+          fillVisibleRow(images.raw + at, remembered, layout.width_px, columns, limits, images.visible + at);
+    }
+    if (images.remembered == nullptr) continue;
+    for (int row = first; row < end; ++row) {
+      const std::size_t at = layout.at(row, 0);
+      hides |= fillHiddenRow(images.remembered + at, images.visible + at, complete[row - first],
+                             layout.width_px, columns, limits, images.hidden + at);
+    }
+  }
+  return hides;
+}
+
+}  // namespace hapticd::rt::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace hapticd::rt {
+
+HWY_EXPORT(fillImages);
+
+bool fillLayerImages(const LayerImages& images, const ImageLayout& layout, const PixelWindow& window,
+                     const GapLimits& limits) noexcept {
+  return HWY_DYNAMIC_DISPATCH(fillImages)(images, layout, window, limits);
 }
 
 }  // namespace hapticd::rt

@@ -35,39 +35,24 @@ struct ImageLayout {
   }
 };
 
-/// Copies the pixels of `window` from `raw` to `image`, both in frame layout,
-/// and closes gaps in rows by linear interpolation. A pixel that still has no depth takes the value of
-/// `fallback` (frame layout, may be null); without one it becomes kNoRawDisparity, or
-/// SurfaceLayer::kBeyondView in a gap that touches the left or right image border and is at most `longest_px`
-/// long.
+/// Raw disparities in frame layout. Up to 8 pixels beyond the end of an image are read and
+/// written back.
+struct LayerImages {
+  const std::uint16_t* raw;         ///< of a frame
+  const std::uint16_t* remembered;  ///< the surface hidden behind the visible one; null: none is known
+  std::uint16_t* visible;           ///< to be filled
+  std::uint16_t* hidden;            ///< to be filled, where a surface is remembered
+};
+
+/// Fills the pixels of `window` in the images of both layers. Returns true if they differ.
+///
+/// The visible surface is what was measured, with gaps in rows closed by linear interpolation. A pixel that
+/// still has no depth takes what is remembered; without that it becomes kNoRawDisparity, or
+/// SurfaceLayer::kBeyondView in a gap that touches the left or right image border and is at most
+/// GapLimits::longest_px long. The hidden surface is what is remembered, and elsewhere the visible one, with
+/// the gaps closed that are left of it.
 /// RT: safe after the first call.  Cost: one pass over the pixels.
-void copyClosingGaps(const std::uint16_t* raw, const std::uint16_t* fallback, const ImageLayout& layout,
-                     const PixelWindow& window, const GapLimits& limits, std::uint16_t* image) noexcept;
-
-/// Replaces pixels of `image`, which holds the visible surface, by the remembered surface hidden behind it
-/// where `hidden` has one. Both are in frame layout. Returns true if a pixel changed.
-/// RT: safe after the first call.
-bool insertHidden(const std::uint16_t* hidden, const ImageLayout& layout, const PixelWindow& window,
-                  const GapLimits& limits, std::uint16_t* image) noexcept;
-
-/// Working memory of sumUpBlocks() for one row of blocks: sum and number of the measurements in each block
-/// and the largest difference between adjacent pixels. The padding lets whole vectors be stored.
-struct BlockRow {
-  std::uint64_t sum[BlockLattice::kMaxColumns + 8];
-  std::uint64_t count[BlockLattice::kMaxColumns + 8];
-  /// Meaningless unless every pixel has a measurement.
-  std::uint64_t largest_step[BlockLattice::kMaxColumns + 8];
-};
-
-/// Statistics of blocks; both arrays have BlockLattice layout.
-struct BlockSums {
-  float* disparity;       ///< mean raw value of the nearest surface in the block; negative: too few pixels
-  std::uint8_t* is_full;  ///< 1 if all pixels have a measurement and belong to that surface
-};
-
-/// Computes `sums`, in the layout of `lattice`, for `blocks` of `image` (frame layout). A difference between
-/// adjacent pixels above `max_step` raw units separates two surfaces. RT: safe after the first call.
-void sumUpBlocks(const std::uint16_t* image, const ImageLayout& layout, const BlockLattice& lattice,
-                 const BlockWindow& blocks, int max_step, const BlockSums& sums) noexcept;
+bool fillLayerImages(const LayerImages& images, const ImageLayout& layout, const PixelWindow& window,
+                     const GapLimits& limits) noexcept;
 
 }  // namespace hapticd::rt

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/modelling/column_shift_kernel.h"
+
 namespace hapticd::rt {
 namespace {
 
@@ -29,7 +31,7 @@ ColumnShifts::ColumnShifts(const DepthModel& model)
       every_(model.height_px() / kRows),
       last_raw_(model.disparity().last_raw),
       tiles_(width_px_ / kTile_px),
-      before_(std::make_unique<std::uint16_t[]>(kRows * static_cast<std::size_t>(width_px_))),
+      before_(std::make_unique<std::uint16_t[]>(kRows * static_cast<std::size_t>(stride_px_))),
       changes_before_{} {
   forget();
 }
@@ -45,8 +47,8 @@ void ColumnShifts::update(const DisparityFrame& frame) noexcept {
   if (!drifts_ || frame.sequence == sequence_) return;
   const bool follows = sequence_ != 0 && frame.sequence == sequence_ + 1;
   if (any_) fade(std::max(0.0, static_cast<double>(frame.arrival_ns - arrival_ns_) * 1e-9));
+  compareAndKeep(frame);
   if (follows) {
-    compare(frame);
     const Changes now = changes();
     const Bands bands = findBands(now);
     if (bands.left_raw != 0) shift(bands);
@@ -54,7 +56,6 @@ void ColumnShifts::update(const DisparityFrame& frame) noexcept {
   } else {
     changes_before_.fill(Change::unknown);
   }
-  keep(frame);
   sequence_ = frame.sequence;
   arrival_ns_ = frame.arrival_ns;
 }
@@ -68,27 +69,16 @@ void ColumnShifts::fade(double passed_s) noexcept {
   }
 }
 
-void ColumnShifts::compare(const DisparityFrame& frame) noexcept {
-  sum_.fill(0);
-  count_.fill(0);
-  for (int i = 0; i < kRows; ++i) {
-    const std::uint16_t* const now = rowOf(frame, i);
-    const std::uint16_t* const before = before_.get() + i * width_px_;
-    for (std::size_t column = 0; column < static_cast<std::size_t>(width_px_); ++column) {
-      const auto difference = static_cast<std::int16_t>(now[column] - before[column]);
-      const bool counts = now[column] <= last_raw_ && before[column] <= last_raw_ &&
-                          difference <= kMaxDifference_raw && difference >= -kMaxDifference_raw;
-      const auto mask = static_cast<std::int16_t>(counts ? -1 : 0);
-      sum_[column] = static_cast<std::int16_t>(sum_[column] + (difference & mask));
-      count_[column] = static_cast<std::int16_t>(count_[column] - mask);
-    }
-  }
-}
-
-void ColumnShifts::keep(const DisparityFrame& frame) noexcept {
-  for (int i = 0; i < kRows; ++i) {
-    std::copy_n(rowOf(frame, i), width_px_, before_.get() + i * width_px_);
-  }
+void ColumnShifts::compareAndKeep(const DisparityFrame& frame) noexcept {
+  const RowComparison rows{.now = frame.raw + every_ / 2 * stride_px_,
+                           .now_stride_px = static_cast<std::ptrdiff_t>(every_) * stride_px_,
+                           .before = before_.get(),
+                           .before_stride_px = stride_px_,
+                           .rows = kRows,
+                           .columns = stride_px_,
+                           .last_raw = last_raw_,
+                           .max_difference_raw = kMaxDifference_raw};
+  sumUpDifferences(rows, sum_.data(), count_.data());
 }
 
 ColumnShifts::Changes ColumnShifts::changes() const noexcept {

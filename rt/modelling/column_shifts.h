@@ -33,10 +33,9 @@ class ColumnShifts {
   /// Compares a new frame with the previous one and updates the offsets.
   void update(const DisparityFrame& frame) noexcept;
 
-  /// Returns the offset to subtract from the disparities of a column of blocks, in raw units.
-  float offsetOf(int block_column) const noexcept {
-    return offset_raw_[static_cast<std::size_t>(block_column)];
-  }
+  /// Returns the offset to subtract from the disparities of each column of blocks, in raw units, with
+  /// kVectorPadding spare elements.
+  const float* offsets() const noexcept { return offset_raw_.data(); }
 
   /// Clears all offsets; the next frame is treated as the first one.
   void forget() noexcept;
@@ -63,12 +62,7 @@ class ColumnShifts {
   std::size_t tileAt(Side side, int i) const noexcept {
     return static_cast<std::size_t>(side == Side::left ? i : tiles_ - 1 - i);
   }
-  /// Returns the i-th of the compared rows.
-  const std::uint16_t* rowOf(const DisparityFrame& frame, int i) const noexcept {
-    return frame.raw + (i * every_ + every_ / 2) * stride_px_;
-  }
-  void compare(const DisparityFrame& frame) noexcept;
-  void keep(const DisparityFrame& frame) noexcept;
+  void compareAndKeep(const DisparityFrame& frame) noexcept;
   Changes changes() const noexcept;
   Bands findBands(const Changes& now) const noexcept;
   void fade(double passed_s) noexcept;
@@ -88,7 +82,7 @@ class ColumnShifts {
   std::unique_ptr<std::uint16_t[]> before_;  ///< the compared rows of the previous frame
   std::array<std::int16_t, kMaxFrameWidth> sum_{};
   std::array<std::int16_t, kMaxFrameWidth> count_{};
-  std::array<float, BlockLattice::kMaxColumns> offset_raw_{};
+  std::array<float, BlockLattice::kMaxColumns + kVectorPadding> offset_raw_{};
   Changes changes_before_{};
   std::uint64_t sequence_ = 0;  ///< of the previous frame; 0: none
   std::int64_t arrival_ns_ = 0;

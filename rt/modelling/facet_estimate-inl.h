@@ -47,6 +47,12 @@ HWY_INLINE std::size_t moved(std::size_t index, int rows, int columns) {
                                   rows * static_cast<std::ptrdiff_t>(FacetBlocks::kStride) + columns);
 }
 
+/// Returns the lanes of the vector at `site` that are sites with a measurement.
+HWY_INLINE Lanes knownSites(const FacetBlocks& blocks, int row, int site) {
+  const auto inside = hn::FirstN(FloatTag(), static_cast<std::size_t>(blocks.sites_across - site));
+  return hn::And(inside, hn::Ge(load(blocks.disparity + FacetBlocks::at(row, site)), set(0)));
+}
+
 /// A square support of (2 n + 1) x (2 n + 1) samples spaced `spacing` blocks apart; each sample is the mean
 /// over `box` x `box` blocks. The standard deviations are those of a least-squares fit on the complete
 /// square, relative to that of a pixel's noise, which is modelled as white noise smoothed over the sensor's

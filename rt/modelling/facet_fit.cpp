@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "hwy/highway.h"
+#include "rt/modelling/facet_cells-inl.h"
 #include "rt/modelling/facet_growth-inl.h"
 #include "rt/modelling/facet_mean-inl.h"
 #include "rt/modelling/facet_start-inl.h"
@@ -15,36 +16,42 @@
 HWY_BEFORE_NAMESPACE();
 namespace hapticd::rt::HWY_NAMESPACE {
 
-/// A range of rows of sites, both ends inclusive.
-struct Rows {
-  int first;
-  int last;
+/// Flags of the rows of sites and of those around them.
+class RowFlags {
+ public:
+  HWY_INLINE bool operator[](int row) const { return flags_[row + kRing]; }
+  HWY_INLINE void set(int row) { flags_[row + kRing] = true; }
+
+ private:
+  bool flags_[BlockLattice::kMaxRows + 2 * kRing] = {};
 };
 
-/// Fits the quadratics around all sites. Returns the range of rows with sites whose own quadratic does not
-/// fit.
-Rows fitSmallQuadratics(const FacetBlocks& blocks, const FacetFit& fit, const FacetMemory& memory) {
+/// Fits the quadratics around all sites, and the planes around those whose own quadratic does not fit. Where
+/// the plane does not fit either, fits both around everything nearby too.
+void fitSmallSupports(const FacetBlocks& blocks, const FacetFit& fit, const FacetMemory& memory) {
   const FloatTag df;
   const auto lanes = static_cast<int>(hn::Lanes(df));
-  Rows others{blocks.sites_down, -1};
-  for (int row = -kRing; row < blocks.sites_down + kRing; ++row) {
-    for (int site = -kRing; site < blocks.sites_across + kRing; site += lanes) {
+  RowFlags near_search;
+  bool any = false;
+  for (int row = 0; row < blocks.sites_down; ++row) {
+    for (int site = 0; site < blocks.sites_across; site += lanes) {
       const std::size_t index = FacetBlocks::at(row, site);
       const Lanes good = fitSmallQuadratic(blocks, fit, index, memory.quadratics);
-      if (row < 0 || row >= blocks.sites_down || hn::AllTrue(df, good)) continue;
-      others = {std::min(others.first, row), std::max(others.last, row)};
+      const Lanes others = hn::AndNot(good, knownSites(blocks, row, site));
+      if (hn::AllFalse(df, others)) continue;
+      fitSmallPlane(blocks, fit, index, memory.planes);
+      if (hn::AllFalse(df, hn::And(others, needsNeighbours(fit, index, memory.planes)))) continue;
+      any = true;
+      for (int near = row - kRing; near <= row + kRing; ++near) near_search.set(near);
     }
   }
-  return others;
-}
-
-/// Fits the planes around the sites in `rows`.
-void fitSmallPlanes(const FacetBlocks& blocks, const FacetFit& fit, const FacetMemory& memory,
-                    const Rows& rows) {
-  const auto lanes = static_cast<int>(hn::Lanes(FloatTag()));
-  for (int row = rows.first - kRing; row <= rows.last + kRing; ++row) {
+  if (!any) return;
+  for (int row = -kRing; row < blocks.sites_down + kRing; ++row) {
+    if (!near_search[row]) continue;
     for (int site = -kRing; site < blocks.sites_across + kRing; site += lanes) {
-      fitSmallPlane(blocks, fit, FacetBlocks::at(row, site), memory.planes);
+      const std::size_t index = FacetBlocks::at(row, site);
+      fitSmallQuadratic(blocks, fit, index, memory.quadratics);
+      fitSmallPlane(blocks, fit, index, memory.planes);
     }
   }
 }
@@ -144,49 +151,35 @@ class Growth {
 };
 
 void estimateSites(const FacetBlocks& blocks, const FacetFit& fit, const FacetMemory& memory) {
-  const FloatTag df;
-  const auto lanes = static_cast<int>(hn::Lanes(df));
+  const auto lanes = static_cast<int>(hn::Lanes(FloatTag()));
   const Growth growth(blocks, fit, memory);
   for (int row = 0; row < blocks.sites_down; ++row) {
     for (int site = 0; site < blocks.sites_across; site += lanes) {
       const std::size_t index = FacetBlocks::at(row, site);
-      const auto inside = hn::FirstN(df, static_cast<std::size_t>(blocks.sites_across - site));
-      const auto known = hn::And(inside, hn::Ge(load(blocks.disparity + index), set(0)));
+      const auto known = knownSites(blocks, row, site);
       storeEstimate(growth.estimateFor(index, known), known, fit, index, memory.estimates);
     }
   }
   clearBorder(blocks, memory.estimates);
 }
 
-void storeFacets(const FacetBlocks& blocks, const FacetMemory& memory, Facet* facets) {
-  const FloatTag df;
-  const auto lanes = static_cast<int>(hn::Lanes(df));
-  // The mean of a block differs from the value at its middle by the curvature within the block.
-  constexpr float kSide = BlockLattice::kBlock_px;
-  constexpr float kCurvatureOfMean = (kSide * kSide - 1) / (12 * kSide * kSide);
-  constexpr float kPer_px = 1.0F / BlockLattice::kBlock_px;
+void storeFacets(const FacetBlocks& blocks, const FacetMemory& memory, const FacetMotion& motion,
+                 const CellLimits& limits, const FacetSites& sites) {
+  FacetRow rows[2];
   for (int row = 0; row < blocks.sites_down; ++row) {
-    for (int site = 0; site < blocks.sites_across; site += lanes) {
-      const std::size_t index = FacetBlocks::at(row, site);
-      const Facets mean = meanOfEstimates(memory.estimates, index);
-      const auto known = hn::Ge(load(blocks.disparity + index), set(0));
-      HWY_ALIGN float value[hn::MaxLanes(df)];
-      HWY_ALIGN float per_column[hn::MaxLanes(df)];
-      HWY_ALIGN float per_row[hn::MaxLanes(df)];
-      const auto at_middle = hn::NegMulAdd(set(kCurvatureOfMean), mean.curvature, mean.value);
-      hn::Store(hn::IfThenElse(known, at_middle, set(-1)), df, value);
-      hn::Store(hn::Mul(mean.slope_u, set(kPer_px)), df, per_column);
-      hn::Store(hn::Mul(mean.slope_v, set(kPer_px)), df, per_row);
-      const int count = std::min(blocks.sites_across - site, lanes);
-      Facet* const out = facets + static_cast<std::ptrdiff_t>(row) * blocks.facets_per_row + site;
-      for (int i = 0; i < count; ++i) out[i] = {value[i], per_column[i], per_row[i], out[i].per_second};
-    }
+    FacetRow& now = rows[row & 1];
+    const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(row) * sites.per_row;
+    finishRow(blocks, memory, motion, row, now, sites.facet + first);
+    if (row == 0) continue;
+    const std::ptrdiff_t above = first - sites.per_row;
+    classifyCells(rows[(row - 1) & 1], now, blocks.sites_across - 1, limits, sites.is_full + above,
+                  sites.is_full + first, sites.cell + above);
   }
 }
 
-void facetsOf(const FacetBlocks& blocks, const FacetFit& fit, const FacetMemory& memory, Facet* facets) {
-  const Rows others = fitSmallQuadratics(blocks, fit, memory);
-  if (others.first <= others.last) fitSmallPlanes(blocks, fit, memory, others);
+void facetsOf(const FacetBlocks& blocks, const FacetFit& fit, const FacetMemory& memory,
+              const FacetMotion& motion, const CellLimits& limits, const FacetSites& sites) {
+  fitSmallSupports(blocks, fit, memory);
   const auto reach = [](const Support& support) { return support.n * support.spacing; };
   if (kFifteen.side() <= fit.largest_plane) {
     meansOfBoxes<kFifteen.box>(blocks, reach(kFifteen), memory.row_sums, memory.mean_of_9);
@@ -195,7 +188,7 @@ void facetsOf(const FacetBlocks& blocks, const FacetFit& fit, const FacetMemory&
     meansOfBoxes<kTwentyFive.box>(blocks, reach(kTwentyFive), memory.row_sums, memory.mean_of_25);
   }
   estimateSites(blocks, fit, memory);
-  storeFacets(blocks, memory, facets);
+  storeFacets(blocks, memory, motion, limits, sites);
 }
 
 }  // namespace hapticd::rt::HWY_NAMESPACE
@@ -249,8 +242,9 @@ FacetMemory::FacetMemory(int rows)
 
 HWY_EXPORT(facetsOf);
 
-void fitFacets(const FacetBlocks& blocks, const FacetFit& fit, FacetMemory& memory, Facet* facets) noexcept {
-  HWY_DYNAMIC_DISPATCH(facetsOf)(blocks, fit, memory, facets);
+void fitFacets(const FacetBlocks& blocks, const FacetFit& fit, FacetMemory& memory, const FacetMotion& motion,
+               const CellLimits& limits, const FacetSites& sites) noexcept {
+  HWY_DYNAMIC_DISPATCH(facetsOf)(blocks, fit, memory, motion, limits, sites);
 }
 
 }  // namespace hapticd::rt

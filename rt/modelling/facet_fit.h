@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 
 #include "rt/base/realtime_thread.h"
+#include "rt/modelling/block_means.h"
 #include "rt/scene/visible_surface.h"
 
 namespace hapticd::rt {
@@ -25,7 +27,6 @@ struct FacetBlocks {
   const float* disparity;  ///< [sizeFor(rows)]; negative: no measurement; the first site is at(0, 0)
   int sites_across;        ///< columns of sites
   int sites_down;          ///< rows of sites
-  int facets_per_row;      ///< distance between rows of facets: the columns of the lattice
 
   /// Returns the array index of a site.
   static constexpr std::size_t at(int row, int column) noexcept {
@@ -39,6 +40,26 @@ struct FacetFit {
   float raw_per_block;      ///< change of disparity per block on a surface at 45 degrees to the view
   float largest_plane;      ///< width of the widest support of a plane, in blocks
   float largest_quadratic;  ///< width of the widest support of a quadratic, in blocks
+};
+
+/// Motion of the surface.
+struct FacetMotion {
+  BlockRegion region;  ///< in blocks from the first site; facets elsewhere rest
+  float per_second;    ///< Facet::per_second there
+};
+
+/// Largest differences between adjacent facets of one surface, in raw units.
+struct CellLimits {
+  float max_step;  ///< more: an edge
+  float max_bend;  ///< more: a crease
+};
+
+/// What belongs to the sites, in BlockLattice layout; each pointer is that of the first site.
+struct FacetSites {
+  Facet* facet;                 ///< to be fitted
+  Cell* cell;                   ///< to be found between each site and the next ones to the right and below
+  const std::uint8_t* is_full;  ///< see BlockSums; whole vectors are read
+  int per_row;                  ///< distance between rows
 };
 
 /// Working memory of fitFacets(). Each array has [FacetBlocks::sizeFor(rows)] elements in FacetBlocks layout.
@@ -91,8 +112,9 @@ class FacetMemory {
 /// surrounding facets that agree with it, weighted by their certainty (as in propagation-separation: Polzehl
 /// and Spokoiny 2006), so that an edge uses the face it belongs to and normals change smoothly.
 ///
-/// `facets` points to the first site's facet in BlockLattice layout; Facet::per_second is not changed.
+/// A cell that is not full is mixed; others are what the steps and bends between its facets make it.
 /// RT: safe after the first call.  Cost: per site at most 134 samples and 50 facets; typically 100 and 12.
-void fitFacets(const FacetBlocks& blocks, const FacetFit& fit, FacetMemory& memory, Facet* facets) noexcept;
+void fitFacets(const FacetBlocks& blocks, const FacetFit& fit, FacetMemory& memory, const FacetMotion& motion,
+               const CellLimits& limits, const FacetSites& sites) noexcept;
 
 }  // namespace hapticd::rt

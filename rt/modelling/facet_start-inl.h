@@ -27,6 +27,15 @@ constexpr float kGoodQuadratic = 0.73F;  // relative to a pixel's variance
 /// Variance of a plane's value and slopes as a fraction of the mean square of its residuals.
 constexpr float kMisfit = 0.3F;
 
+HWY_INLINE float goodPlane(const FacetFit& fit) {
+  return kGoodPlane_sigma * kGoodPlane_sigma * fit.noise_raw * fit.noise_raw;
+}
+
+/// Returns the lanes of sites that prefer the plane or quadratic of a neighbour to their own plane.
+HWY_INLINE Lanes needsNeighbours(const FacetFit& fit, std::size_t index, const FacetMemory::Planes& planes) {
+  return hn::Gt(load(planes.cost + index), set(goodPlane(fit)));
+}
+
 HWY_INLINE float goodQuadratic(const FacetFit& fit) {
   return kGoodQuadratic * pixelNoise(fit) * pixelNoise(fit);
 }
@@ -231,7 +240,7 @@ HWY_INLINE Estimate ownStart(const FacetFit& fit, std::size_t index, const Facet
 /// site. `least`: the cost to improve on.
 HWY_INLINE void takePlaneOfNeighbour(const FacetFit& fit, std::size_t index, Floats own,
                                      const FacetMemory::Planes& planes, Floats least, Estimate& best) {
-  const auto good = set(kGoodPlane_sigma * kGoodPlane_sigma * fit.noise_raw * fit.noise_raw);
+  const auto good = set(goodPlane(fit));
   const auto near = set(2.5F * fit.noise_raw + 0.5F * fit.raw_per_block);
   // Away from the middle of a support, estimates are less certain.
   constexpr float kSigma = 0.9F;
@@ -311,9 +320,8 @@ HWY_INLINE Estimate startOf(const FacetBlocks& blocks, const FacetFit& fit, std:
   ready = hn::Or(ready, hn::Not(requested));
   taken = ready;
   if (hn::AllTrue(df, ready)) return best;
-  const auto good = set(kGoodPlane_sigma * kGoodPlane_sigma * fit.noise_raw * fit.noise_raw);
   const auto cost = load(memory.planes.cost + index);
-  const auto searches = hn::AndNot(ready, hn::Gt(cost, good));
+  const auto searches = hn::AndNot(ready, needsNeighbours(fit, index, memory.planes));
   if (hn::AllFalse(df, searches)) return best;
   const auto own = load(blocks.disparity + index);
   const auto before = best.value;

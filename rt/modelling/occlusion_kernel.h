@@ -4,9 +4,11 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "rt/depth/depth_frame.h"
+
 namespace hapticd::rt {
 
-/// Number of pixels whose overdue state updatePixels() reports as one bit.
+/// Number of pixels that updatePixels() handles together.
 inline constexpr std::size_t kOcclusionBlock = 32;
 /// Number of adjacent pixels that share one count of hidden pixels.
 inline constexpr std::size_t kOcclusionTile = 64;
@@ -29,18 +31,15 @@ struct FallingTolerance {
   }
 };
 
-/// One row of pixels and the range of its blocks to update. Raw disparities up to
-/// `last_raw` are measurements.
-struct OcclusionRow {
-  const std::uint16_t* raw;      ///< new measurements
+/// State of all pixels of a camera, in frame layout, whose rows are whole numbers of tiles, and the rules by
+/// which it follows new measurements. Raw disparities up to `last_raw` are measurements.
+struct OcclusionPixels {
+  std::size_t rows;
+  std::size_t stride_px;
   std::uint16_t* visible;        ///< last visible values with flags, or kNothingSeen
   std::uint16_t* hidden;         ///< surface hidden behind it, or kNoRawDisparity
   std::uint16_t* since;          ///< frame since which the visible surface, or its absence, has been shown
   std::uint8_t* hidden_of_tile;  ///< for each tile, number of pixels that hide something
-  bool hides;                    ///< false: no pixel hides anything
-  std::size_t block_first;
-  std::size_t block_last;
-  std::size_t ahead;  ///< distance in pixels from this row to the one to prefetch
   /// Consecutive measurements of a surface at rest differ by no more than this in 99 % of cases.
   FallingTolerance rest_noise;
   FallingTolerance min_shell;  ///< changes up to this are no jumps
@@ -48,20 +47,28 @@ struct OcclusionRow {
   const std::uint16_t* shell_end;
   std::uint16_t last_raw;
   bool falls;                 ///< nearness is last_raw - raw; otherwise it is raw
-  std::uint16_t now;          ///< current frame
   std::uint16_t hold_frames;  ///< see OcclusionMemory
   std::uint16_t settled_frames;
+
+  /// Returns `raw` as nearness, which is ordered by depth for either sign of the camera's coefficient; small
+  /// is near.
+  std::uint16_t nearnessOf(std::uint16_t raw) const noexcept {
+    return falls ? static_cast<std::uint16_t>(last_raw - raw) : raw;
+  }
 };
 
-/// Result of updatePixels().
-struct OcclusionLeft {
-  int more_hidden = 0;  ///< change of the number of pixels that hide something; also applied to the tiles
-  std::uint64_t overdue_blocks = 0;  ///< blocks with overdue pixels, one bit each
+/// Rows of pixels and the blocks of them to update, all limits inclusive.
+struct OcclusionWindow {
+  std::size_t row_first;
+  std::size_t row_last;
+  std::size_t block_first;
+  std::size_t block_last;
 };
 
-/// Updates all pixels of a row with new measurements, except overdue ones: those without measurement for
-/// `hold_frames` or longer. One source serves all vector widths; the width is chosen at run time.  RT: safe
-/// after the first call.
-OcclusionLeft updatePixels(const OcclusionRow& row) noexcept;
+/// Updates all pixels of a window with the new measurements `raw` of frame `now`. Returns the change of the
+/// number of pixels that hide something, which is also applied to the tiles. One source serves all vector
+/// widths; the width is chosen at run time.  RT: safe after the first call.
+int updatePixels(const OcclusionPixels& pixels, const OcclusionWindow& window, const std::uint16_t* raw,
+                 std::uint16_t now) noexcept;
 
 }  // namespace hapticd::rt

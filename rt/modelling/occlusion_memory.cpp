@@ -10,15 +10,13 @@ namespace {
 
 /// Beyond this depth raw values are too coarse; they are treated as places at this depth.
 constexpr double kFarthest_m = 10;
-/// Number of rows to prefetch ahead: memory latency exceeds the time for one row of a window.
-constexpr std::size_t kRowsAhead = 2;
 
 double depthOf(const DepthModel& model, int raw) {
   const double inverse_depth = model.disparity().inverseDepth_per_m(raw);
   return inverse_depth > 1 / kFarthest_m ? 1 / inverse_depth : kFarthest_m;
 }
 
-/// Tolerances for the noise of a Kinect v1, multiplied by DepthModel::noiseScale(); see OcclusionRow. Far
+/// Tolerances for the noise of a Kinect v1, multiplied by DepthModel::noiseScale(); see OcclusionPixels. Far
 /// away, where the shell would be thinner than kMinShell_raw, noise must not look like an occluder.
 constexpr double kRestNoise_raw = 2;
 constexpr double kMinShell_raw = 3;
@@ -112,16 +110,16 @@ void OcclusionMemory::update(const DisparityFrame& frame, const PixelWindow& win
       newest_ = frame.sequence;
     }
     newest_strip_ = stripOf(frame.sequence);
-    for (int row = newest_strip_.row_first; row <= newest_strip_.row_last; ++row) {
-      updateRow(frame, static_cast<std::size_t>(row), 0, stride_px_ - 1);
-    }
+    updateRows(frame, newest_strip_);
   }
   if (window.empty()) return;
-  for (int row = window.row_first; row <= window.row_last; ++row) {
-    if (row >= newest_strip_.row_first && row <= newest_strip_.row_last) continue;  // already updated
-    updateRow(frame, static_cast<std::size_t>(row), static_cast<std::size_t>(window.column_first),
-              static_cast<std::size_t>(window.column_last));
-  }
+  // The rows of the strip are updated already.
+  PixelWindow above = window;
+  above.row_last = std::min(window.row_last, newest_strip_.row_first - 1);
+  updateRows(frame, above);
+  PixelWindow below = window;
+  below.row_first = std::max(window.row_first, newest_strip_.row_last + 1);
+  updateRows(frame, below);
 }
 
 PixelWindow OcclusionMemory::stripOf(std::uint64_t sequence) const noexcept {
@@ -163,12 +161,6 @@ void OcclusionMemory::compare(const DisparityFrame& frame, std::size_t row, Samp
   }
 }
 
-bool OcclusionMemory::rowHides(std::size_t row) const noexcept {
-  const std::uint8_t* const tiles = &hidden_of_tile_[row * tiles_across_];
-  return hidden_count_ > 0 &&
-         std::any_of(tiles, tiles + tiles_across_, [](std::uint8_t count) { return count > 0; });
-}
-
 void OcclusionMemory::startRow(std::size_t row) noexcept {
   epoch_of_row_[row] = epoch_;
   std::fill_n(visible_.get() + row * stride_px_, stride_px_, kNothingSeen);
@@ -177,64 +169,30 @@ void OcclusionMemory::startRow(std::size_t row) noexcept {
   std::fill_n(&hidden_of_tile_[row * tiles_across_], tiles_across_, std::uint8_t{0});
 }
 
-void OcclusionMemory::updateRow(const DisparityFrame& frame, std::size_t row, std::size_t column_first,
-                                std::size_t column_last) noexcept {
-  if (epoch_of_row_[row] != epoch_) startRow(row);
-  const std::size_t first = row * stride_px_;
-  const OcclusionRow pixels{.raw = frame.raw + first,
-                            .visible = visible_.get() + first,
-                            .hidden = hidden_.get() + first,
-                            .since = since_.get() + first,
-                            .hidden_of_tile = &hidden_of_tile_[row * tiles_across_],
-                            .hides = rowHides(row),
-                            .block_first = column_first / kOcclusionBlock,
-                            .block_last = column_last / kOcclusionBlock,
-                            .ahead = row + kRowsAhead < rows_ ? kRowsAhead * stride_px_ : 0,
-                            .rest_noise = rest_noise_,
-                            .min_shell = min_shell_,
-                            .shell_end = shell_end_.get(),
-                            .last_raw = last_raw_,
-                            .falls = falls_,
-                            .now = now_,
-                            .hold_frames = kHoldFrames,
-                            .settled_frames = kSettledFrames};
-  const OcclusionLeft left = updatePixels(pixels);
-  hidden_count_ += static_cast<std::uint32_t>(left.more_hidden);  // a negative change wraps around, and back
-  Gap gap;
-  for (std::uint64_t blocks = left.overdue_blocks; blocks != 0; blocks &= blocks - 1) {
-    dropOverdue(pixels, static_cast<std::size_t>(std::countr_zero(blocks)) * kOcclusionBlock, gap);
+void OcclusionMemory::updateRows(const DisparityFrame& frame, const PixelWindow& window) noexcept {
+  if (window.row_first > window.row_last) return;
+  const OcclusionWindow rows{.row_first = static_cast<std::size_t>(window.row_first),
+                             .row_last = static_cast<std::size_t>(window.row_last),
+                             .block_first = static_cast<std::size_t>(window.column_first) / kOcclusionBlock,
+                             .block_last = static_cast<std::size_t>(window.column_last) / kOcclusionBlock};
+  for (std::size_t row = rows.row_first; row <= rows.row_last; ++row) {
+    if (epoch_of_row_[row] != epoch_) startRow(row);
   }
-}
-
-void OcclusionMemory::dropOverdue(const OcclusionRow& row, std::size_t column_first, Gap& gap) noexcept {
-  for (std::size_t column = column_first; column < column_first + kOcclusionBlock; ++column) {
-    std::uint16_t& hidden = row.hidden[column];
-    if (isMeasured(row.raw[column]) || row.visible[column] == kNothingSeen) continue;
-    if (static_cast<std::uint16_t>(now_ - row.since[column]) < kHoldFrames) continue;
-    if (inShadow(row.raw, column, hidden, gap)) {
-      row.since[column] = now_;
-      continue;
-    }
-    row.visible[column] = kNothingSeen;
-    if (hidden == kNoRawDisparity) continue;
-    hidden = kNoRawDisparity;
-    --row.hidden_of_tile[column / kTile];
-    --hidden_count_;
-  }
-}
-
-bool OcclusionMemory::inShadow(const std::uint16_t* raw_row, std::size_t column, std::uint16_t raw,
-                               Gap& gap) const noexcept {
-  if (column < gap.begin || column >= gap.end) {
-    gap.begin = column;
-    while (gap.begin > 0 && !isMeasured(raw_row[gap.begin - 1])) --gap.begin;
-    gap.end = column + 1;
-    while (gap.end < stride_px_ && !isMeasured(raw_row[gap.end])) ++gap.end;
-    gap.nearest_beside = kNothingSeen;
-    if (gap.begin > 0) gap.nearest_beside = nearnessOf(raw_row[gap.begin - 1]);
-    if (gap.end < stride_px_) gap.nearest_beside = std::min(gap.nearest_beside, nearnessOf(raw_row[gap.end]));
-  }
-  return raw != kNoRawDisparity && gap.nearest_beside < shell_end_[nearnessOf(raw)];
+  const OcclusionPixels pixels{.rows = rows_,
+                               .stride_px = stride_px_,
+                               .visible = visible_.get(),
+                               .hidden = hidden_.get(),
+                               .since = since_.get(),
+                               .hidden_of_tile = hidden_of_tile_.get(),
+                               .rest_noise = rest_noise_,
+                               .min_shell = min_shell_,
+                               .shell_end = shell_end_.get(),
+                               .last_raw = last_raw_,
+                               .falls = falls_,
+                               .hold_frames = kHoldFrames,
+                               .settled_frames = kSettledFrames};
+  // A negative change wraps around, and back.
+  hidden_count_ += static_cast<std::uint32_t>(updatePixels(pixels, rows, frame.raw, now_));
 }
 
 }  // namespace hapticd::rt

@@ -78,21 +78,10 @@ class OcclusionMemory {
     std::uint32_t comparable = 0;
     std::uint32_t moved = 0;
   };
-  /// Consecutive pixels without measurement.
-  struct Gap {
-    std::size_t begin = 0;
-    std::size_t end = 0;
-    std::uint16_t nearest_beside = 0;  ///< nearest value beside the gap, as nearness; see nearnessOf()
-  };
-
   bool cameraMoved(const DisparityFrame& frame) noexcept;
   void compare(const DisparityFrame& frame, std::size_t row, Samples& samples) noexcept;
-  void updateRow(const DisparityFrame& frame, std::size_t row, std::size_t column_first,
-                 std::size_t column_last) noexcept;
-  void dropOverdue(const OcclusionRow& row, std::size_t column_first, Gap& gap) noexcept;
-  bool inShadow(const std::uint16_t* raw_row, std::size_t column, std::uint16_t raw, Gap& gap) const noexcept;
+  void updateRows(const DisparityFrame& frame, const PixelWindow& window) noexcept;
   bool isMeasured(std::uint16_t raw) const noexcept { return raw <= last_raw_; }
-  bool rowHides(std::size_t row) const noexcept;
   void startRow(std::size_t row) noexcept;
 
   /// Maps raw values to nearness keys, ordered by depth for either sign of the camera's coefficient; small is
@@ -111,9 +100,9 @@ class OcclusionMemory {
   std::size_t strip_rows_;
   bool falls_;                   ///< depth falls with rising raw value
   std::uint16_t last_raw_;       ///< see DisparityScale
-  FallingTolerance rest_noise_;  ///< see OcclusionRow
-  FallingTolerance min_shell_;   ///< see OcclusionRow
-  // State of all pixels of a frame, see OcclusionRow.
+  FallingTolerance rest_noise_;  ///< see OcclusionPixels
+  FallingTolerance min_shell_;   ///< see OcclusionPixels
+  // State of all pixels of a frame, see OcclusionPixels.
   hwy::AlignedFreeUniquePtr<std::uint16_t[]> visible_;
   hwy::AlignedFreeUniquePtr<std::uint16_t[]> hidden_;
   /// Low 16 bits of the number of the frame since which the pixel has shown its current surface, or nothing.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/modelling/block_sums.h"
 #include "rt/scene/scene.h"
 
 namespace hapticd::rt {
@@ -69,67 +70,21 @@ int blockOf(double pixel) noexcept {
   return static_cast<int>(std::floor((pixel - BlockLattice::kMiddle_px) / kBlock_px));
 }
 
+/// Returns a region in blocks counted from the first one of a window.
+BlockRegion relativeTo(const BlockWindow& window, BlockRegion region) noexcept {
+  region.blocks.column_first -= window.column_first;
+  region.blocks.column_last -= window.column_first;
+  region.blocks.row_first -= window.row_first;
+  region.blocks.row_last -= window.row_first;
+  return region;
+}
+
 double smoothStep(double x) noexcept {
   const double t = std::clamp(x, 0.0, 1.0);
   return t * t * (3 - 2 * t);
 }
 
-/// Returns the mean deviation of two facets, `du` and `dv` blocks apart, from the values predicted by each
-/// other's plane.
-float bendBetween(const Facet& a, const Facet& b, int du, int dv) noexcept {
-  constexpr auto kSide = static_cast<float>(kBlock_px);
-  const float slope_u = b.per_column - a.per_column;
-  const float slope_v = b.per_row - a.per_row;
-  return 0.5F * kSide * (slope_u * static_cast<float>(du) + slope_v * static_cast<float>(dv));
-}
-
-/// Returns the deviation of two facets, `du` and `dv` blocks apart, from a surface with constant curvature
-/// between them.
-float stepBetween(const Facet& a, const Facet& b, int du, int dv) noexcept {
-  constexpr float kHalf = 0.5F * kBlock_px;
-  const float slope_u = a.per_column + b.per_column;
-  const float slope_v = a.per_row + b.per_row;
-  const float expected = kHalf * (slope_u * static_cast<float>(du) + slope_v * static_cast<float>(dv));
-  return std::abs(b.disparity - a.disparity - expected);
-}
-
-/// Largest differences between adjacent facets of one surface, in raw units.
-struct CellLimits {
-  float max_step;  ///< more: an edge
-  float max_bend;  ///< more: a crease
-};
-
-/// Classifies a cell whose pixels all have a measurement; `facet` is its upper left one in rows of `columns`.
-Cell kindOf(const Facet* facet, int columns, const CellLimits& limits) noexcept {
-  struct Side {
-    const Facet* a;
-    const Facet* b;
-    int du, dv;
-  };
-  const Facet* const below = facet + columns;
-  const Side sides[] = {
-      {facet, facet + 1, 1, 0}, {below, below + 1, 1, 0}, {facet, below, 0, 1}, {facet + 1, below + 1, 0, 1}};
-  float least = 0;
-  float greatest = 0;
-  float step = 0;
-  for (const Side& side : sides) {
-    if (side.a->disparity < 0 || side.b->disparity < 0) return Cell::mixed;
-    const float bend = bendBetween(*side.a, *side.b, side.du, side.dv);
-    least = std::min(least, bend);
-    greatest = std::max(greatest, bend);
-    step = std::max(step, stepBetween(*side.a, *side.b, side.du, side.dv));
-  }
-  if (-least > limits.max_bend && greatest < limits.max_bend) return Cell::least;
-  if (greatest > limits.max_bend && -least < limits.max_bend) return Cell::greatest;
-  return step <= limits.max_step ? Cell::smooth : Cell::mixed;
-}
-
 }  // namespace
-
-SurfaceBuilder::BlockMeans::BlockMeans(const BlockLattice& lattice)
-    : disparity(std::make_unique<float[]>(lattice.blocks())),
-      frames(std::make_unique<float[]>(lattice.blocks())),
-      updated(std::make_unique<std::uint32_t[]>(lattice.blocks())) {}
 
 SurfaceBuilder::SurfaceBuilder(const DepthModel& model)
     : model_(model),
@@ -140,8 +95,8 @@ SurfaceBuilder::SurfaceBuilder(const DepthModel& model)
       column_shifts_(model),
       visible_(lattice_),
       hidden_(lattice_),
-      observed_(std::make_unique<float[]>(lattice_.blocks())),
-      is_full_(std::make_unique<std::uint8_t[]>(lattice_.blocks())),
+      observed_(std::make_unique<float[]>(lattice_.blocks() + kVectorPadding)),
+      is_full_(std::make_unique<std::uint8_t[]>(lattice_.blocks() + kVectorPadding)),
       fit_blocks_(std::make_unique<float[]>(FacetBlocks::sizeFor(lattice_.rows))),
       fit_memory_(lattice_.rows) {
   const PixelWindow all = model.wholeDisparity();
@@ -197,7 +152,7 @@ PixelWindow SurfaceBuilder::windowOf(const Vec3& centre_m_in_world, double radiu
   return jobFor(centre_m_in_world, radius_m).pixels;
 }
 
-SurfaceBuilder::Region SurfaceBuilder::regionAround(const Vec3& centre_m_in_world) const noexcept {
+BlockRegion SurfaceBuilder::regionAround(const Vec3& centre_m_in_world) const noexcept {
   const DepthModelParameters& camera = model_.parameters();
   const Vec3 p = model_.positionInCamera(centre_m_in_world);
   const double depth = std::max(kNearestDepth_m, -p.z);
@@ -225,54 +180,33 @@ void SurfaceBuilder::beginFrame(const DisparityFrame& frame, const SurfaceParame
   const auto at_rest = static_cast<float>(std::max(1, parameters.fusion_frames));
   const float in_motion = std::min(at_rest, kFramesInMotion);
   max_frames_ = at_rest + static_cast<float>(moving_) * (in_motion - at_rest);
-  innovation_sum_ = 0;
-  innovations_ = 0;
+  innovations_ = {};
 }
 
 /// Updates the means with the blocks' new disparities.
-void SurfaceBuilder::follow(BlockMeans& means, const Job& job, const Region& region) noexcept {
-  const auto moved = static_cast<float>(used_rate_ * period_s_);
-  const auto farthest =
-      static_cast<float>(kFarthestMove_m * job.raw_per_px * model_.parameters().fx_px / job.depth_m);
-  const auto most = static_cast<float>(job.block_noise * kSame_raw);
-  for (int row = job.support.row_first; row <= job.support.row_last; ++row) {
-    for (int column = job.support.column_first; column <= job.support.column_last; ++column) {
-      const std::size_t index = lattice_.at(row, column);
-      if (means.updated[index] == sequence_) continue;
-      const bool known = before_ != 0 && means.updated[index] == before_ && means.disparity[index] >= 0;
-      means.updated[index] = sequence_;
-      float& mean = means.disparity[index];
-      const float now =
-          observed_[index] < 0 ? observed_[index] : observed_[index] - column_shifts_.offsetOf(column);
-      if (!known || now < 0) {
-        mean = now;
-        means.frames[index] = 1;
-        continue;
-      }
-      const bool in_region = region.has(row, column, mean);
-      const float expected = in_region ? mean + moved : mean;
-      const float innovation = now - expected;
-      if (in_region && std::abs(innovation) <= farthest) {
-        innovation_sum_ += static_cast<double>(innovation);
-        ++innovations_;
-      }
-      const bool same = std::abs(innovation) <= most;
-      means.frames[index] = same ? std::min(means.frames[index] + 1, max_frames_) : 1;
-      mean = expected + innovation / means.frames[index];
-    }
-  }
+void SurfaceBuilder::follow(BlockMeans& means, const Job& job, const BlockRegion& region) noexcept {
+  const double focal_px = model_.parameters().fx_px;
+  const MeansUpdate update{
+      .sequence = sequence_,
+      .before = before_,
+      .max_frames = max_frames_,
+      .most_raw = static_cast<float>(job.block_noise * kSame_raw),
+      .region = region,
+      .moved_raw = static_cast<float>(used_rate_ * period_s_),
+      .farthest_raw = static_cast<float>(kFarthestMove_m * job.raw_per_px * focal_px / job.depth_m)};
+  followBlocks(lattice_, job.support, observed_.get(), column_shifts_.offsets(), update, means, innovations_);
 }
 
 void SurfaceBuilder::estimateMotion(double block_noise) noexcept {
-  if (innovations_ < kMinInnovations) {
+  const Innovations seen = innovations_;
+  if (seen.count < kMinInnovations) {
     rate_ = moving_ = used_rate_ = 0;
     return;
   }
-  const double mean = innovation_sum_ / innovations_;
-  innovation_sum_ = 0;
+  innovations_ = {};
+  const double mean = seen.sum_raw / seen.count;
   const double patch_px = std::max<double>(kBlock_px, model_.parameters().noise.correlation_px);
-  const double patches = std::max(1.0, innovations_ * kBlock_px * kBlock_px / (patch_px * patch_px));
-  innovations_ = 0;
+  const double patches = std::max(1.0, seen.count * kBlock_px * kBlock_px / (patch_px * patch_px));
   const double sigma = block_noise * kNoise_raw * std::sqrt(2 / patches);
   const double gain = std::abs(mean) > kFastFrom_sigma * sigma ? kFastGain : kSlowGain;
   if (used_rate_ == 0) rate_ *= kForgetRest;
@@ -281,7 +215,7 @@ void SurfaceBuilder::estimateMotion(double block_noise) noexcept {
   used_rate_ = moving_ * rate_;
 }
 
-void SurfaceBuilder::fit(const BlockMeans& means, const Job& job, const Region& region,
+void SurfaceBuilder::fit(const BlockMeans& means, const Job& job, const BlockRegion& region,
                          SurfaceLayer& layer) noexcept {
   // The border lies outside the image; the support lies inside.
   const int border = FacetBlocks::kBorder;
@@ -294,30 +228,21 @@ void SurfaceBuilder::fit(const BlockMeans& means, const Job& job, const Region& 
                 fit_blocks_.get() + FacetBlocks::at(row - job.sites.row_first,
                                                     job.support.column_first - job.sites.column_first));
   }
-  const FacetBlocks blocks{fit_blocks_.get(), job.sites.columns(), job.sites.rows(), lattice_.columns};
-  fitFacets(blocks, job.fit, fit_memory_,
-            layer.facet + lattice_.at(job.sites.row_first, job.sites.column_first));
-  for (int row = job.sites.row_first; row <= job.sites.row_last; ++row) {
-    for (int column = job.sites.column_first; column <= job.sites.column_last; ++column) {
-      Facet& facet = layer.facet[lattice_.at(row, column)];
-      facet.per_second = region.has(row, column, facet.disparity) ? static_cast<float>(used_rate_) : 0.0F;
-    }
-  }
-  const int next_row = lattice_.columns;
+  const FacetBlocks blocks{fit_blocks_.get(), job.sites.columns(), job.sites.rows()};
+  const std::size_t first = lattice_.at(job.sites.row_first, job.sites.column_first);
+  const FacetMotion motion{.region = relativeTo(job.sites, region),
+                           .per_second = static_cast<float>(used_rate_)};
   const CellLimits limits{
       .max_step = static_cast<float>(job.block_noise * kNeighbours_raw + kNeighbours_px * job.raw_per_px),
       .max_bend = static_cast<float>(job.block_noise * kCrease_raw + kCrease_px * job.raw_per_px)};
-  for (int row = job.sites.row_first; row < job.sites.row_last; ++row) {
-    for (int column = job.sites.column_first; column < job.sites.column_last; ++column) {
-      const std::size_t index = lattice_.at(row, column);
-      const std::uint8_t* const full = is_full_.get() + index;
-      const bool all_full = (full[0] & full[1] & full[next_row] & full[next_row + 1]) != 0;
-      layer.cell[index] = all_full ? kindOf(layer.facet + index, next_row, limits) : Cell::mixed;
-    }
-  }
+  fitFacets(blocks, job.fit, fit_memory_, motion, limits,
+            {.facet = layer.facet + first,
+             .cell = layer.cell + first,
+             .is_full = is_full_.get() + first,
+             .per_row = lattice_.columns});
 }
 
-void SurfaceBuilder::buildLayer(BlockMeans& means, const Job& job, const Region& region,
+void SurfaceBuilder::buildLayer(BlockMeans& means, const Job& job, const BlockRegion& region,
                                 SurfaceLayer& layer) noexcept {
   const auto max_step = static_cast<int>(job.noise * kStep_raw + kSteepestSlope * job.raw_per_px);
   sumUpBlocks(layer.image, layout_, lattice_, job.support, max_step, {observed_.get(), is_full_.get()});
@@ -327,16 +252,7 @@ void SurfaceBuilder::buildLayer(BlockMeans& means, const Job& job, const Region&
 /// Where something becomes hidden, continues its mean from when it was visible.
 void SurfaceBuilder::startHidden(const Job& job) noexcept {
   if (before_ == 0) return;
-  for (int row = job.support.row_first; row <= job.support.row_last; ++row) {
-    for (int column = job.support.column_first; column <= job.support.column_last; ++column) {
-      const std::size_t index = lattice_.at(row, column);
-      if (hidden_.updated[index] == before_ || hidden_.updated[index] == sequence_) continue;
-      if (visible_.updated[index] != before_) continue;
-      hidden_.disparity[index] = visible_.disparity[index];
-      hidden_.frames[index] = visible_.frames[index];
-      hidden_.updated[index] = before_;
-    }
-  }
+  continueBlocks(lattice_, job.support, before_, sequence_, visible_, hidden_);
 }
 
 void SurfaceBuilder::build(const DisparityFrame& frame, const std::uint16_t* hidden,
@@ -352,18 +268,18 @@ void SurfaceBuilder::build(const DisparityFrame& frame, const std::uint16_t* hid
   column_shifts_.update(frame);
   const Job job = jobFor(centre_m_in_world, radius_m);
   if (job.sites.columns() < 2 || job.sites.rows() < 2) return;
-  const Region region = regionAround(centre_m_in_world);
+  const BlockRegion region = regionAround(centre_m_in_world);
   surface.blocks = job.sites;
   surface.of_facet_raw = static_cast<float>(job.noise * kOfFacet_raw + kOfFacet_px * job.raw_per_px);
   gaps_.longest_px =
       std::max(kMaxGap_px, static_cast<int>(kMaxGap_m * model_.parameters().fx_px / job.depth_m));
   gaps_.max_raw = static_cast<float>(job.noise * kGapNoise_raw);
   gaps_.max_raw_per_px = static_cast<float>(kSteepestGap * job.raw_per_px);
-  copyClosingGaps(frame.raw, hidden, layout_, job.pixels, gaps_, surface.visible.image);
-  if (hidden != nullptr) {
-    copyClosingGaps(surface.visible.image, nullptr, layout_, job.pixels, gaps_, surface.hidden.image);
-    surface.hides_anything = insertHidden(hidden, layout_, job.pixels, gaps_, surface.hidden.image);
-  }
+  surface.hides_anything = fillLayerImages({.raw = frame.raw,
+                                            .remembered = hidden,
+                                            .visible = surface.visible.image,
+                                            .hidden = surface.hidden.image},
+                                           layout_, job.pixels, gaps_);
   if (surface.hides_anything) startHidden(job);
   buildLayer(visible_, job, region, surface.visible);
   if (new_frame) estimateMotion(job.block_noise);

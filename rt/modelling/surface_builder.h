@@ -8,6 +8,7 @@
 #include "rt/depth/depth_model.h"
 #include "rt/depth/disparity_image.h"
 #include "rt/modelling/block_image.h"
+#include "rt/modelling/block_means.h"
 #include "rt/modelling/column_shifts.h"
 #include "rt/modelling/facet_fit.h"
 #include "rt/scene/visible_surface.h"
@@ -57,14 +58,6 @@ class SurfaceBuilder {
   static constexpr double kNoise_raw = 0.5;
 
  private:
-  /// State of the blocks of a layer.
-  struct BlockMeans {
-    std::unique_ptr<float[]> disparity;
-    std::unique_ptr<float[]> frames;           ///< number of frames in the mean
-    std::unique_ptr<std::uint32_t[]> updated;  ///< frame of the last update
-
-    explicit BlockMeans(const BlockLattice& lattice);
-  };
   /// The part of a frame to process and how.
   struct Job {
     PixelWindow pixels;
@@ -76,26 +69,16 @@ class SurfaceBuilder {
     double raw_per_px;    ///< change of disparity per pixel of a surface at 45 degrees to the view
     FacetFit fit;
   };
-  /// The part of the image that shows the surface at the focus.
-  struct Region {
-    BlockWindow blocks;
-    float disparity_least;
-    float disparity_greatest;
-    bool has(int row, int column, float disparity) const noexcept {
-      return disparity >= disparity_least && disparity <= disparity_greatest && row >= blocks.row_first &&
-             row <= blocks.row_last && column >= blocks.column_first && column <= blocks.column_last;
-    }
-  };
-
   Job jobFor(const Vec3& centre_m_in_world, double radius_m) const noexcept;
-  Region regionAround(const Vec3& centre_m_in_world) const noexcept;
+  /// Returns the part of the image that shows the surface at the focus.
+  BlockRegion regionAround(const Vec3& centre_m_in_world) const noexcept;
   void beginFrame(const DisparityFrame& frame, const SurfaceParameters& parameters) noexcept;
-  void buildLayer(BlockMeans& means, const Job& job, const Region& region, SurfaceLayer& layer) noexcept;
+  void buildLayer(BlockMeans& means, const Job& job, const BlockRegion& region, SurfaceLayer& layer) noexcept;
   BlockWindow clipped(const BlockWindow& window) const noexcept;
-  void follow(BlockMeans& means, const Job& job, const Region& region) noexcept;
+  void follow(BlockMeans& means, const Job& job, const BlockRegion& region) noexcept;
   /// `block_noise`: see Job.
   void estimateMotion(double block_noise) noexcept;
-  void fit(const BlockMeans& means, const Job& job, const Region& region, SurfaceLayer& layer) noexcept;
+  void fit(const BlockMeans& means, const Job& job, const BlockRegion& region, SurfaceLayer& layer) noexcept;
   void startHidden(const Job& job) noexcept;
 
   const DepthModel& model_;
@@ -122,8 +105,7 @@ class SurfaceBuilder {
   double rate_ = 0;       ///< estimate
   double moving_ = 0;     ///< 0: at rest; 1: certainly moving
   double used_rate_ = 0;  ///< moving_ * rate_
-  double innovation_sum_ = 0;
-  int innovations_ = 0;
+  Innovations innovations_;
 };
 
 }  // namespace hapticd::rt

@@ -45,7 +45,7 @@ class ColumnShiftsOf : public ::testing::Test {
   }
   void lose(int frames) { frame_->sequence += static_cast<std::uint64_t>(frames); }
   void pass(double seconds) { frame_->arrival_ns += static_cast<std::int64_t>(seconds * 1e9); }
-  double offsetAt(int column) const { return shifts.offsetOf(column / rt::BlockLattice::kBlock_px); }
+  double offsetAt(int column) const { return shifts.offsets()[column / rt::BlockLattice::kBlock_px]; }
   void expectNone(const char* what) const {
     for (int column = 0; column < drivers::kKinectWidth; column += rt::BlockLattice::kBlock_px) {
       ASSERT_EQ(offsetAt(column), 0) << what << ", column " << column;
