@@ -11,7 +11,7 @@
 #include "rt/depth/disparity_image.h"
 #include "rt/modelling/deproject_kernel.h"
 #include "rt/modelling/occlusion_memory.h"
-#include "rt/modelling/surface_builder.h"
+#include "rt/modelling/surface/surface_builder.h"
 #include "rt/scene/scene.h"
 #include "rt/scene/surface_noise.h"
 

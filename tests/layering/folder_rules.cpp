@@ -73,7 +73,7 @@ const std::vector<FolderRule>& folderRules() {
       "tools/lib/plot",    "tools/lib/registration", "tools/lib/text",        "tools/lib/truth"};
   static const std::vector<std::string> studies = with(tool_libraries, {"tools/hapticbench/engine"});
   static const std::vector<std::string> commands =
-      with(studies, {"tools/hapticbench", "tools/hapticbench/jitter"});
+      with(studies, {"tools/hapticbench", "tools/hapticbench/jitter", "tools/hapticbench/strokes"});
   static const std::vector<FolderRule> all{
       // the core, from what a channel holds to the loop that uses everything
       {"rt/base", {}},
@@ -81,7 +81,8 @@ const std::vector<FolderRule>& folderRules() {
       {"rt/depth", {"rt/base", "rt/channels"}},
       {"rt/scene", {"rt/base", "rt/channels", "rt/depth"}},
       {"rt/laws", {"rt/base", "rt/scene"}},
-      {"rt/modelling", {"rt/base", "rt/depth", "rt/laws", "rt/scene"}},
+      {"rt/modelling", {"rt/base", "rt/depth", "rt/laws", "rt/modelling/surface", "rt/scene"}},
+      {"rt/modelling/surface", {"rt/base", "rt/depth", "rt/scene"}},
       {"rt/safety", {"rt/base", "rt/channels"}},
       {"rt/fixtures", {"rt/base", "rt/channels", "rt/laws", "rt/safety", "rt/scene"}},
       {"rt/tissue", {"rt/base", "rt/channels", "rt/depth", "rt/fixtures", "rt/laws", "rt/safety"}},
@@ -134,10 +135,11 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/haptic-bridge", tool_libraries},
       {"tools/haptic-palpate", tool_libraries},
       {"tools/haptic-replay", tool_libraries},
-      {"tools/hapticbench", studies},
+      {"tools/hapticbench", with(studies, {"tools/hapticbench/strokes"})},
       {"tools/hapticbench/commands", commands},
       {"tools/hapticbench/engine", tool_libraries},
       {"tools/hapticbench/jitter", studies},
+      {"tools/hapticbench/strokes", studies},
       {"tools/hapticctl",
        {"tools/lib/child", "tools/lib/client", "tools/lib/depth_noise", "tools/lib/options", "tools/lib/plot",
         "tools/lib/registration", "tools/lib/text", "tools/hapticctl/"}},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/modelling/block_means.h"
+#include "rt/modelling/surface/block_means.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "rt/depth/depth_frame.h"
-#include "rt/modelling/column_shift_kernel.h"
+#include "rt/modelling/surface/column_shift_kernel.h"
 #include "tests/unit/rt/simd_targets.h"
 
 // The oracles follow the rules block by block.

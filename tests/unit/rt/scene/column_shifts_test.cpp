@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/modelling/column_shifts.h"
+#include "rt/modelling/surface/column_shifts.h"
 
 #include <gtest/gtest.h>
 

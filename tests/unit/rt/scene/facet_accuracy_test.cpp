@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "drivers/camera/kinect_image.h"
-#include "rt/modelling/surface_builder.h"
+#include "rt/modelling/surface/surface_builder.h"
 #include "rt/scene/scene.h"
 #include "rt/scene/visible_surface.h"
 

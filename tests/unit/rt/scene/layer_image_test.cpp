@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "drivers/camera/kinect_image.h"
-#include "rt/modelling/block_image.h"
-#include "rt/modelling/block_sums.h"
+#include "rt/modelling/surface/block_image.h"
+#include "rt/modelling/surface/block_sums.h"
 #include "tests/unit/rt/simd_targets.h"
 
 // The oracle follows the rules of fillLayerImages() and sumUpBlocks() pixel by pixel, without vectors and

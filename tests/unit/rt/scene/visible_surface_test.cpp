@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "drivers/camera/kinect_image.h"
-#include "rt/modelling/surface_builder.h"
+#include "rt/modelling/surface/surface_builder.h"
 #include "rt/scene/scene.h"
 
 namespace hapticd {

@@ -9,7 +9,7 @@
 
 #include <algorithm>
 
-#include "rt/modelling/facet_mean-inl.h"
+#include "rt/modelling/surface/facet_mean-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace hapticd::rt::HWY_NAMESPACE {

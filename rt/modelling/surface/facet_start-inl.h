@@ -7,7 +7,7 @@
 #define HAPTICD_RT_FACET_START_INL_H_
 #endif
 
-#include "rt/modelling/facet_estimate-inl.h"
+#include "rt/modelling/surface/facet_estimate-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace hapticd::rt::HWY_NAMESPACE {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/modelling/column_shift_kernel.h"
+#include "rt/modelling/surface/column_shift_kernel.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "rt/modelling/column_shift_kernel.cpp"
+#define HWY_TARGET_INCLUDE "rt/modelling/surface/column_shift_kernel.cpp"
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 //
 #include "hwy/highway.h"

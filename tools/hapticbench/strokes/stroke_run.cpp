@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "tools/hapticbench/engine/laws.h"
-#include "tools/hapticbench/strokes.h"
+#include "tools/hapticbench/strokes/strokes.h"
 #include "tools/lib/offline/offline_box.h"
 
 namespace hapticd::tools {

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/modelling/facet_fit.h"
+#include "rt/modelling/surface/facet_fit.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "rt/modelling/facet_fit.cpp"
+#define HWY_TARGET_INCLUDE "rt/modelling/surface/facet_fit.cpp"
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 //
 #include <algorithm>
 
 #include "hwy/highway.h"
-#include "rt/modelling/facet_cells-inl.h"
-#include "rt/modelling/facet_growth-inl.h"
-#include "rt/modelling/facet_mean-inl.h"
-#include "rt/modelling/facet_start-inl.h"
+#include "rt/modelling/surface/facet_cells-inl.h"
+#include "rt/modelling/surface/facet_growth-inl.h"
+#include "rt/modelling/surface/facet_mean-inl.h"
+#include "rt/modelling/surface/facet_start-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace hapticd::rt::HWY_NAMESPACE {

@@ -8,7 +8,7 @@
 #endif
 
 #include "hwy/highway.h"
-#include "rt/modelling/facet_fit.h"
+#include "rt/modelling/surface/facet_fit.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace hapticd::rt::HWY_NAMESPACE {

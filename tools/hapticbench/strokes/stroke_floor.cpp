@@ -2,7 +2,7 @@
 #include <cmath>
 #include <variant>
 
-#include "tools/hapticbench/strokes.h"
+#include "tools/hapticbench/strokes/strokes.h"
 
 namespace hapticd::tools {
 namespace {

@@ -7,10 +7,10 @@
 #include "rt/base/parameters.h"
 #include "rt/depth/depth_model.h"
 #include "rt/depth/disparity_image.h"
-#include "rt/modelling/block_image.h"
-#include "rt/modelling/block_means.h"
-#include "rt/modelling/column_shifts.h"
-#include "rt/modelling/facet_fit.h"
+#include "rt/modelling/surface/block_image.h"
+#include "rt/modelling/surface/block_means.h"
+#include "rt/modelling/surface/column_shifts.h"
+#include "rt/modelling/surface/facet_fit.h"
 #include "rt/scene/visible_surface.h"
 
 namespace hapticd::rt {

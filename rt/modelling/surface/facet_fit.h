@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "rt/base/realtime_thread.h"
-#include "rt/modelling/block_means.h"
+#include "rt/modelling/surface/block_means.h"
 #include "rt/scene/visible_surface.h"
 
 namespace hapticd::rt {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/modelling/surface_builder.h"
+#include "rt/modelling/surface/surface_builder.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "rt/modelling/block_sums.h"
+#include "rt/modelling/surface/block_sums.h"
 #include "rt/scene/scene.h"
 
 namespace hapticd::rt {

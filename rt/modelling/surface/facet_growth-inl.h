@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "rt/modelling/facet_estimate-inl.h"
+#include "rt/modelling/surface/facet_estimate-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace hapticd::rt::HWY_NAMESPACE {

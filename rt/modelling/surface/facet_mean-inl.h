@@ -9,7 +9,7 @@
 
 #include <algorithm>
 
-#include "rt/modelling/facet_estimate-inl.h"
+#include "rt/modelling/surface/facet_estimate-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace hapticd::rt::HWY_NAMESPACE {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/modelling/block_means.h"
+#include "rt/modelling/surface/block_means.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "rt/modelling/block_means.cpp"
+#define HWY_TARGET_INCLUDE "rt/modelling/surface/block_means.cpp"
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 //
 #include <algorithm>

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "rt/modelling/block_image.h"
+#include "rt/modelling/surface/block_image.h"
 #include "rt/scene/visible_surface.h"
 
 namespace hapticd::rt {

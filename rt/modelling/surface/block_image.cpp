@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "rt/modelling/block_image.cpp"
+#define HWY_TARGET_INCLUDE "rt/modelling/surface/block_image.cpp"
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 //
 #include <algorithm>
@@ -12,7 +12,7 @@
 #include "hwy/cache_control.h"
 #include "hwy/highway.h"
 #include "rt/base/cache_line.h"
-#include "rt/modelling/block_image.h"
+#include "rt/modelling/surface/block_image.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace hapticd::rt::HWY_NAMESPACE {

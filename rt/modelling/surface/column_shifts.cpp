@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/modelling/column_shifts.h"
+#include "rt/modelling/surface/column_shifts.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "rt/modelling/column_shift_kernel.h"
+#include "rt/modelling/surface/column_shift_kernel.h"
 
 namespace hapticd::rt {
 namespace {
