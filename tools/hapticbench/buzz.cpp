@@ -24,7 +24,7 @@ constexpr long kSettle_ticks = 2500;  // the law has seen its frames, and the de
 constexpr long kMeasured_ticks = 9 * static_cast<long>(Spectrum::kSegment) / 2;  // 8 segments, 4.6 s
 constexpr double kStart_m = 0.02;                                                // before the surface
 constexpr double kTarget_m = 0.014;  // of the hand, behind it: 4 mm deep at 500 N/m against 200 N/m
-constexpr double kBreath_m = 0.01;   // half of the breathing's way
+constexpr double kBreath_m = 0.01;   // amplitude of the breathing, 20 mm from end to end
 constexpr double kApproach_m_per_s = 0.1;
 constexpr double kEncoder_m = 5e-5;
 constexpr double kStrokeReach_m = 0.03;
@@ -62,8 +62,9 @@ BodyScene sceneOf(const BuzzCase& buzz) {
 /// Where the hand leads the device along the surface: to and fro at constant speed.
 double alongAt_m(const BuzzCase& buzz, long tick) {
   if (buzz.hand == BuzzHand::still || tick < kSettle_ticks / 2) return 0;
-  const double way_m = kStroke_m_per_s * kPeriod_s * static_cast<double>(tick - kSettle_ticks / 2);
-  const double turn = std::fmod(way_m / (4 * kStrokeReach_m) + 0.25, 1.0);  // 0.25: in the middle, going on
+  const double travelled_m = kStroke_m_per_s * kPeriod_s * static_cast<double>(tick - kSettle_ticks / 2);
+  const double turn =
+      std::fmod(travelled_m / (4 * kStrokeReach_m) + 0.25, 1.0);  // 0.25: in the middle, going on
   return kStrokeReach_m * (1 - 4 * std::abs(turn - 0.5));
 }
 

@@ -39,8 +39,8 @@ struct MeansUpdate {
 
 /// Differences between new disparities of blocks and the expected ones.
 struct Innovations {
-  /// Raw units. Exact in any order of the blocks: the terms are differences of single-precision numbers of a
-  /// size, which leaves enough bits.
+  /// Raw units. The order of the blocks does not matter: a double holds any sum of differences between
+  /// single-precision disparities exactly.
   double sum_raw = 0;
   int count = 0;
 };
