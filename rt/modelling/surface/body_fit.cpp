@@ -284,9 +284,9 @@ BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, double
 
 FocusBody BodyFit::averaged(const FocusBody& now, const Input& input, const Trial& trial) noexcept {
   const DisparityScale& scale = model_.disparity();
-  if (input.is_new) mean_before_ = mean_;
+  const double frames_before = mean_.frames;
+  FocusBody before = mean_.body;
   mean_ = {.body = now, .frames = 1};
-  FocusBody before = mean_before_.body;
   if (!before.exists) return mean_.body;
   const double moved_px = std::hypot(now.column_px - before.column_px, now.row_px - before.row_px);
   before.inverse_depth_per_m += scale.a_per_m * input.moved_raw;
@@ -299,7 +299,7 @@ FocusBody BodyFit::averaged(const FocusBody& now, const Input& input, const Tria
   const double same = fallingStep(contradiction, kSameBody, 3 * kSameBody);
   const double same_at_rest = fallingStep(contradiction / trial.samples, kSamePlace, 2.5 * kSamePlace) *
                               fallingStep(moved_px, kRest_px, 4 * kRest_px);
-  mean_.frames = 1 + std::min(mean_before_.frames, input.max_frames - 1) * std::max(same, same_at_rest);
+  mean_.frames = 1 + std::min(frames_before, input.max_frames - 1) * std::max(same, same_at_rest);
   change(mean_.body, (1 - 1 / mean_.frames) * differenceTo(mean_.body, before, scale.a_per_m), scale.a_per_m);
   return mean_.body;
 }

@@ -37,7 +37,6 @@ class BodyFit {
     ImagePosition focus;
     Facet facet;        ///< the facet at the focus, for the start
     double noise;       ///< see DepthModel::noiseScale()
-    bool is_new;        ///< false: the same frame again, with another focus
     double moved_raw;   ///< change of the disparity at the focus since the frame before, due to motion
     double max_frames;  ///< number of frames averaged, at least 1
   };
@@ -46,7 +45,7 @@ class BodyFit {
   FocusBody fit(const Input& input) noexcept;
 
   /// The next fit starts from its facet.
-  void forget() noexcept { last_.exists = mean_.body.exists = mean_before_.body.exists = false; }
+  void forget() noexcept { last_.exists = mean_.body.exists = false; }
 
  private:
   /// Half the sides of the windows.
@@ -87,12 +86,12 @@ class BodyFit {
   FocusBody combined(const Job& job, const Input& input, std::span<const Trial> trials,
                      std::size_t base) noexcept;
   bool collect(const Job& job, const FocusBody& body, double radius_px, int stride) noexcept;
+  /// Returns the mean of `now` and of what was found before.
+  FocusBody averaged(const FocusBody& now, const Input& input, const Trial& trial) noexcept;
 
   const DepthModel& model_;
   const ColumnShifts& shifts_;
   BodySamples samples_;
-  /// Returns the mean of `now` and of what was found before.
-  FocusBody averaged(const FocusBody& now, const Input& input, const Trial& trial) noexcept;
 
   FocusBody last_;          ///< the fit to the newest frame
   std::size_t window_ = 0;  ///< of last_
@@ -102,8 +101,7 @@ class BodyFit {
     FocusBody body;
     double frames = 0;  ///< number of frames in it
   };
-  Mean mean_;         ///< with the newest frame
-  Mean mean_before_;  ///< without it
+  Mean mean_;
 };
 
 }  // namespace hapticd::rt

@@ -259,10 +259,10 @@ void SurfaceBuilder::startHidden(const Job& job) noexcept {
   continueBlocks(lattice_, job.support, before_, sequence_, visible_, hidden_);
 }
 
-void SurfaceBuilder::fitBody(const Vec3& centre_m_in_world, const Job& job, bool new_frame, double moved_raw,
-                             VisibleSurface& surface) noexcept {
-  const Vec3 focus = model_.positionInCamera(centre_m_in_world);
-  if (!(-focus.z > kNearestDepth_m)) return;
+FocusBody SurfaceBuilder::bodyAt(const Vec3& focus_m_in_world, const Job& job, double moved_raw,
+                                 const VisibleSurface& surface) noexcept {
+  const Vec3 focus = model_.positionInCamera(focus_m_in_world);
+  if (!(-focus.z > kNearestDepth_m)) return {};
   const DepthModelParameters& camera = model_.parameters();
   const ImagePosition image{camera.cx_px - camera.fx_px * focus.x / focus.z,
                             camera.cy_px + camera.fy_px * focus.y / focus.z};
@@ -270,20 +270,20 @@ void SurfaceBuilder::fitBody(const Vec3& centre_m_in_world, const Job& job, bool
   const int row = static_cast<int>(std::lround((image.v - BlockLattice::kMiddle_px) / kBlock_px));
   if (column < job.sites.column_first || column > job.sites.column_last || row < job.sites.row_first ||
       row > job.sites.row_last)
-    return;
+    return {};
   Facet facet = surface.visible.facet[lattice_.at(row, column)];
   facet.disparity +=
       facet.per_column * static_cast<float>(image.u - (column * kBlock_px + BlockLattice::kMiddle_px)) +
       facet.per_row * static_cast<float>(image.v - (row * kBlock_px + BlockLattice::kMiddle_px));
-  surface.body = body_fit_.fit({.image = surface.visible.image,
-                                .pixels = job.pixels,
-                                .focus = image,
-                                .facet = facet,
-                                .noise = job.noise,
-                                .is_new = new_frame,
-                                .moved_raw = moved_raw,
-                                .max_frames = static_cast<double>(max_frames_)});
-  surface.body.per_second = static_cast<double>(facet.per_second);
+  FocusBody body = body_fit_.fit({.image = surface.visible.image,
+                                  .pixels = job.pixels,
+                                  .focus = image,
+                                  .facet = facet,
+                                  .noise = job.noise,
+                                  .moved_raw = moved_raw,
+                                  .max_frames = static_cast<double>(max_frames_)});
+  body.per_second = static_cast<double>(facet.per_second);
+  return body;
 }
 
 void SurfaceBuilder::build(const DisparityFrame& frame, const std::uint16_t* hidden,
@@ -296,6 +296,7 @@ void SurfaceBuilder::build(const DisparityFrame& frame, const std::uint16_t* hid
   surface.hides_anything = false;
   surface.body = {};
   const bool new_frame = static_cast<std::uint32_t>(frame.sequence) != sequence_;
+  if (new_frame) body_ = {};
   beginFrame(frame, parameters);
   column_shifts_.update(frame);
   const Job job = jobFor(centre_m_in_world, radius_m);
@@ -314,10 +315,12 @@ void SurfaceBuilder::build(const DisparityFrame& frame, const std::uint16_t* hid
                                            layout_, job.pixels, gaps_);
   if (surface.hides_anything) startHidden(job);
   buildLayer(visible_, job, region, surface.visible);
-  const double moved_raw = new_frame ? used_rate_ * period_s_ : 0;  // as the means of the blocks
+  const double moved_raw = used_rate_ * period_s_;  // as the means of the blocks
   if (new_frame) estimateMotion(job.block_noise);
   fit(visible_, job, region, surface.visible);
-  fitBody(centre_m_in_world, job, new_frame, moved_raw, surface);
+  // The body stays where it is as long as the frame is the same, so that the surface does not change.
+  if (new_frame) body_ = bodyAt(centre_m_in_world, job, moved_raw, surface);
+  surface.body = body_;
   if (!surface.hides_anything) return;
   buildLayer(hidden_, job, region, surface.hidden);
   fit(hidden_, job, region, surface.hidden);

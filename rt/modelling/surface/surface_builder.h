@@ -82,9 +82,9 @@ class SurfaceBuilder {
   void estimateMotion(double block_noise) noexcept;
   void fit(const BlockMeans& means, const Job& job, const BlockRegion& region, SurfaceLayer& layer) noexcept;
   void startHidden(const Job& job) noexcept;
-  /// `moved_raw`: see BodyFit::Input.
-  void fitBody(const Vec3& centre_m_in_world, const Job& job, bool new_frame, double moved_raw,
-               VisibleSurface& surface) noexcept;
+  /// Returns the body that the frame shows at the focus. `moved_raw`: see BodyFit::Input.
+  FocusBody bodyAt(const Vec3& focus_m_in_world, const Job& job, double moved_raw,
+                   const VisibleSurface& surface) noexcept;
 
   const DepthModel& model_;
   BlockLattice lattice_;
@@ -99,6 +99,7 @@ class SurfaceBuilder {
   std::unique_ptr<float[]> fit_blocks_;
   FacetMemory fit_memory_;
   BodyFit body_fit_;
+  FocusBody body_;  ///< of the newest frame, around the first place that it was built around
 
   // State of the newest frame.
   std::uint32_t sequence_ = 0;  ///< 0: none

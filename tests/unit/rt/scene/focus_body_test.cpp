@@ -199,7 +199,6 @@ double worstError_m(const std::vector<tools::TrueBody>& bodies, double distance_
                                      .focus = focus,
                                      .facet = facet,
                                      .noise = 1,
-                                     .is_new = true,
                                      .moved_raw = 0,
                                      .max_frames = 8});
     if (!body.exists) return std::numeric_limits<double>::infinity();
