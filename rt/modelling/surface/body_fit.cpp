@@ -152,6 +152,17 @@ Vector6 differenceTo(const FocusBody& body, const FocusBody& other, double a_per
   return difference;
 }
 
+/// Returns 1 if the fit to a new frame is of the same body as the mean of the fits before, 0 if the frame
+/// contradicts that by more than noise. `samples`: number of patches of the noise in the window. Under a
+/// focus at rest it is the same body as long as the pixels differ by no more than the sensor's own drift.
+double sameness(const Vector6& difference, const Matrix6& information, double samples, double moved_px) {
+  const double contradiction = difference.dot(information * difference);
+  const double same = fallingStep(contradiction, kSameBody, 3 * kSameBody);
+  const double same_at_rest = fallingStep(contradiction / samples, kSamePlace, 2.5 * kSamePlace) *
+                              fallingStep(moved_px, kRest_px, 4 * kRest_px);
+  return std::max(same, same_at_rest);
+}
+
 }  // namespace
 
 FocusBody BodyFit::startOf(const Input& input) const noexcept {
@@ -175,6 +186,18 @@ FocusBody BodyFit::startOf(const Input& input) const noexcept {
   body.updateMatrix();
   body.exists = body.inverse_depth_per_m > 0 && dot(body.normal, body.ray()) < 0;
   return body;
+}
+
+double BodyFit::Misfit::agreement() const noexcept {
+  return fallingStep(of_cells, kNoiseMisfit, 2 * kNoiseMisfit) *
+         fallingStep(beside, kBesideShare, 2.5 * kBesideShare) *
+         fallingStep(residual, kNoiseResidual, 1.25 * kNoiseResidual);
+}
+
+BodyFit::Misfit BodyFit::Misfit::mixedWith(const Misfit& before, double share) const noexcept {
+  return {.of_cells = std::lerp(before.of_cells, of_cells, share),
+          .residual = std::lerp(before.residual, residual, share),
+          .beside = std::lerp(before.beside, beside, share)};
 }
 
 bool BodyFit::collect(const Job& job, const FocusBody& body, double radius_px, int stride) noexcept {
@@ -225,9 +248,7 @@ BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, double
               .chosen = start,
               .agrees = 0,
               .radius_px = kRadius_m[window] * job.px_per_m,
-              .area_px = 0,
-              .information = {},
-              .samples = 1};
+              .area_px = 0};
   const int stride = strideFor(trial.radius_px, area_px);
   if (trial.radius_px < kLeastRadius_px || !collect(job, start, trial.radius_px, stride)) return trial;
   const double per_patch = kPatch_px * kPatch_px / static_cast<double>(stride * stride);
@@ -259,49 +280,37 @@ BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, double
     const double mean = equations.cell_residual[cell] / weight;
     misfit += mean * mean / (job.sigma_raw * job.sigma_raw * std::min(1.0, per_patch / weight));
   }
-  const double residual = std::sqrt(equations.square / std::max(1e-9, equations.weight)) / job.sigma_raw;
+  const Misfit now{
+      .of_cells = misfit,
+      .residual = std::sqrt(equations.square / std::max(1e-9, equations.weight)) / job.sigma_raw,
+      .beside = equations.unexplained / std::max(1.0, equations.explained + equations.unexplained)};
+  Window& known = windows_[window];
+  const double same = known.frames > 0 ? sameness(differenceTo(trial.fitted, known.mean, job.measure.a_per_m),
+                                                  matrix / variance,
+                                                  std::max(1.0, equations.weight / per_patch), job.moved_px)
+                                       : 0;
+  // What changes from frame to frame decides neither the body nor how wide it is.
+  known.misfit = now.mixedWith(known.misfit, std::max(job.new_share, 1 - same));
+  known.frames = 1 + same * std::min(known.frames, job.max_frames - 1);
+  known.tried = true;
+  const double before_share = 1 - 1 / known.frames;
+  FocusBody mean = trial.fitted;
+  if (before_share > 0)
+    change(mean, before_share * differenceTo(mean, known.mean, job.measure.a_per_m), job.measure.a_per_m);
+  known.mean = mean;
   trial.area_px = std::max(equations.explained, 1.0) * stride * stride;
-  const double beside = equations.unexplained / std::max(1.0, equations.explained + equations.unexplained);
-  if (equations.weight * stride * stride > kLeastPixels) {
-    trial.agrees = fallingStep(misfit, kNoiseMisfit, 2 * kNoiseMisfit) *
-                   fallingStep(beside, kBesideShare, 2.5 * kBesideShare) *
-                   fallingStep(residual, kNoiseResidual, 1.25 * kNoiseResidual);
-  }
+  if (equations.weight * stride * stride > kLeastPixels) trial.agrees = known.misfit.agreement();
   // What the noise leaves open.
-  const double less_noise = 1 - (1 - kLeastNoise) * fallingStep(residual, 0.2, 0.5);
+  const double less_noise = 1 - (1 - kLeastNoise) * fallingStep(now.residual, 0.2, 0.5);
   const Matrix6 covariance = less_noise * variance * factors.solve(Matrix6::Identity());
   const Matrix3 of_curvature = covariance.block<3, 3>(3, 3);
-  const TangentCurvature& k = trial.fitted.curvature;
+  const TangentCurvature& k = mean.curvature;
   Vector6 by;
   by.tail<3>() = preferred(Vector3(k.along_1, k.twist, k.along_2), of_curvature, job.prior);
   by.head<3>() = covariance.block<3, 3>(0, 3) * (of_curvature.inverse() * by.tail<3>());
-  Eigen::Map<Matrix6>(trial.information.data()) = matrix / variance;
-  trial.samples = std::max(1.0, equations.weight / per_patch);
-  trial.chosen = trial.fitted;
+  trial.chosen = mean;
   change(trial.chosen, by, job.measure.a_per_m);
   return trial;
-}
-
-FocusBody BodyFit::averaged(const FocusBody& now, const Input& input, const Trial& trial) noexcept {
-  const DisparityScale& scale = model_.disparity();
-  const double frames_before = mean_.frames;
-  FocusBody before = mean_.body;
-  mean_ = {.body = now, .frames = 1};
-  if (!before.exists) return mean_.body;
-  const double moved_px = std::hypot(now.column_px - before.column_px, now.row_px - before.row_px);
-  before.inverse_depth_per_m += scale.a_per_m * input.moved_raw;
-  before = before.movedTo(now.ray_x - before.ray_x, now.ray_y - before.ray_y);
-  if (!before.exists) return mean_.body;
-  // A body that the frame contradicts by more than noise is another one. Under a focus at rest it is the same
-  // as long as the pixels differ by no more than the sensor's own drift.
-  const Vector6 off = differenceTo(trial.chosen, before, scale.a_per_m);
-  const double contradiction = off.dot(Eigen::Map<const Matrix6>(trial.information.data()) * off);
-  const double same = fallingStep(contradiction, kSameBody, 3 * kSameBody);
-  const double same_at_rest = fallingStep(contradiction / trial.samples, kSamePlace, 2.5 * kSamePlace) *
-                              fallingStep(moved_px, kRest_px, 4 * kRest_px);
-  mean_.frames = 1 + std::min(frames_before, input.max_frames - 1) * std::max(same, same_at_rest);
-  change(mean_.body, (1 - 1 / mean_.frames) * differenceTo(mean_.body, before, scale.a_per_m), scale.a_per_m);
-  return mean_.body;
 }
 
 BodyFit::Job BodyFit::jobFor(const Input& input, double depth_m) const noexcept {
@@ -311,6 +320,7 @@ BodyFit::Job BodyFit::jobFor(const Input& input, double depth_m) const noexcept 
   const double tolerance_raw = kTolerance_sigma * sigma_raw;
   const double unit_m = scale.unit_m(depth_m);
   const double usual = depth_m / kUsualRadius_m;
+  const double moved_px = std::hypot(input.focus.u - last_.column_px, input.focus.v - last_.row_px);
   return {.image = input.image,
           .pixels = input.pixels,
           .measure = {.focal_x_px = camera.fx_px,
@@ -322,7 +332,10 @@ BodyFit::Job BodyFit::jobFor(const Input& input, double depth_m) const noexcept 
           .sigma_raw = sigma_raw,
           .unit_m = unit_m,
           .px_per_m = camera.fx_px / depth_m,
-          .prior = usual * usual};
+          .prior = usual * usual,
+          .moved_px = moved_px,
+          .max_frames = input.max_frames,
+          .new_share = std::min(1.0, 1 / input.max_frames + moved_px / kPatch_px)};
 }
 
 FocusBody BodyFit::movedTo(const Input& input) const noexcept {
@@ -339,12 +352,26 @@ FocusBody BodyFit::movedTo(const Input& input) const noexcept {
   return same;
 }
 
+void BodyFit::moveWindows(const Input& input, bool warm) noexcept {
+  const FocusBody here = startOf(input);
+  for (Window& window : windows_) {
+    if (!warm || !window.tried) window.frames = 0;
+    window.tried = false;
+    if (!(window.frames > 0)) continue;
+    FocusBody& mean = window.mean;
+    mean.inverse_depth_per_m += model_.disparity().a_per_m * input.moved_raw;
+    mean = mean.movedTo(here.ray_x - mean.ray_x, here.ray_y - mean.ray_y);
+    if (!mean.exists) window.frames = 0;
+  }
+}
+
 FocusBody BodyFit::fit(const Input& input) noexcept {
   const FocusBody cold_start = startOf(input);
   const FocusBody warm_start = movedTo(input);
-  if (input.facet.disparity < 0 || !cold_start.exists) return mean_.body = last_ = {};
+  if (input.facet.disparity < 0 || !cold_start.exists) return last_ = {};
   const bool warm = warm_start.exists;
   const FocusBody& start = warm ? warm_start : cold_start;
+  moveWindows(input, warm);
   const Job job = jobFor(input, 1 / start.inverse_depth_per_m);
   std::size_t smallest = 0;
   while (smallest + 1 < kWindows && kRadius_m[smallest] * job.px_per_m < kLeastRadius_px) ++smallest;
@@ -360,24 +387,24 @@ FocusBody BodyFit::fit(const Input& input) noexcept {
     trials[base] = tryWindow(job, start, area_px, base, !warm);
   }
   if (trials[base].agrees < 1 && warm) {
+    windows_[base].frames = 0;
     const Trial again = tryWindow(job, cold_start, kWholeWindow, base, true);
     if (again.agrees > trials[base].agrees) {
       trials[base] = again;
       top = base;
     }
   }
-  if (!(trials[base].agrees > 0)) return mean_.body = last_ = {};
+  if (!(trials[base].agrees > 0)) return last_ = {};
   while (trials[top].agrees > kLeastShare && top + 1 < kWindows) {
     const double growth = kRadius_m[top + 1] / kRadius_m[top];
     trials[top + 1] =
         tryWindow(job, trials[top].fitted, growth * growth * trials[top].area_px, top + 1, true);
     ++top;
   }
-  return combined(job, input, std::span(trials).subspan(base, top - base + 1), base);
+  return combined(job, std::span(trials).subspan(base, top - base + 1), base);
 }
 
-FocusBody BodyFit::combined(const Job& job, const Input& input, std::span<const Trial> trials,
-                            std::size_t base) noexcept {
+FocusBody BodyFit::combined(const Job& job, std::span<const Trial> trials, std::size_t base) noexcept {
   const double a_per_m = job.measure.a_per_m;
   FocusBody result = trials[0].chosen;
   result.radius_px = trials[0].agrees * trials[0].radius_px;
@@ -391,13 +418,13 @@ FocusBody BodyFit::combined(const Job& job, const Input& input, std::span<const 
     result.radius_px += share * (trials[i].radius_px - result.radius_px);
   }
   result.exists = isFinite(result.normal) && result.inverse_depth_per_m > 0;
-  if (!result.exists) return mean_.body = last_ = {};
+  if (!result.exists) return last_ = {};
   result.tolerance_raw = job.measure.tolerance_raw;
   window_ = base + last;
   area_px_ = trials[last].area_px;
   last_ = trials[last].fitted;
   last_.exists = true;
-  return averaged(result, input, trials[last]);
+  return result;
 }
 
 }  // namespace hapticd::rt

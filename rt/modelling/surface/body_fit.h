@@ -45,12 +45,31 @@ class BodyFit {
   FocusBody fit(const Input& input) noexcept;
 
   /// The next fit starts from its facet.
-  void forget() noexcept { last_.exists = mean_.body.exists = false; }
+  void forget() noexcept { last_.exists = false; }
 
  private:
   /// Half the sides of the windows.
   static constexpr std::array kRadius_m{0.014, 0.022, 0.036, 0.06, 0.1};
   static constexpr std::size_t kWindows = kRadius_m.size();
+
+  /// How little the residuals in a window look like those of one body in noise.
+  struct Misfit {
+    double of_cells = 0;  ///< sum of the squares of the cells' mean residuals, in standard deviations
+    double residual = 0;  ///< RMS, in standard deviations
+    double beside = 0;    ///< share of pixels that touch the body without belonging to it
+
+    /// Returns 0 if the pixels are not of one body, 1 if the residuals look like noise.
+    double agreement() const noexcept;
+    /// Returns a mean with `before`; `share`: of this one.
+    Misfit mixedWith(const Misfit& before, double share) const noexcept;
+  };
+  /// What is known of a window from the frames before.
+  struct Window {
+    bool tried = false;  ///< in the newest frame
+    double frames = 0;   ///< number of frames in the means; 0: none
+    FocusBody mean;      ///< of the fits
+    Misfit misfit;       ///< mean
+  };
 
   /// What a fit works on.
   struct Job {
@@ -60,18 +79,18 @@ class BodyFit {
     double sigma_raw;  ///< standard deviation of a pixel
     double unit_m;     ///< depth of a raw unit
     double px_per_m;
-    double prior;  ///< variance of the curvatures
+    double prior;       ///< variance of the curvatures
+    double moved_px;    ///< displacement of the focus since the frame before
+    double max_frames;  ///< see Input
+    double new_share;   ///< share of this frame in the mean misfits
   };
   /// The fit in one window.
   struct Trial {
-    FocusBody fitted;
-    FocusBody chosen;  ///< `fitted` with planes, spheres and cylinders preferred
-    double agrees;     ///< 0: the pixels are not of one body; 1: the residuals look like noise
+    FocusBody fitted;  ///< to the newest frame
+    FocusBody chosen;  ///< mean over the last frames, with planes, spheres and cylinders preferred
+    double agrees;     ///< see Misfit::agreement()
     double radius_px;
     double area_px;  ///< that the body covers
-    /// Inverse covariance of the parameters by the frame's noise alone, in the basis of `chosen`.
-    std::array<double, 36> information;
-    double samples;  ///< sum of the weights of the samples, in patches of the noise
   };
 
   /// `area_px`: how much of the window the body covers, as far as known.
@@ -83,11 +102,10 @@ class BodyFit {
   FocusBody movedTo(const Input& input) const noexcept;
   Job jobFor(const Input& input, double depth_m) const noexcept;
   /// Blends the fits in windows of growing size, the first of which is `base`.
-  FocusBody combined(const Job& job, const Input& input, std::span<const Trial> trials,
-                     std::size_t base) noexcept;
+  FocusBody combined(const Job& job, std::span<const Trial> trials, std::size_t base) noexcept;
   bool collect(const Job& job, const FocusBody& body, double radius_px, int stride) noexcept;
-  /// Returns the mean of `now` and of what was found before.
-  FocusBody averaged(const FocusBody& now, const Input& input, const Trial& trial) noexcept;
+  /// Moves what is known of the windows to the new focus.
+  void moveWindows(const Input& input, bool warm) noexcept;
 
   const DepthModel& model_;
   const ColumnShifts& shifts_;
@@ -96,12 +114,7 @@ class BodyFit {
   FocusBody last_;          ///< the fit to the newest frame
   std::size_t window_ = 0;  ///< of last_
   double area_px_ = 0;      ///< of last_ in that window
-  /// Mean over the last frames.
-  struct Mean {
-    FocusBody body;
-    double frames = 0;  ///< number of frames in it
-  };
-  Mean mean_;
+  std::array<Window, kWindows> windows_;
 };
 
 }  // namespace hapticd::rt

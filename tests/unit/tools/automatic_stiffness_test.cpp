@@ -70,12 +70,14 @@ class Automatic {
   }
   rt::Tick tick(double above_m, double period_s = kLoop_s) { return box_.tick(hip(above_m), period_s); }
 
-  /// How deep a HIP at a fixed place inside the plane is, as the law sees it in the newest frame.
+  /// How deep a HIP at a fixed place inside the plane is, as the law sees it in the newest frame. The probe's
+  /// HIP is where the box's is while the frame is modelled, so that both have the same surface.
   double lawDepth() {
     probe_.show(*frame_);
-    if (!pushed_) probe_.lawForce(hip());
-    pushed_ = true;
-    return probe_.lawForce(hip(-kAbove_m)).depth_m;
+    probe_.lawForce(hip());
+    const double depth_m = probe_.lawForce(hip(-kAbove_m)).depth_m;
+    probe_.lawForce(hip());
+    return depth_m;
   }
 
  private:
@@ -86,7 +88,6 @@ class Automatic {
   std::unique_ptr<rt::DepthFrame> frame_ = std::make_unique<rt::DepthFrame>();
   std::uint64_t frames_ = 0;
   double time_s_ = 0;
-  bool pushed_ = false;
 };
 
 /// Standard deviation over a second of frames, mean over all such spans.
