@@ -91,6 +91,9 @@ struct HandleDriver {
   bool stands_in = false;  ///< for a device: its parameters are for tests and demonstrations
   /// Whether the device exerts forces; its thread then has real-time priority.
   bool (*exerts_force)(const HandleSettings&) = [](const HandleSettings&) { return true; };
+  /// Step of the positions that the device measures, which the driver's thread interpolates; 0: unknown or
+  /// none.
+  double position_step_m = 0;
   /// Mass of the lightest device behind the driver, at the hand; that of the lightest desktop styluses
   /// (Phantom Omni) where any device may be behind it.
   double (*device_mass_kg)(const HandleSettings&) = [](const HandleSettings&) { return 0.045; };

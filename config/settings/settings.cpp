@@ -57,6 +57,10 @@ double HandleSettings::effectiveDeviceMass_kg() const {
   return device_mass_kg > 0 ? device_mass_kg : driverOf(*this).device_mass_kg(*this);
 }
 
+double HandleSettings::effectivePositionStep_m() const {
+  return position_step_m > 0 ? position_step_m : driverOf(*this).position_step_m;
+}
+
 bool CameraSettings::deliversDepth() const {
   return driverOf(*this).depth_model(*this).has_value();
 }

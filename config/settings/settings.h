@@ -134,6 +134,7 @@ struct HandleSettings : DriverSettings, PoseSettings, rt::HandleScaleParameters 
   std::string serial;                ///< of the device to use; empty: the first one found
   int clutch_button = -1;            ///< while it is held the handle moves and the HIP does not; -1: none
   double resolution_m = 5e-5;        ///< smallest motion of the hand above the device's noise
+  double position_step_m = 0;        ///< of the positions that the device measures; 0: that of the driver
   /// From a command's arrival at the device to the force, beyond what its driver measures.
   double device_latency_s = 0;
   bool measure_latency = true;  ///< rt::HandleState::probes, of devices that exert forces over a link
@@ -141,6 +142,8 @@ struct HandleSettings : DriverSettings, PoseSettings, rt::HandleScaleParameters 
 
   /// Returns device_mass_kg, or the driver's default if that is 0.
   double effectiveDeviceMass_kg() const;
+  /// Returns position_step_m, or the driver's default if that is 0; 0: positions are exact.
+  double effectivePositionStep_m() const;
 };
 
 /// The LEDs. Each line is in the form of lineAddressFrom() (line_address.h); empty: no such LED.

@@ -47,10 +47,12 @@ HandleFrame::HandleFrame(const config::HandleSettings& settings, const rt::Handl
       clutch_button_(settings.clutch_button),
       device_latency_s_(settings.device_latency_s),
       measures_latency_(settings.measure_latency),
+      tracker_(settings.effectivePositionStep_m()),
       velocity_(settings.resolution_m) {}
 
 void HandleFrame::beginSession() {
   ++session_;
+  tracker_.reset();
   velocity_.reset();
   check_.reset();
   distrusted_ = false;
@@ -64,13 +66,14 @@ Vec3 HandleFrame::toWorldAxes(const Vec3& v) const {
 }
 
 rt::HandleState HandleFrame::stateOf(const HandleMeasurement& measurement) {
-  const Vec3 estimated = velocity_.add(measurement.position_m_in_handle, measurement.time_ns);
+  const Vec3 position = tracker_.add(measurement.position_m_in_handle, measurement.time_ns);
+  const Vec3 estimated = velocity_.add(position, measurement.time_ns);
   const auto& claimed = measurement.velocity_m_per_s_in_handle;
   const bool contradicted =
       claimed && check_.add(measurement.position_m_in_handle, measurement.time_ns, *claimed, estimated);
   distrusted_ = distrusted_ || contradicted;
   const Vec3 velocity = claimed && !distrusted_ ? *claimed : estimated;
-  const Vec3 unclutched = origin_m_in_world_ + motion_scale_ * toWorldAxes(measurement.position_m_in_handle);
+  const Vec3 unclutched = origin_m_in_world_ + motion_scale_ * toWorldAxes(position);
 
   rt::HandleState state;
   state.position_m_in_world = unclutched + clutch_offset_m_in_world_;

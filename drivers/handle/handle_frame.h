@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "config/settings/settings.h"
+#include "drivers/handle/position_tracker.h"
 #include "drivers/handle/velocity_estimator.h"
 #include "rt/base/vec3.h"
 #include "rt/channels/handle_channel.h"
@@ -60,16 +61,16 @@ struct HandleMeasurement {
 };
 
 /// Converts between the device's frame and the world frame: pose (T_world_handle), motion scale, clutch and
-/// velocity. A velocity that contradicts the positions is replaced by one estimated from these, for the rest
-/// of the session. The HIP is  position + R (scale * p_in_handle) + offset, where the offset accumulates the
-/// clutched displacements.
-/// Thread: one.  Progress: wait-free.  RT: safe.
+/// velocity. Positions that the device measures in steps are interpolated. A velocity that contradicts the
+/// positions is replaced by one estimated from these, for the rest of the session. The HIP is  position + R
+/// (scale * p_in_handle) + offset, where the offset accumulates the clutched displacements. Thread: one.
+/// Progress: wait-free.  RT: safe.
 class HandleFrame {
  public:
   HandleFrame(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale);
 
-  /// Begins a new session after the device was opened or reconnected and resets the velocity. The clutch
-  /// offset is kept.
+  /// Begins a new session after the device was opened or reconnected; earlier positions do not count. The
+  /// clutch offset is kept.
   void beginSession();
 
   /// Returns the state to publish; its sequence number is incremented each time.
@@ -89,6 +90,7 @@ class HandleFrame {
   int clutch_button_;
   double device_latency_s_;
   bool measures_latency_;
+  PositionTracker tracker_;
   VelocityEstimator velocity_;
   VelocityCheck check_;
   bool distrusted_ = false;  // the device's velocity was contradicted in this session

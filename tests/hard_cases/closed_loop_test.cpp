@@ -50,7 +50,7 @@ class ClosedLoop : public testing::TestWithParam<const char*> {
                   .hand_damping_n_s_per_m = hand_damping_n_s_per_m};
     rig.quantum_m = of.quantum_m;
     rig.delay_ticks = of.delay_ticks;
-    rig.driver_velocity = true;
+    rig.as_driver = true;
     return rig;
   }
 };

@@ -106,7 +106,7 @@ Rig rigOf(double mass_kg, int delay_ticks, double hand_stiffness_n_per_m, double
                 .hand_damping_n_s_per_m = hand_damping_n_s_per_m};
   rig.quantum_m = 55e-6;
   rig.delay_ticks = delay_ticks;
-  rig.driver_velocity = true;
+  rig.as_driver = true;
   return rig;
 }
 

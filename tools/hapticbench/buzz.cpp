@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "config/settings/settings.h"
+#include "drivers/handle/position_tracker.h"
 #include "drivers/handle/simulated/device_and_hand.h"
 #include "drivers/handle/velocity_estimator.h"
 #include "tools/hapticbench/engine/spectrum.h"
@@ -76,6 +77,7 @@ class BuzzLoop {
         surface_(surfaceAt(buzz.distance_m)),
         scene_(sceneOf(buzz)),
         box_(shippedBox(buzz.law, buzz.distance_m, cameraOf(buzz))),
+        tracker_(buzz.without == BuzzWithout::encoder ? 0 : kEncoder_m),
         velocity_(config::HandleSettings{}.resolution_m),
         motion_(kDevice, kPeriod_s, kSubSteps) {
     if (buzz.without == BuzzWithout::damping) {
@@ -88,8 +90,9 @@ class BuzzLoop {
   /// The next tick's command.
   Vec3 tick() {
     showFrame();
-    const Vec3 measured = measuredPosition_m();
-    const Vec3 velocity = velocity_.add(measured, (tick_ + 1) * kPeriod_ns);
+    const std::int64_t now_ns = (tick_ + 1) * kPeriod_ns;
+    const Vec3 measured = tracker_.add(measuredPosition_m(), now_ns);
+    const Vec3 velocity = velocity_.add(measured, now_ns);
     const Vec3 command_n = box_->tick(measured, kPeriod_s, velocity).command_force_n_in_world;
     // a surface that breathes comes towards the hand by twice that from where it begins
     const double deepest_m = kTarget_m - (buzz_.scene == BuzzScene::breathing ? kBreath_m : 0);
@@ -129,6 +132,7 @@ class BuzzLoop {
   RigidFrame surface_;
   BodyScene scene_;
   std::unique_ptr<OfflineBox> box_;
+  drivers::PositionTracker tracker_;
   drivers::VelocityEstimator velocity_;
   drivers::Motion motion_;
   std::vector<rt::DepthFrame> frames_ = std::vector<rt::DepthFrame>(2);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "config/settings/settings.h"
+#include "drivers/handle/position_tracker.h"
 #include "drivers/handle/velocity_estimator.h"
 #include "tools/hapticbench/stability.h"
 
@@ -95,6 +96,7 @@ class Simulation {
         rig_(rig),
         tap_(tap),
         potential_j_(std::move(potential_j)),
+        tracker_(rig.quantum_m),
         velocity_(config::HandleSettings{}.resolution_m),
         motion_(rig.system, kTick_s, rig.sub_steps) {
     wall_.approach(tap.start_m);
@@ -136,7 +138,7 @@ class Simulation {
   }
 
   void tick() {
-    const double measured_m = quantised(motion_.position_m());
+    const double measured_m = measuredPosition_m();
     under_way_.push_back(wall_.force_n(measured_m, velocity_m_per_s(measured_m)));
     measured_m_ = measured_m;
     const double force_n = under_way_.front();
@@ -147,10 +149,17 @@ class Simulation {
     away_ = !(std::abs(motion_.position_m()) < kAway_m);
   }
 
-  double velocity_m_per_s(double measured_m) {
-    if (!rig_.driver_velocity) return (measured_m - measured_m_) / kTick_s;
+  std::int64_t now_ns() const {
     constexpr std::int64_t kTick_ns = 1'000'000;
-    return velocity_.add({measured_m, 0, 0}, static_cast<std::int64_t>(forces_n_.size() + 1) * kTick_ns).x;
+    return static_cast<std::int64_t>(forces_n_.size() + 1) * kTick_ns;
+  }
+  double measuredPosition_m() {
+    const double position_m = quantised(motion_.position_m());
+    return rig_.as_driver ? tracker_.add({position_m, 0, 0}, now_ns()).x : position_m;
+  }
+  double velocity_m_per_s(double measured_m) {
+    if (!rig_.as_driver) return (measured_m - measured_m_) / kTick_s;
+    return velocity_.add({measured_m, 0, 0}, now_ns()).x;
   }
 
   void addMostGiven(ContactRun& run) const {
@@ -170,6 +179,7 @@ class Simulation {
   Rig rig_;
   Tap tap_;
   Potential potential_j_;
+  drivers::PositionTracker tracker_;
   drivers::VelocityEstimator velocity_;
   drivers::Motion motion_;
   double measured_m_;

@@ -280,7 +280,7 @@ DefaultRun runDefaults(const LoopCase& loop) {
   wall->set(defaults.force.stiffness_n_per_m, defaults.contact.damping_n_s_per_m);
   wall->reportDelay_s(loop.delay_ticks * kTick_s);
   Rig rig = rigOf(loop);
-  rig.driver_velocity = true;
+  rig.as_driver = true;
   const StaticPotential potential(*wall);
   const Tap tap = tapOf(*wall, loop, defaults.force.stiffness_n_per_m);
   DefaultRun result{loop, runContact(*wall, rig, tap, [&](double h_m) { return potential.energy_j(h_m); })};

@@ -106,7 +106,9 @@ struct Rig {
   double quantum_m = 0;  ///< of the measured position; 0: none
   int delay_ticks = 0;   ///< after the law, 0..100
   int sub_steps = 20;
-  bool driver_velocity = false;  ///< by drivers::VelocityEstimator, with the shipped resolution
+  /// Position and velocity as drivers compute them, with the shipped resolution: drivers::PositionTracker and
+  /// VelocityEstimator; otherwise as the device measures them.
+  bool as_driver = false;
 };
 
 /// How contact begins and what holds the device against the wall.

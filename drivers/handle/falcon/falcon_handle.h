@@ -93,6 +93,7 @@ inline constexpr config::HandleDriver kFalconHandle{
     .word = "falcon",
     .help = "a Novint Falcon, whose firmware image is Novint's and not part of hapticd",
     .parameters = kFalconHandleRows,
+    .position_step_m = 4e-5,  // a count turns a thigh of 60 mm by 0.64 mrad
     .check =
         [](const config::Settings& settings, std::vector<config::Conflict>& conflicts) {
           if (settings.handle.driver != "falcon" ||

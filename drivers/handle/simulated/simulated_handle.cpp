@@ -7,6 +7,7 @@
 #include <cmath>
 #include <ctime>
 
+#include "drivers/handle/position_tracker.h"
 #include "drivers/handle/velocity_estimator.h"
 #include "rt/base/clock.h"
 
@@ -31,11 +32,11 @@ base::Result<void> check(const SimulatedHandleSettings& settings) {
   return requireAboveZero("length of the direction of approach", norm(settings.direction_in_world));
 }
 
-/// Measures exactly, or with the resolution of encoders: quantised positions and a velocity estimated from
-/// them.
+/// Measures exactly, or with the resolution of encoders: quantised positions, interpolated as those of a
+/// device, and a velocity estimated from them.
 class Encoders {
  public:
-  explicit Encoders(double quantum_m) : quantum_m_(quantum_m), velocity_(quantum_m) {}
+  explicit Encoders(double quantum_m) : quantum_m_(quantum_m), tracker_(quantum_m), velocity_(quantum_m) {}
 
   /// Fills `state`, except time_ns, which must be set already.
   void measure(const SimulatedHand& hand, rt::HandleState& state) {
@@ -43,7 +44,7 @@ class Encoders {
     state.velocity_m_per_s_in_world = hand.velocity_m_per_s_in_world();
     if (quantum_m_ <= 0) return;
     rt::Vec3& p = state.position_m_in_world;
-    p = {rounded(p.x), rounded(p.y), rounded(p.z)};
+    p = tracker_.add({rounded(p.x), rounded(p.y), rounded(p.z)}, state.time_ns);
     state.velocity_m_per_s_in_world = velocity_.add(p, state.time_ns);
   }
 
@@ -51,6 +52,7 @@ class Encoders {
   double rounded(double position_m) const { return quantum_m_ * std::round(position_m / quantum_m_); }
 
   double quantum_m_;
+  PositionTracker tracker_;
   VelocityEstimator velocity_;
 };
 

@@ -70,7 +70,7 @@ inline constexpr auto kSimulatedHandleRows = std::to_array<config::Parameter>({
         "dry friction of the handle, along each axis"),
     config::row<HAPTICD_OWN_MEMBER(handle, SimulatedHandleSettings, position_quantum_m)>(
         "simulated_handle.position_quantum_m", config::Effect::restart, "m", {0, 0.001}, "",
-        "resolution of the measured position, from which the velocity is then estimated; 0: exact"),
+        "steps of the measured position, which is then interpolated and the velocity estimated from it; 0: exact"),
     config::row<HAPTICD_OWN_MEMBER(handle, SimulatedHandleSettings, hand_stiffness_n_per_m)>(
         "simulated_handle.hand_stiffness_n_per_m", config::Effect::restart, "N/m", {1, 5000}, "",
         "stiffness of the hand's grip"),

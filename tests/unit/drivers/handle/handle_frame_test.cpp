@@ -114,6 +114,85 @@ TEST(HandleFrame, CountsMeasurementsAndSessionsAndPassesOnTheDevicesState) {
   EXPECT_EQ(second.session, 2U);
 }
 
+// ---- Position
+
+constexpr double kStep_m = 5e-5;
+
+double rounded(double position_m) {
+  return kStep_m * std::round(position_m / kStep_m);
+}
+
+/// A hand's motion: a few sines of random frequency, up to 10 Hz, and amplitude.
+double wanderAt(unsigned seed, double t_s) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> share(0, 1);
+  double position_m = 0;
+  for (int i = 0; i < 4; ++i) {
+    const double hz = std::pow(10, 2 * share(random) - 1);
+    position_m += 0.01 * share(random) / hz * std::sin(2 * std::numbers::pi * (hz * t_s + share(random)));
+  }
+  return position_m;
+}
+
+TEST(PositionTracker, StaysWithinHalfAStepOfWhatIsMeasuredAndAStepOfTheTruth) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    PositionTracker tracker(kStep_m);
+    for (int i = 0; i < 3000; ++i) {
+      const double true_m = wanderAt(seed, i * 1e-3);
+      const double found_m = tracker.add({0, rounded(true_m), 0}, i * kPeriodNs).y;
+      ASSERT_LE(std::abs(found_m - rounded(true_m)), 0.5 * kStep_m * (1 + 1e-9)) << seed;
+      ASSERT_LE(std::abs(found_m - true_m), kStep_m * (1 + 1e-9)) << seed;
+    }
+  }
+}
+
+// Rounding has an error of 0.29 steps RMS that jumps; what the interpolation leaves changes slowly.
+TEST(PositionTracker, InterpolatesASteadyMotion) {
+  for (const double speed : {0.002, 0.011, 0.03, 0.1}) {
+    PositionTracker tracker(kStep_m);
+    double last_m = 0;
+    double largest_m_per_s = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const double found_m = tracker.add({0, 0, rounded(speed * i * 1e-3)}, i * kPeriodNs).z;
+      if (i >= 1000) largest_m_per_s = std::max(largest_m_per_s, std::abs((found_m - last_m) / 1e-3 - speed));
+      last_m = found_m;
+    }
+    EXPECT_LT(largest_m_per_s, 0.1 * kStep_m / 1e-3) << speed << " m/s: a step in one tick is ten times this";
+  }
+}
+
+TEST(PositionTracker, IsStillWhereAHandRestsBetweenTwoSteps) {
+  PositionTracker tracker(kStep_m);
+  std::mt19937 random(1);
+  std::normal_distribution<double> tremor(0.5 * kStep_m, 0.1 * kStep_m);
+  Vec3 settled;
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 found = tracker.add({rounded(tremor(random)), 0, 0}, i * kPeriodNs);
+    if (i == 200) settled = found;
+    if (i > 200) {
+      ASSERT_EQ(found, settled);
+    }
+  }
+}
+
+TEST(PositionTracker, ReturnsAnExactPositionAsItIs) {
+  PositionTracker tracker(0);
+  for (int i = 0; i < 100; ++i) {
+    const Vec3 place{wanderAt(1, i * 1e-3), wanderAt(2, i * 1e-3), 0};
+    EXPECT_EQ(tracker.add(place, i * kPeriodNs), place);
+  }
+}
+
+TEST(PositionTracker, BeginsAnewAfterAPause) {
+  PositionTracker tracker(kStep_m);
+  for (int i = 0; i < 100; ++i) tracker.add({rounded(0.05 * i * 1e-3), 0, 0}, i * kPeriodNs);
+  const Vec3 later{100 * kStep_m, 0, 0};
+  EXPECT_EQ(tracker.add(later, 1'000 * kPeriodNs), later);
+  EXPECT_EQ(tracker.add(later, 1'001 * kPeriodNs), later) << "with no velocity";
+  tracker.reset();
+  EXPECT_EQ(tracker.add({}, 1'002 * kPeriodNs), Vec3{});
+}
+
 // ---- Velocity
 
 /// Returns the velocity estimates for a motion sampled at 1 kHz and rounded to `quantum_m`; `resolution_m`:
