@@ -188,8 +188,8 @@ constexpr auto kGridToHandle = std::to_array<Parameter>({
     HAPTICD_PARAMETER(handle.resolution_m, "m", {1e-6, 0.005}, "",
         "smallest motion of the hand above the device's noise; used to estimate the velocity"),
     HAPTICD_PARAMETER(handle.position_step_m, "m", {0, 0.005}, "",
-        "step of the positions that the device measures, as of an encoder: the position is interpolated within it, so that the "
-        "steps do not vibrate in the hand; 0: that of the driver, 0.04 mm for falcon, none for the others"),
+        "step of the positions that the device measures, as of an encoder: while the hand moves steadily the position is "
+        "interpolated within it, so that the steps do not vibrate in the hand; 0: that of the driver, 0.04 mm for falcon, none for the others"),
     HAPTICD_PARAMETER(handle.device_latency_s, "s", {0, 0.1}, "",
         "time by which the device exerts a command later, or measures its position earlier, than its driver can tell; added to "
         "the delay that stiffness limit and contact damping follow from"),
