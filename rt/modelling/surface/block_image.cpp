@@ -204,15 +204,20 @@ HWY_INLINE bool fillRow(const std::uint16_t* fallback, const Columns& columns, c
 }
 
 /// Writes to `image` the pixels of `hidden` where these lie within the remembered ones, and those of
-/// `visible` elsewhere; `image` may be `visible`. Returns true if the two differ anywhere.
-HWY_INLINE bool hideRow(const std::uint16_t* hidden, const std::uint16_t* visible, const Columns& columns,
-                        const GapLimits& limits, std::uint16_t* image) {
+/// `visible` elsewhere; `image` may be `visible`. A pixel that is missing in `raw`, in a gap that was closed
+/// with about the remembered value, flickers and hides nothing. Returns true if the two differ anywhere.
+HWY_INLINE bool hideRow(const std::uint16_t* raw, const std::uint16_t* hidden, const std::uint16_t* visible,
+                        const Columns& columns, const GapLimits& limits, std::uint16_t* image) {
   const PixelTag d;
+  const auto same = all(limits.same_raw());
   auto differences = hn::Zero(d);
   forEachVector(columns, [&](int column, auto is_whole) {
     const auto value = hn::LoadU(d, hidden + column);
     const auto before = hn::LoadU(d, visible + column);
-    const auto useless = isOutside(value, limits.remembered_first, limits.remembered_last);
+    const auto missing = isOutside(hn::LoadU(d, raw + column), limits.raw_first, limits.raw_last);
+    const auto close = hn::Not(hn::Gt(hn::Sub(hn::Max(value, before), hn::Min(value, before)), same));
+    const auto useless =
+        hn::Or(isOutside(value, limits.remembered_first, limits.remembered_last), hn::And(missing, close));
     const auto useful = maskWithin(columns, column, is_whole, hn::Not(useless));
     differences = hn::Or(differences, hn::IfThenElseZero(useful, hn::Xor(value, before)));
     storeWithin(columns, column, is_whole, hn::IfThenElse(useful, value, before), image);
@@ -231,15 +236,15 @@ HWY_INLINE bool fillVisibleRow(const std::uint16_t* raw, const std::uint16_t* re
 
 /// Fills a row of the hidden surface's image from that of the visible one, which is `complete` if each of its
 /// pixels has a value. Returns true if they differ.
-HWY_INLINE bool fillHiddenRow(const std::uint16_t* remembered, const std::uint16_t* visible, bool complete,
-                              int width, const Columns& columns, const GapLimits& limits,
-                              std::uint16_t* hidden) {
-  if (complete) return hideRow(remembered, visible, columns, limits, hidden);
+HWY_INLINE bool fillHiddenRow(const std::uint16_t* raw, const std::uint16_t* remembered,
+                              const std::uint16_t* visible, bool complete, int width, const Columns& columns,
+                              const GapLimits& limits, std::uint16_t* hidden) {
+  if (complete) return hideRow(raw, remembered, visible, columns, limits, hidden);
   // What was filled in bounds other gaps.
   PixelBits missing;
   copyRow(visible, columns, limits, hidden, missing);
   closeGaps(visible, missing, width, columns, limits, hidden);
-  return hideRow(remembered, hidden, columns, limits, hidden);
+  return hideRow(raw, remembered, hidden, columns, limits, hidden);
 }
 
 /// Prefetches a row of both images, of which the machine does not know that they will be written.
@@ -274,8 +279,8 @@ bool fillImages(const LayerImages& images, const ImageLayout& layout, const Pixe
     if (images.remembered == nullptr) continue;
     for (int row = first; row < end; ++row) {
       const std::size_t at = layout.at(row, 0);
-      hides |= fillHiddenRow(images.remembered + at, images.visible + at, complete[row - first],
-                             layout.width_px, columns, limits, images.hidden + at);
+      hides |= fillHiddenRow(images.raw + at, images.remembered + at, images.visible + at,
+                             complete[row - first], layout.width_px, columns, limits, images.hidden + at);
     }
   }
   return hides;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -20,6 +21,11 @@ struct GapLimits {
   int longest_px;                  ///< longest gap in a row that is closed
   float max_raw;                   ///< allowed difference between the two ends of a gap, ...
   float max_raw_per_px;            ///< ... plus this for each pixel of the gap; larger: two surfaces
+
+  /// Largest difference between the value of a closed gap and a remembered one of the same surface.
+  std::uint16_t same_raw() const noexcept {
+    return static_cast<std::uint16_t>(std::min<float>(0.5F * max_raw, kNoRawDisparity));
+  }
 };
 
 /// Size and layout of images.
@@ -50,8 +56,9 @@ struct LayerImages {
 /// still has no depth takes what is remembered; without that it becomes kNoRawDisparity, or
 /// SurfaceLayer::kBeyondView in a gap that touches the left or right image border and is at most
 /// GapLimits::longest_px long. The hidden surface is what is remembered, and elsewhere the visible one, with
-/// the gaps closed that are left of it.
-/// RT: safe after the first call.  Cost: one pass over the pixels.
+/// the gaps closed that are left of it. A pixel in a closed gap that is remembered with the same value,
+/// within GapLimits::same_raw(), flickers and hides nothing. RT: safe after the first call.  Cost: one pass
+/// over the pixels.
 bool fillLayerImages(const LayerImages& images, const ImageLayout& layout, const PixelWindow& window,
                      const GapLimits& limits) noexcept;
 

@@ -81,6 +81,7 @@ bool fillByRules(const Image& raw, const Image& remembered, const rt::PixelWindo
     closeGaps(seen, first, last);
     if (remembered.empty()) continue;
     const std::uint16_t* const known = &remembered[static_cast<std::size_t>(row * kWidth)];
+    const std::uint16_t* const measured = &raw[static_cast<std::size_t>(row * kWidth)];
     std::uint16_t* const behind = &hidden[static_cast<std::size_t>(row * kWidth)];
     const auto isKnown = [known](int i) {
       return isIn(known[i], kLimits.remembered_first, kLimits.remembered_last);
@@ -91,7 +92,9 @@ bool fillByRules(const Image& raw, const Image& remembered, const rt::PixelWindo
     copyMeasured(seen, first, last, behind);
     closeGaps(behind, first, last);
     for (int i = first; i <= last; ++i) {
-      if (!isKnown(i)) continue;
+      const bool flickers = !isIn(measured[i], kLimits.raw_first, kLimits.raw_last) &&
+                            std::abs(behind[i] - known[i]) <= kLimits.same_raw();
+      if (!isKnown(i) || flickers) continue;
       differ = differ || behind[i] != known[i];
       behind[i] = known[i];
     }
