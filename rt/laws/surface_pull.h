@@ -24,12 +24,13 @@ struct PullChange {
 
 /// Returns the place that the spring pulls to. It is the goal, as far as the motion of the HIP and of the
 /// surface explains that. Where the goal jumps because something else holds the proxy, the place moves over:
-/// at kFastestSurface_m_per_s after a motion of the hand, and after a new frame slowly enough for a hand to
-/// follow. `speed_m_per_s` is kept from tick to tick.
-/// RT: safe.
+/// at kFastestSurface_m_per_s after a motion of the hand, and after one of the scene, which a new frame or
+/// the extrapolation of the last one shows, slowly enough for a hand to follow. `speed_m_per_s` is kept from
+/// tick to tick. RT: safe.
 inline Vec3 moveOver(const PullChange& change, double& speed_m_per_s) noexcept {
-  constexpr double kMoveOver_s = 0.1;  // three frames
+  constexpr double kMoveOver_s = 0.13;  // from 90 to 10 % in three frames
   constexpr double kLeastSpeed_m_per_s = 0.02;
+  constexpr double kHand_m_per_s = 0.05;  // a hand that moves faster left the contact itself
   constexpr double kCurved = 3;  // largest ratio of the proxy's displacement to the HIP's on a curved surface
   const double furthest_m = kFastestSurface_m_per_s * change.period_s;
   const Vec3 rest = change.pulled_before_m - change.goal_m;
@@ -41,8 +42,9 @@ inline Vec3 moveOver(const PullChange& change, double& speed_m_per_s) noexcept {
   const bool may_jump = change.was_held || !change.is_new_frame;
   const bool jumps = may_jump && norm(along) > explained_m;
   if (jumps) {
-    speed_m_per_s = change.is_new_frame ? std::max(norm(rest) / kMoveOver_s, kLeastSpeed_m_per_s)
-                                        : kFastestSurface_m_per_s;
+    const bool by_hand = !change.is_new_frame && change.hip_displacement_m > kHand_m_per_s * change.period_s;
+    speed_m_per_s =
+        by_hand ? kFastestSurface_m_per_s : std::max(norm(rest) / kMoveOver_s, kLeastSpeed_m_per_s);
   }
   const Vec3 left = jumps || norm(rest) < norm(rest_before) ? rest : rest_before;
   const double length = norm(left);
