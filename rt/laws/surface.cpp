@@ -399,20 +399,25 @@ class SurfaceTick {
   /// Returns where the spring is to pull to: the proxy that something holds, otherwise the HIP.
   Vec3 goal_m() const noexcept { return in_contact_ && !vanished_ ? probe_.p : probe_.hip; }
 
+  /// Returns the normal along which the surface may have moved in a new frame; zero if another surface holds
+  /// the proxy, or none.
+  Vec3 normalOfMotion() const noexcept {
+    if (contact_.hold == Hold::nothing) return in_contact_ ? normal_ : Vec3{};
+    return contact_.hold == hold() ? model_.directionInCamera(memory_.normal_in_world) : Vec3{};
+  }
+
   /// Returns the place that the spring pulls to.
   Vec3 pulledTo() noexcept {
     if (!memory_.placed) return goal_m();
     const Vec3 proxy_before = model_.positionInCamera(memory_.position_m_in_world);
     const Vec3 hip_before = model_.positionInCamera(contact_.hip_m_in_world);
-    const Vec3 normal_before = model_.directionInCamera(memory_.normal_in_world);
     const bool was_held = contact_.hold == Hold::front || contact_.hold == Hold::side;
     const PullChange change{
         .pulled_before_m = proxy_before + model_.directionInCamera(contact_.lag_m_in_world),
         .goal_before_m = was_held ? proxy_before : hip_before,
         .goal_m = goal_m(),
         .hip_displacement_m = norm(probe_.hip - hip_before),
-        .normal_before = contact_.hold == hold() && isNewFrame() ? normal_before : Vec3{},
-        .was_held = contact_.hold != Hold::nothing,
+        .normal = isNewFrame() ? normalOfMotion() : Vec3{},
         .is_curved = contact_.hold == Hold::front && hold() == Hold::front,
         .is_new_frame = isNewFrame(),
         .period_s = input_.period_s};

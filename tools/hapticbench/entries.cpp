@@ -153,11 +153,18 @@ EntryResult judgeEntry(const std::vector<EntryTick>& ticks, double stiffness_n_p
     if (entered && i < *entered + kEarly_ticks) result.early_n = std::max(result.early_n, norm(tick.force_n));
     if (!tick.inside) continue;
     ++result.inside;
-    if (norm(tick.force_n) > kDirection_n)
-      result.angle_deg = std::max(result.angle_deg, angleBetween_deg(tick.force_n, tick.true_n));
+    // Contact with a side ends where the front is nearer, if it ends.
+    const double front_n = norm(tick.front_n);
+    const bool front_is_nearer = front_n > 0 && front_n < norm(tick.true_n);
+    const bool of_front = front_is_nearer && isRightForce(tick.force_n, tick.front_n);
+    if (norm(tick.force_n) > kDirection_n) {
+      double angle_deg = angleBetween_deg(tick.force_n, tick.true_n);
+      if (front_is_nearer) angle_deg = std::min(angle_deg, angleBetween_deg(tick.force_n, tick.front_n));
+      result.angle_deg = std::max(result.angle_deg, angle_deg);
+    }
     if (norm(tick.force_n) <= kNone_n) {
       ++(tick.state == rt::ContactState::behind ? result.none_reported : result.none_silent);
-    } else if (isRightForce(tick.force_n, tick.true_n)) {
+    } else if (of_front || isRightForce(tick.force_n, tick.true_n)) {
       ++result.of_body;
     } else {
       ++result.wrong;
@@ -202,7 +209,8 @@ EntryResult runEntry(const std::string& law, const EntryCase& entry) {
                      .inside = norm(to_surface_m) > clear_m,
                      .outside = !hold && scene.signedDistance(hip, 0) > clear_m,
                      .has_side = isThroughSide(entry.kind),
-                     .true_n = stiffness * to_surface_m});
+                     .true_n = stiffness * to_surface_m,
+                     .front_n = isThroughSide(entry.kind) ? Vec3{0, 0, stiffness * entry.below_m} : Vec3{}});
   }
   return judgeEntry(ticks, stiffness);
 }

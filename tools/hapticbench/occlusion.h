@@ -163,12 +163,13 @@ struct EntryTick {
   bool outside = false;   ///< the HIP is out of it, by more than that
   bool has_side = false;  ///< there is a side to come through, so that a force along the motion may be right
   rt::Vec3 true_n{};      ///< the spring to the surface that was touched: the side, or else the front
+  rt::Vec3 front_n{};  ///< the spring to the front, of a HIP that came through a side; right where it is less
 };
 
 /// Ticks inside the body by the force that they got, and the largest forces that should not exist.
 struct EntryResult {
   std::size_t inside = 0;
-  std::size_t of_body = 0;        ///< ticks with the force of the surface that was touched: isRightForce()
+  std::size_t of_body = 0;        ///< ticks with the force of the body: isRightForce()
   std::size_t none_reported = 0;  ///< with no force, and the contact state is `behind`
   std::size_t none_silent = 0;    ///< with no force, and no report of it
   std::size_t wrong = 0;          ///< with another force
@@ -176,7 +177,7 @@ struct EntryResult {
   double sideways_n = 0;          ///< largest force along the motion where there is no side to come through
   double step_n = 0;     ///< largest change of the force in a tick beyond the spring of the HIP's own motion
   double early_n = 0;    ///< largest force in the first 20 ms in the solid
-  double angle_deg = 0;  ///< largest angle from the normal of what was touched, of forces above 0.5 N
+  double angle_deg = 0;  ///< largest angle from the nearest right force, of forces above 0.5 N
 
   void add(const EntryResult& other);
 };

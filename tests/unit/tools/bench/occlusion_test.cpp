@@ -169,7 +169,12 @@ constexpr double kStiffness_n_per_m = 500;
 
 /// A HIP that came 4 mm deep through a side whose normal is x, 20 mm behind a front whose normal is z.
 EntryTick insideTick(const Vec3& force_n, rt::ContactState state) {
-  return {.force_n = force_n, .state = state, .inside = true, .has_side = true, .true_n = {2, 0, 0}};
+  return {.force_n = force_n,
+          .state = state,
+          .inside = true,
+          .has_side = true,
+          .true_n = {2, 0, 0},
+          .front_n = {0, 0, 10}};
 }
 
 EntryResult judged(const std::vector<EntryTick>& ticks) {
@@ -196,6 +201,19 @@ TEST(JudgeEntry, RefusesTheSpringOfTheFrontAtASide) {
     EXPECT_EQ(result.wrong, 1U) << size_n;
     EXPECT_NEAR(result.angle_deg, 90, 1e-9);
   }
+}
+
+TEST(JudgeEntry, AcceptsSideAndFrontWhereTheFrontIsNearer) {
+  EntryTick of_front = insideTick({0, 0, 10}, rt::ContactState::contact);
+  of_front.true_n = {12, 0, 0};
+  EntryTick of_side = of_front;
+  of_side.force_n = {12, 0, 0};
+  EntryTick between = of_front;
+  between.force_n = {8, 0, 8};
+  const EntryResult result = judged({of_front, of_side, between});
+  EXPECT_EQ(result.of_body, 2U);
+  EXPECT_EQ(result.wrong, 1U);
+  EXPECT_NEAR(result.angle_deg, 45, 1e-9);
 }
 
 TEST(JudgeEntry, LeavesOutOfAStepWhatTheMotionOfTheHipExplains) {
