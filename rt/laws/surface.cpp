@@ -40,8 +40,10 @@ class SurfaceTick {
     if (memory_.behind && isZero(normal_)) {
       leaveSolid();
     } else if (memory_.placed && isZero(normal_) && sight_.cameByJump(probe_)) {
-      behind_ = true;
-      probe_.p = probe_.hip;
+      if (!sight_.wasClose(probe_) || !outlineCameOver()) {
+        behind_ = true;
+        probe_.p = probe_.hip;
+      }
     } else if (memory_.placed && contact_.hold == Hold::side) {
       followSide();
     } else if (memory_.placed && contact_.hold == Hold::vanished && !returns()) {
@@ -148,6 +150,15 @@ class SurfaceTick {
   bool touchSide(const Vec3& inside) noexcept {
     SideContact side(probe_, {}, input_.friction);
     if (!side.touch(inside)) return false;
+    at_side_ = in_contact_ = true;
+    normal_ = side.normal();
+    return true;
+  }
+
+  /// Begins contact with a side whose outline flickered over the proxy. Returns false if there is none.
+  bool outlineCameOver() noexcept {
+    SideContact side(probe_, {}, input_.friction);
+    if (!side.comeOver()) return false;
     at_side_ = in_contact_ = true;
     normal_ = side.normal();
     return true;
@@ -402,7 +413,7 @@ class SurfaceTick {
   /// Returns the normal along which the surface may have moved in a new frame; zero if another surface holds
   /// the proxy, or none.
   Vec3 normalOfMotion() const noexcept {
-    if (contact_.hold == Hold::nothing) return in_contact_ ? normal_ : Vec3{};
+    if (contact_.hold == Hold::nothing) return hold() == Hold::front ? normal_ : Vec3{};
     return contact_.hold == hold() ? model_.directionInCamera(memory_.normal_in_world) : Vec3{};
   }
 
@@ -418,6 +429,7 @@ class SurfaceTick {
         .goal_m = goal_m(),
         .hip_displacement_m = norm(probe_.hip - hip_before),
         .normal = isNewFrame() ? normalOfMotion() : Vec3{},
+        .was_held = contact_.hold != Hold::nothing,
         .is_curved = contact_.hold == Hold::front && hold() == Hold::front,
         .is_new_frame = isNewFrame(),
         .period_s = input_.period_s};

@@ -16,6 +16,7 @@ struct PullChange {
   Vec3 goal_m;           ///< where it is to pull to now
   double hip_displacement_m;  ///< >= 0
   Vec3 normal;                ///< the surface may have moved along it; zero: it has not moved
+  bool was_held;              ///< the proxy was in contact
   bool is_curved;             ///< the surface that the proxy slides along may be
   bool is_new_frame;
   double period_s;
@@ -30,7 +31,7 @@ struct PullChange {
 inline Vec3 moveOver(const PullChange& change, double& speed_m_per_s) noexcept {
   constexpr double kMoveOver_s = 0.13;  // from 90 to 10 % in three frames
   constexpr double kLeastSpeed_m_per_s = 0.02;
-  constexpr double kSlant = 0.3;          // motion along a curved surface per motion outwards
+  constexpr double kSlant = 0.3;  // displacement along a surface that comes over the HIP, per outwards
   constexpr double kHand_m_per_s = 0.05;  // a hand that moves faster left the contact itself
   constexpr double kCurved = 3;  // largest ratio of the proxy's displacement to the HIP's on a curved surface
   const double furthest_m = kFastestSurface_m_per_s * change.period_s;
@@ -39,8 +40,8 @@ inline Vec3 moveOver(const PullChange& change, double& speed_m_per_s) noexcept {
   const Vec3 moved = change.goal_m - change.goal_before_m;
   const double outwards_m = dot(moved, change.normal);
   const Vec3 along = moved - outwards_m * change.normal;
-  const double explained_m = (change.is_curved ? kCurved : 1) * change.hip_displacement_m + furthest_m +
-                             kSlant * std::abs(outwards_m);
+  double explained_m = (change.is_curved ? kCurved : 1) * change.hip_displacement_m + furthest_m;
+  if (!change.was_held) explained_m += kSlant * std::abs(outwards_m);
   const bool jumps = norm(along) > explained_m;
   if (jumps) {
     const bool by_hand = !change.is_new_frame && change.hip_displacement_m > kHand_m_per_s * change.period_s;

@@ -59,6 +59,11 @@ bool SideContact::touch(const Vec3& inside) HAPTICD_RT {
   return !(normal_ == Vec3{}) && dot(probe_.toHip(), normal_) < 0;
 }
 
+bool SideContact::comeOver() HAPTICD_RT {
+  normal_ = normalAt(probe_.p);
+  return !(normal_ == Vec3{}) && escape() && dot(probe_.toHip(), normal_) < 0;
+}
+
 /// Moves a proxy that an outline has passed over out of the body again. Returns false if it is farther in
 /// than an outline flickers.
 bool SideContact::escape() noexcept {

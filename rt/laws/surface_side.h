@@ -21,6 +21,10 @@ class SideContact {
   /// the proxy in front of the outline, if there is no side that holds the HIP.
   bool touch(const Vec3& inside) HAPTICD_RT;
 
+  /// Begins a contact where an outline has come over the proxy by no more than it flickers. Returns false,
+  /// with the proxy in place, if there is none.
+  bool comeOver() HAPTICD_RT;
+
   /// How a contact goes on.
   enum class Next : std::uint8_t {
     holds,

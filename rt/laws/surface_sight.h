@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 
@@ -31,14 +32,22 @@ class SurfaceSight {
   }
 
   /// Returns whether the proxy is in a body that was not in front of it before, and came faster than a
-  /// surface does, or, if the proxy is free, came from the side: it hides the proxy. How thick it is cannot
-  /// be seen.
+  /// surface does, or, if the proxy is free, came from the side: its outline has moved over the proxy. How
+  /// thick it is cannot be seen.
   bool cameByJump(const SurfaceProbe& probe) const noexcept {
     const SurfaceProbe::Place& place = probe.at;
     if (place.where != SurfaceProbe::Where::inside || !(contact_.surface_depth_m > 0)) return false;
     if (contact_.surface_depth_m - place.sheet.depth_m() > largestMove_m(probe)) return true;
-    return is_free_ && isSteep(probe) &&
-           SurfaceProbe::isSharpTurn(place.sheet.normal_in_camera, contact_.surface_normal_in_camera);
+    const Vec3& normal = place.sheet.normal_in_camera;
+    const Vec3& before = contact_.surface_normal_in_camera;
+    const bool from_side = isSteep(normal, probe, kSteep_cos) ||
+                           (isSteep(before, probe, kSlanted_cos) && place.distance_m < -probe.noise_m());
+    return is_free_ && from_side && SurfaceProbe::isSharpTurn(normal, before);
+  }
+
+  /// Returns whether the surface that was last seen at the proxy was next to it.
+  bool wasClose(const SurfaceProbe& probe) const noexcept {
+    return std::abs(contact_.surface_depth_m - SurfaceView::depthOf(probe.p)) < probe.noise_m();
   }
 
   /// Remembers the surface at the proxy.
@@ -63,9 +72,11 @@ class SurfaceSight {
   static constexpr double kFrame_s = 1.0 / 30;
   static constexpr double kLongestGap_s = 1.0 / 3;
 
-  static bool isSteep(const SurfaceProbe& probe) noexcept {
-    constexpr double kSteep_cos = 0.5;  // 60 degrees
-    return -dot(probe.at.sheet.normal_in_camera, probe.p) < kSteep_cos * norm(probe.p);
+  static constexpr double kSteep_cos = 0.5;    // 60 degrees
+  static constexpr double kSlanted_cos = 0.8;  // 37 degrees: noise widens an outline to a slope
+  /// Returns whether a surface with this normal is steeper relative to the ray than an angle.
+  static bool isSteep(const Vec3& normal, const SurfaceProbe& probe, double cosine) noexcept {
+    return -dot(normal, probe.p) < cosine * norm(probe.p);
   }
 
   SurfaceContact& contact_;
