@@ -40,10 +40,10 @@ class SurfaceTick {
     if (memory_.behind && isZero(normal_)) {
       leaveSolid();
     } else if (memory_.placed && isZero(normal_) && sight_.cameByJump(probe_)) {
-      if (!sight_.wasClose(probe_) || !outlineCameOver()) {
-        behind_ = true;
-        probe_.p = probe_.hip;
-      }
+      behind_ = true;
+      probe_.p = probe_.hip;
+    } else if (memory_.placed && sight_.outlineCameOver(probe_) && touchSideBeside()) {
+      // It begins there.
     } else if (memory_.placed && contact_.hold == Hold::side) {
       followSide();
     } else if (memory_.placed && contact_.hold == Hold::vanished && !returns()) {
@@ -156,7 +156,7 @@ class SurfaceTick {
   }
 
   /// Begins contact with a side whose outline flickered over the proxy. Returns false if there is none.
-  bool outlineCameOver() noexcept {
+  bool touchSideBeside() noexcept {
     SideContact side(probe_, {}, input_.friction);
     if (!side.comeOver()) return false;
     at_side_ = in_contact_ = true;

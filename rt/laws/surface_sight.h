@@ -38,16 +38,17 @@ class SurfaceSight {
     const SurfaceProbe::Place& place = probe.at;
     if (place.where != SurfaceProbe::Where::inside || !(contact_.surface_depth_m > 0)) return false;
     if (contact_.surface_depth_m - place.sheet.depth_m() > largestMove_m(probe)) return true;
-    const Vec3& normal = place.sheet.normal_in_camera;
-    const Vec3& before = contact_.surface_normal_in_camera;
-    const bool from_side = isSteep(normal, probe, kSteep_cos) ||
-                           (isSteep(before, probe, kSlanted_cos) && place.distance_m < -probe.noise_m());
-    return is_free_ && from_side && SurfaceProbe::isSharpTurn(normal, before);
+    return is_free_ && isSteep(place.sheet.normal_in_camera, probe, kSteep_cos) && turned(probe);
   }
 
-  /// Returns whether the surface that was last seen at the proxy was next to it.
-  bool wasClose(const SurfaceProbe& probe) const noexcept {
-    return std::abs(contact_.surface_depth_m - SurfaceView::depthOf(probe.p)) < probe.noise_m();
+  /// Returns whether a free proxy, next to the slope of an outline, is in the front that ends there: the
+  /// outline has flickered over it. A surface that comes on moves by less.
+  bool outlineCameOver(const SurfaceProbe& probe) const noexcept {
+    constexpr double kNoises = 1.5;
+    const double off_m = std::abs(contact_.surface_depth_m - SurfaceView::depthOf(probe.p));
+    return is_free_ && probe.at.where == SurfaceProbe::Where::inside && off_m < probe.noise_m() &&
+           probe.at.distance_m < -kNoises * probe.noise_m() && turned(probe) &&
+           isSteep(contact_.surface_normal_in_camera, probe, kSlanted_cos);
   }
 
   /// Remembers the surface at the proxy.
@@ -71,6 +72,10 @@ class SurfaceSight {
   /// Usual time between frames, and the longest over which a surface is compared.
   static constexpr double kFrame_s = 1.0 / 30;
   static constexpr double kLongestGap_s = 1.0 / 3;
+
+  bool turned(const SurfaceProbe& probe) const noexcept {
+    return SurfaceProbe::isSharpTurn(probe.at.sheet.normal_in_camera, contact_.surface_normal_in_camera);
+  }
 
   static constexpr double kSteep_cos = 0.5;    // 60 degrees
   static constexpr double kSlanted_cos = 0.8;  // 37 degrees: noise widens an outline to a slope
