@@ -63,8 +63,8 @@ struct HandleMeasurement {
 /// Converts between the device's frame and the world frame: pose (T_world_handle), motion scale, clutch and
 /// velocity. Positions that the device measures in steps are interpolated. A velocity that contradicts the
 /// positions is replaced by one estimated from these, for the rest of the session. The HIP is  position + R
-/// (scale * p_in_handle) + offset, where the offset accumulates the clutched displacements. Thread: one.
-/// Progress: wait-free.  RT: safe.
+/// (scale * p_in_handle) + offset, where the offset accumulates the clutched displacements.
+/// Thread: one.  Progress: wait-free.  RT: safe.
 class HandleFrame {
  public:
   HandleFrame(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale);

@@ -20,6 +20,10 @@ constexpr double kFall = 0.3;
 
 rt::Vec3 PositionTracker::add(const rt::Vec3& position_m, std::int64_t time_ns) {
   if (!(step_m_ > 0)) return position_m;
+  if (!isFinite(position_m)) {
+    reset();
+    return position_m;
+  }
   const std::int64_t gap_ns = time_ns - sample(0).time_ns;
   if (!(gap_ns > 0 && gap_ns <= kMaxGapNs)) count_ = 0;
   newest_ = (newest_ + 1) % kSamples;
@@ -31,12 +35,11 @@ rt::Vec3 PositionTracker::add(const rt::Vec3& position_m, std::int64_t time_ns) 
           interpolated(&rt::Vec3::z, samples)};
 }
 
-/// Returns the number of samples in the last kLineNs; 0: not as much is known.
+/// Returns the number of samples in the last kLineNs; 0: not as much is known, or they are too many to keep.
 std::size_t PositionTracker::samplesOfLine() const {
   std::size_t samples = 0;
   while (samples < count_ && sample(0).time_ns - sample(samples).time_ns <= kLineNs) ++samples;
-  const bool reaches = samples < count_ || samples == kSamples;
-  return reaches && samples >= kLeastSamples ? samples : 0;
+  return samples < count_ && samples >= kLeastSamples ? samples : 0;
 }
 
 double PositionTracker::interpolated(double rt::Vec3::*axis, std::size_t samples) {

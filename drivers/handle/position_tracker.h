@@ -22,6 +22,8 @@ namespace hapticd::drivers {
 /// free device of 45 g, which comes to rest within two steps (hapticbench stability), would oscillate by 0.2
 /// mm with lines of slower motion, and by millimetres with a hysteresis.
 ///
+/// Positions of a device that measures more than kSamples times in kLineNs, 2.6 kHz, stay as they are.
+///
 /// Thread: one.  Progress: wait-free.  RT: safe.  Cost: proportional to the samples in kLineNs, at most
 /// kSamples.
 class PositionTracker {
@@ -36,7 +38,8 @@ class PositionTracker {
   explicit PositionTracker(double step_m) : step_m_(step_m) {}
 
   /// Adds a measurement and returns the position at `time_ns`. Where that is not after the last one, or more
-  /// than kMaxGapNs later, earlier measurements are discarded.
+  /// than kMaxGapNs later, earlier measurements are discarded;
+  /// a position that is not finite is returned and discards all.
   rt::Vec3 add(const rt::Vec3& position_m, std::int64_t time_ns);
 
   /// Discards all measurements.

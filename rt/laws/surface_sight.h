@@ -73,15 +73,16 @@ class SurfaceSight {
   static constexpr double kFrame_s = 1.0 / 30;
   static constexpr double kLongestGap_s = 1.0 / 3;
 
-  bool turned(const SurfaceProbe& probe) const noexcept {
-    return SurfaceProbe::isSharpTurn(probe.at.sheet.normal_in_camera, contact_.surface_normal_in_camera);
-  }
-
   static constexpr double kSteep_cos = 0.5;    // 60 degrees
   static constexpr double kSlanted_cos = 0.8;  // 37 degrees: noise widens an outline to a slope
   /// Returns whether a surface with this normal is steeper relative to the ray than an angle.
   static bool isSteep(const Vec3& normal, const SurfaceProbe& probe, double cosine) noexcept {
     return -dot(normal, probe.p) < cosine * norm(probe.p);
+  }
+
+  /// Returns whether the surface at the proxy has another direction than the last one there.
+  bool turned(const SurfaceProbe& probe) const noexcept {
+    return SurfaceProbe::isSharpTurn(probe.at.sheet.normal_in_camera, contact_.surface_normal_in_camera);
   }
 
   SurfaceContact& contact_;

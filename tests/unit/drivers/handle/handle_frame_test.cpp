@@ -199,6 +199,22 @@ TEST(PositionTracker, ReturnsAnExactPositionAsItIs) {
   }
 }
 
+TEST(PositionTracker, ForgetsAllAtAPositionThatIsNotFinite) {
+  PositionTracker tracker(kStep_m);
+  for (int i = 0; i < 100; ++i) tracker.add({rounded(0.05 * i * 1e-3), 0, 0}, i * kPeriodNs);
+  EXPECT_TRUE(std::isnan(tracker.add({std::nan(""), 0, 0}, 100 * kPeriodNs).x));
+  const Vec3 next{101 * kStep_m, 0, 0};
+  EXPECT_EQ(tracker.add(next, 101 * kPeriodNs), next);
+}
+
+TEST(PositionTracker, LeavesTheStepsOfADeviceThatMeasuresTooOftenForALine) {
+  PositionTracker tracker(kStep_m);
+  for (int i = 0; i < 4000; ++i) {
+    const double measured_m = rounded(0.03 * i * 0.25e-3);
+    ASSERT_EQ(tracker.add({measured_m, 0, 0}, i * kPeriodNs / 4).x, measured_m);
+  }
+}
+
 TEST(PositionTracker, BeginsAnewAfterAPause) {
   PositionTracker tracker(kStep_m);
   for (int i = 0; i < 100; ++i) tracker.add({rounded(0.05 * i * 1e-3), 0, 0}, i * kPeriodNs);
