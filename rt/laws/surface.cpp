@@ -180,8 +180,11 @@ class SurfaceTick {
   /// surface. Returns false if there is none.
   bool holdBeside() noexcept {
     const Vec3 from = probe_.p;
+    const Sheet here = probe_.at.sheet;
     followAlong();
-    if (!probe_.settleBeside(normal_, sight_.largestMove_m(probe_))) {
+    // In a crease another face holds it as well.
+    const bool in_crease = here.exists && SurfaceView::distanceFrom(here, probe_.p) < -SurfaceProbe::kNone_m;
+    if (in_crease || !probe_.settleBeside(normal_, sight_.largestMove_m(probe_))) {
       probe_.p = from;
       return false;
     }

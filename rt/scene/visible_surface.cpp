@@ -157,24 +157,57 @@ Known estimateFromLayer(const VisibleSurface& surface, const SurfaceLayer& layer
   return Known::yes;
 }
 
-/// The share that the body at the focus has in the surface: 0 where the pixel does not belong to it, falling
-/// from 1 to 0 towards the end of the window that the body was fitted to.
-struct BodyShare {
+/// The share that the body or corner at the focus has in the surface: 0 where the pixel does not belong to
+/// it, falling to 0 towards the end of the window that it was fitted to.
+struct FocusShare {
   float value = 0;
   float per_column = 0;
   float per_row = 0;
 };
 
+/// Where a position is relative to the focus.
+struct FromFocus {
+  double du;
+  double dv;
+  double square;
+
+  template <typename Shape>
+  FromFocus(const ImagePosition& image, const Shape& shape) noexcept
+      : du(image.u - shape.column_px), dv(image.v - shape.row_px), square(du * du + dv * dv) {}
+};
+
+/// Returns the share of a shape at the focus with these numbers at the position.
+FocusShare shareOf(const FromFocus& at, double radius_px, double tolerance_raw, const Four& numbers,
+                   std::uint16_t raw) noexcept {
+  const float within_pixel = 0.5F * (std::abs(numbers[1]) + std::abs(numbers[2]));
+  if (raw >= kNoRawDisparity ||
+      std::abs(static_cast<float>(raw) - numbers[0]) > static_cast<float>(tolerance_raw) + within_pixel)
+    return {};
+  constexpr double kWhole = 0.75;
+  const double distance = std::sqrt(at.square);
+  const double t = std::clamp((distance / radius_px - kWhole) / (1 - kWhole), 0.0, 1.0);
+  FocusShare share{.value = static_cast<float>(1 - t * t * (3 - 2 * t))};
+  if (t > 0) {
+    const double per_px = -6 * t * (1 - t) / (radius_px * (1 - kWhole) * distance);
+    share.per_column = static_cast<float>(per_px * at.du);
+    share.per_row = static_cast<float>(per_px * at.dv);
+  }
+  return share;
+}
+
+std::uint16_t rawAt(const SurfaceLayer& layer, const DepthModel& model, const ImagePosition& image) noexcept {
+  const Pixel pixel = pixelAt(model, image);
+  return layer.image[pixel.row * model.stride_px() + pixel.column];
+}
+
 /// Estimates the surface at a position from the body at the focus.
-BodyShare estimateFromBody(const FocusBody& body, const SurfaceLayer& layer, const DepthModel& model,
-                           const ImagePosition& image, Four& numbers) noexcept {
+FocusShare estimateFromBody(const FocusBody& body, const SurfaceLayer& layer, const DepthModel& model,
+                            const ImagePosition& image, Four& numbers) noexcept {
   if (!body.exists) return {};
-  const double du = image.u - body.column_px;
-  const double dv = image.v - body.row_px;
-  const double distance_squared = du * du + dv * dv;
-  if (distance_squared >= body.radius_px * body.radius_px) return {};
+  const FromFocus at(image, body);
+  if (at.square >= body.radius_px * body.radius_px) return {};
   const DepthModelParameters& camera = model.parameters();
-  const FocusBody::Crossing there = body.crossing(du / camera.fx_px, dv / camera.fy_px);
+  const FocusBody::Crossing there = body.crossing(at.du / camera.fx_px, at.dv / camera.fy_px);
   if (!there.exists) return {};
   const DisparityScale& scale = model.disparity();
   const double w = body.inverse_depth_per_m / there.stretch;
@@ -184,22 +217,58 @@ BodyShare estimateFromBody(const FocusBody& body, const SurfaceLayer& layer, con
       Four{static_cast<float>((w - scale.b_per_m) / scale.a_per_m),
            static_cast<float>(per_ray * there.normal.x / camera.fx_px),
            static_cast<float>(per_ray * there.normal.y / camera.fy_px), static_cast<float>(body.per_second)};
-  const Pixel pixel = pixelAt(model, image);
-  const std::uint16_t raw = layer.image[pixel.row * model.stride_px() + pixel.column];
-  const float within_pixel = 0.5F * (std::abs(numbers[1]) + std::abs(numbers[2]));
-  if (raw >= kNoRawDisparity ||
-      std::abs(static_cast<float>(raw) - numbers[0]) > static_cast<float>(body.tolerance_raw) + within_pixel)
-    return {};
-  constexpr double kWhole = 0.75;
-  const double distance = std::sqrt(distance_squared);
-  const double t = std::clamp((distance / body.radius_px - kWhole) / (1 - kWhole), 0.0, 1.0);
-  BodyShare share{.value = static_cast<float>(1 - t * t * (3 - 2 * t))};
-  if (t > 0) {
-    const double per_px = -6 * t * (1 - t) / (body.radius_px * (1 - kWhole) * distance);
-    share.per_column = static_cast<float>(per_px * du);
-    share.per_row = static_cast<float>(per_px * dv);
-  }
+  return shareOf(at, body.radius_px, body.tolerance_raw, numbers, rawAt(layer, model, image));
+}
+
+/// Estimates the surface at a position from the corner at the focus.
+FocusShare estimateFromCorner(const FocusCorner& corner, const SurfaceLayer& layer, const DepthModel& model,
+                              const ImagePosition& image, Four& numbers) noexcept {
+  if (corner.faces == 0) return {};
+  const FromFocus at(image, corner);
+  if (at.square >= corner.radius_px * corner.radius_px) return {};
+  const FocusCorner::Face& face = corner.faceAt(at.du, at.dv);
+  numbers = Four{static_cast<float>(face.at(at.du, at.dv)), static_cast<float>(face.per_column),
+                 static_cast<float>(face.per_row), static_cast<float>(corner.per_second)};
+  FocusShare share = shareOf(at, corner.radius_px, corner.tolerance_raw, numbers, rawAt(layer, model, image));
+  const auto agrees = static_cast<float>(corner.share);
+  share.value *= agrees;
+  share.per_column *= agrees;
+  share.per_row *= agrees;
   return share;
+}
+
+/// Mixes two estimates; the share of the first one changes over the image.
+Four mixed(const Four& first, const FocusShare& share, const Four& second) noexcept {
+  const Four more = first - second;
+  Four numbers = second + share.value * more;
+  numbers[1] += share.per_column * more[0];
+  numbers[2] += share.per_row * more[0];
+  return numbers;
+}
+
+/// Estimates the surface of a layer at a position from the body at the focus and, beside that, from facets
+/// and pixels.
+Known estimateFromBodyAndLayer(const VisibleSurface& surface, const SurfaceLayer& layer,
+                               const DepthModel& model, const ImagePosition& image, Four& numbers) noexcept {
+  const FocusShare body = estimateFromBody(surface.body, layer, model, image, numbers);
+  if (body.value >= 1) return Known::yes;
+  Four of_layer{};
+  const Known known = estimateFromLayer(surface, layer, model, image, of_layer);
+  if (known != Known::yes) return body.value > 0 ? Known::yes : known;
+  numbers = mixed(numbers, body, of_layer);
+  return Known::yes;
+}
+
+/// Estimates the surface of a layer at a position from the best that is known there.
+Known estimate(const VisibleSurface& surface, const SurfaceLayer& layer, const DepthModel& model,
+               const ImagePosition& image, Four& numbers) noexcept {
+  const FocusShare corner = estimateFromCorner(surface.corner, layer, model, image, numbers);
+  if (corner.value >= 1) return Known::yes;
+  Four of_others{};
+  const Known known = estimateFromBodyAndLayer(surface, layer, model, image, of_others);
+  if (known != Known::yes) return corner.value > 0 ? Known::yes : known;
+  numbers = corner.value > 0 ? mixed(numbers, corner, of_others) : of_others;
+  return Known::yes;
 }
 
 }  // namespace
@@ -213,19 +282,10 @@ double SurfaceView::shellAt(double depth_m) const noexcept {
 Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image) const HAPTICD_RT {
   Sheet sheet;
   Four numbers{};
-  const BodyShare share = estimateFromBody(surface_.body, layer, model_, image, numbers);
-  if (share.value < 1) {
-    Four of_layer{};
-    const Known known = estimateFromLayer(surface_, layer, model_, image, of_layer);
-    if (known == Known::yes) {
-      const Four more = numbers - of_layer;
-      numbers = of_layer + share.value * more;
-      numbers[1] += share.per_column * more[0];
-      numbers[2] += share.per_row * more[0];
-    } else if (share.value == 0) {
-      sheet.beyond_view = known == Known::beyond_view;
-      return sheet;
-    }
+  const Known known = estimate(surface_, layer, model_, image, numbers);
+  if (known != Known::yes) {
+    sheet.beyond_view = known == Known::beyond_view;
+    return sheet;
   }
   const double a = model_.disparity().a_per_m;
   const double w = a * (double{numbers[0]} + age_s_ * double{numbers[3]}) + model_.disparity().b_per_m;

@@ -10,6 +10,7 @@
 #include "rt/depth/depth_model.h"
 #include "rt/depth/disparity_image.h"
 #include "rt/scene/focus_body.h"
+#include "rt/scene/focus_corner.h"
 
 namespace hapticd::rt {
 
@@ -96,6 +97,7 @@ struct VisibleSurface {
   float of_facet_raw = 3;
   bool hides_anything = false;  ///< `hidden` is modelled and differs from `visible`
   FocusBody body;               ///< the body seen at the focus; more exact than the facets, where it exists
+  FocusCorner corner;           ///< where flat faces meet around the focus; more exact, where it has faces
 
   /// Returns true if places within `radius` of `p_m_in_world` may be looked up.  RT: safe.
   bool covers(const Vec3& p_m_in_world, double radius) const noexcept {

@@ -3,6 +3,7 @@
 
 #include "rt/laws/force_blend.h"
 #include "tests/hard_cases/hard_rig.h"
+#include "tools/hapticbench/strokes/strokes.h"
 
 // Shapes that are difficult for force laws: hollows, edges, thin plates, corners, steps.
 namespace hapticd::test {
@@ -147,6 +148,26 @@ TEST_P(EachConstraint, AConvexEdgeIsCrossedWithoutAForceJump) {
     before = force;
   }
   EXPECT_EQ(before, Vec3{});
+}
+
+TEST(HardCase, WhereFlatFacesMeetTheForceIsThatOfTheTrueEdge) {
+  constexpr double kExact_jnd = 0.3;
+  constexpr double kInNoise_jnd = 1;
+  const std::vector<tools::StrokesRow> rows =
+      tools::measureStrokes({.laws = {"surface"},
+                             .scenes = {"ridge", "cube_corner", "inner_edge", "inner_corner"},
+                             .distances_m = {0.6, 1},
+                             .noises = {tools::SceneNoise::none, tools::SceneNoise::sensor},
+                             .variants = 3,
+                             .seeds = 1});
+  ASSERT_EQ(rows.size(), 16U);
+  for (const tools::StrokesRow& row : rows) {
+    const bool exact = row.noise == tools::SceneNoise::none;
+    SCOPED_TRACE(row.scene.name + (exact ? " exact at " : " in noise at ") + std::to_string(row.distance_m));
+    EXPECT_LT(row.figures.error.error_jnd.rms(), exact ? kExact_jnd : kInNoise_jnd);
+    EXPECT_EQ(row.figures.lost_ticks, 0);
+    EXPECT_EQ(row.figures.wrong_side_ticks, 0);
+  }
 }
 
 TEST_P(EachLaw, AStepInDepthIsStrokedWithoutAForceJump) {

@@ -9,26 +9,16 @@
 
 #include <Eigen/Dense>
 
+#include "rt/modelling/surface/corner_kernel.h"
+
 namespace hapticd::rt {
 namespace {
 
-/// A smaller window does not determine a curvature.
-constexpr double kLeastRadius_px = 6;
 /// Gauss-Newton steps from an estimate that is good already, and from one that may be far off.
 constexpr int kSteps = 1;
 constexpr int kColdSteps = 3;
 /// How far the surface may bend away within the smallest window while its curvature is unknown.
 constexpr double kUnknownSag_m = 0.012;
-/// Sum over the cells of the squares of their mean residuals, in standard deviations, that noise explains.
-constexpr double kNoiseMisfit = 6;
-/// RMS of the residuals, in standard deviations, that noise explains.
-constexpr double kNoiseResidual = 1.2;
-/// Area of a body of which nothing is known, square pixels: it may cover the whole window.
-constexpr double kWholeWindow = 1e9;
-/// Fewer pixels do not determine a body.
-constexpr double kLeastPixels = 60;
-/// A window that agrees less with the body than this has nothing to say about wider ones.
-constexpr double kLeastShare = 0.05;
 /// Weighted square of the difference between a body and the fit to a new frame, in the noise's covariance, at
 /// which it is certainly the same body. The part of the noise that changes from frame to frame makes about 1.
 constexpr double kSameBody = 4;
@@ -38,18 +28,16 @@ constexpr double kSamePlace = 4.6;
 constexpr double kRest_px = 0.25;
 /// What differs from the body by no more than this, besides noise, touches it: the body has another shape.
 constexpr double kBeside_m = 0.02;
-/// Share of such pixels that an uneven border explains.
-constexpr double kBesideShare = 0.06;
+/// Where a body covers less of a window, the rest may be another face of a corner.
+constexpr double kWholeShare = 0.94;
+/// By how much a corner's loss must be less than the body's.
+constexpr double kLessLoss = 0.02;
 /// Keeps the equations regular where no pixel determines a parameter.
 constexpr double kLeastInformation = 1e-9;
 /// Least share of the noise's variance that is assumed, where the residuals are smaller than noise.
 constexpr double kLeastNoise = 0.01;
 /// Standard deviation of a pixel, raw units of a Kinect v1.
 constexpr double kNoise_raw = 0.56;
-/// Side of the square of pixels that share one sample of the noise: the sensor's matching window.
-constexpr double kPatch_px = 9;
-/// Pixels that differ by more standard deviations do not belong to the body.
-constexpr double kTolerance_sigma = 5;
 /// Before anything is known, curvatures have a standard deviation of one over this.
 constexpr double kUsualRadius_m = 0.01;
 
@@ -66,11 +54,6 @@ Matrix6 matrixOf(const BodyEquations& equations) {
       matrix(row, column) = matrix(column, row) = equations.products[product];
   }
   return matrix;
-}
-
-double fallingStep(double x, double begin, double end) {
-  const double t = std::clamp((x - begin) / (end - begin), 0.0, 1.0);
-  return 1 - t * t * (3 - 2 * t);
 }
 
 /// Changes a body by its six parameters.
@@ -129,16 +112,6 @@ Vector3 preferred(const Vector3& curvature, const Matrix3& covariance, double pr
   return (1 / weight) * sum - curvature;
 }
 
-/// Returns the distance between samples in a window, pixels, for about kSamples on a body that covers
-/// `area_px` of it.
-int strideFor(double radius_px, double area_px) {
-  constexpr double kSamples = 550;
-  constexpr int kMaxReach = BodySamples::kMaxPerSide / 2;
-  const double area = std::min(area_px, std::numbers::pi * radius_px * radius_px);
-  return static_cast<int>(
-      std::max({1.0, std::ceil(std::sqrt(area / kSamples)), std::ceil(radius_px / kMaxReach)}));
-}
-
 /// Returns by how much the parameters of another estimate of the same place differ, in the basis of `body`.
 Vector6 differenceTo(const FocusBody& body, const FocusBody& other, double a_per_m) {
   const Vec3 e = body.tangent;
@@ -188,71 +161,23 @@ FocusBody BodyFit::startOf(const Input& input) const noexcept {
   return body;
 }
 
-double BodyFit::Misfit::agreement() const noexcept {
-  return fallingStep(of_cells, kNoiseMisfit, 2 * kNoiseMisfit) *
-         fallingStep(beside, kBesideShare, 2.5 * kBesideShare) *
-         fallingStep(residual, kNoiseResidual, 1.25 * kNoiseResidual);
-}
-
-BodyFit::Misfit BodyFit::Misfit::mixedWith(const Misfit& before, double share) const noexcept {
-  return {.of_cells = std::lerp(before.of_cells, of_cells, share),
-          .residual = std::lerp(before.residual, residual, share),
-          .beside = std::lerp(before.beside, beside, share)};
-}
-
-bool BodyFit::collect(const Job& job, const FocusBody& body, double radius_px, int stride) noexcept {
-  constexpr int kSide = BodySamples::kCellsPerSide;
-  const PixelWindow& pixels = job.pixels;
-  const int column_0 = static_cast<int>(std::lround(body.column_px));
-  const int row_0 = static_cast<int>(std::lround(body.row_px));
-  const int reach = static_cast<int>(radius_px) / stride;
-  const int per_side = 2 * reach + 1;
-  const double most = radius_px * radius_px;
-  std::size_t count = 0;
-  std::size_t seen = 0;
-  for (int cell = 0; cell < BodySamples::kCells; ++cell) {
-    samples_.cell_begin[cell] = count;
-    const auto begin = [&](int i) { return i * per_side / kSide - reach; };
-    for (int j = begin(cell / kSide); j < begin(cell / kSide + 1); ++j) {
-      const int row = row_0 + j * stride;
-      if (row < pixels.row_first || row > pixels.row_last) continue;
-      const double dy = row - body.row_px;
-      for (int i = begin(cell % kSide); i < begin(cell % kSide + 1); ++i) {
-        const int column = column_0 + i * stride;
-        if (column < pixels.column_first || column > pixels.column_last) continue;
-        const double dx = column - body.column_px;
-        if (dx * dx + dy * dy > most) continue;
-        const std::uint16_t raw = job.image[row * model_.stride_px() + column];
-        if (raw >= kNoRawDisparity) continue;
-        samples_.column_px[count] = static_cast<float>(dx);
-        samples_.row_px[count] = static_cast<float>(dy);
-        samples_.disparity_raw[count] =
-            static_cast<float>(raw) - shifts_.offsets()[column / BlockLattice::kBlock_px];
-        samples_.weight[count] = 1;
-        ++count;
-        ++seen;
-      }
-    }
-    while (count % BodySamples::kAlignment != 0) {
-      samples_.column_px[count] = samples_.row_px[count] = samples_.disparity_raw[count] = 0;
-      samples_.weight[count++] = 0;
-    }
-  }
-  samples_.cell_begin[BodySamples::kCells] = count;
-  return seen > 0;
-}
-
 BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, double area_px, std::size_t window,
                                   bool cold) noexcept {
   Trial trial{.fitted = start,
               .chosen = start,
               .agrees = 0,
-              .radius_px = kRadius_m[window] * job.px_per_m,
-              .area_px = 0};
-  const int stride = strideFor(trial.radius_px, area_px);
-  if (trial.radius_px < kLeastRadius_px || !collect(job, start, trial.radius_px, stride)) return trial;
-  const double per_patch = kPatch_px * kPatch_px / static_cast<double>(stride * stride);
-  const double variance = job.sigma_raw * job.sigma_raw * per_patch;
+              .radius_px = job.image.radius_px(window),
+              .area_px = 0,
+              .covers = 0,
+              .loss = 1};
+  const int stride = FocusImage::strideFor(trial.radius_px, area_px);
+  const std::size_t seen = trial.radius_px < FocusImage::kLeastRadius_px
+                               ? 0
+                               : job.image.collect(trial.radius_px, stride, samples_);
+  if (seen == 0) return trial;
+  const double per_patch =
+      FocusImage::kPatch_px * FocusImage::kPatch_px / static_cast<double>(stride * stride);
+  const double variance = job.image.sigma_raw * job.image.sigma_raw * per_patch;
   const double information = variance / job.prior;
   BodyEquations equations{};
   Matrix6 matrix;
@@ -260,7 +185,7 @@ BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, double
   const int steps = cold ? kColdSteps : kSteps;
   for (int step = 0; step <= steps; ++step) {
     BodyMeasure measure = job.measure;
-    if (cold) measure.tolerance_raw += std::max(0.0, 1 - 0.34 * step) * kUnknownSag_m / job.unit_m;
+    if (cold) measure.tolerance_raw += std::max(0.0, 1 - 0.34 * step) * kUnknownSag_m / job.image.unit_m;
     equations = equationsOf(samples_, trial.fitted, measure);
     matrix = matrixOf(equations);
     Vector6 residuals = Eigen::Map<const Vector6>(equations.residuals);
@@ -272,34 +197,26 @@ BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, double
     if (factors.info() != Eigen::Success) return trial;
     change(trial.fitted, factors.solve(residuals), job.measure.a_per_m);
   }
-  // Do the residuals look like noise?
-  double misfit = 0;
-  for (int cell = 0; cell < BodySamples::kCells; ++cell) {
-    const double weight = equations.cell_weight[cell];
-    if (weight < 4) continue;
-    const double mean = equations.cell_residual[cell] / weight;
-    misfit += mean * mean / (job.sigma_raw * job.sigma_raw * std::min(1.0, per_patch / weight));
-  }
-  const Misfit now{
-      .of_cells = misfit,
-      .residual = std::sqrt(equations.square / std::max(1e-9, equations.weight)) / job.sigma_raw,
-      .beside = equations.unexplained / std::max(1.0, equations.explained + equations.unexplained)};
+  const FitSums& sums = equations.sums;
+  const Misfit now = Misfit::of(sums, job.image.sigma_raw, per_patch);
   Window& known = windows_[window];
   const double same = known.frames > 0 ? sameness(differenceTo(trial.fitted, known.mean, job.measure.a_per_m),
-                                                  matrix / variance,
-                                                  std::max(1.0, equations.weight / per_patch), job.moved_px)
+                                                  matrix / variance, std::max(1.0, sums.weight / per_patch),
+                                                  job.image.moved_px)
                                        : 0;
   // What changes from frame to frame decides neither the body nor how wide it is.
-  known.misfit = now.mixedWith(known.misfit, std::max(job.new_share, 1 - same));
-  known.frames = 1 + same * std::min(known.frames, job.max_frames - 1);
+  known.misfit = now.mixedWith(known.misfit, std::max(job.image.newShare(), 1 - same));
+  known.frames = 1 + same * std::min(known.frames, job.image.max_frames - 1);
   known.tried = true;
   const double before_share = 1 - 1 / known.frames;
   FocusBody mean = trial.fitted;
   if (before_share > 0)
     change(mean, before_share * differenceTo(mean, known.mean, job.measure.a_per_m), job.measure.a_per_m);
   known.mean = mean;
-  trial.area_px = std::max(equations.explained, 1.0) * stride * stride;
-  if (equations.weight * stride * stride > kLeastPixels) trial.agrees = known.misfit.agreement();
+  trial.loss = sums.loss(static_cast<double>(seen), job.measure.tolerance_raw);
+  trial.covers = sums.explained / static_cast<double>(seen);
+  trial.area_px = std::max(sums.explained, 1.0) * stride * stride;
+  if (sums.weight * stride * stride > FocusImage::kLeastPixels) trial.agrees = known.misfit.agreement();
   // What the noise leaves open.
   const double less_noise = 1 - (1 - kLeastNoise) * fallingStep(now.residual, 0.2, 0.5);
   const Matrix6 covariance = less_noise * variance * factors.solve(Matrix6::Identity());
@@ -317,25 +234,31 @@ BodyFit::Job BodyFit::jobFor(const Input& input, double depth_m) const noexcept 
   const DepthModelParameters& camera = model_.parameters();
   const DisparityScale& scale = model_.disparity();
   const double sigma_raw = input.noise * kNoise_raw;
-  const double tolerance_raw = kTolerance_sigma * sigma_raw;
+  const double tolerance_raw = FocusImage::kTolerance_sigma * sigma_raw;
   const double unit_m = scale.unit_m(depth_m);
   const double usual = depth_m / kUsualRadius_m;
   const double moved_px = std::hypot(input.focus.u - last_.column_px, input.focus.v - last_.row_px);
-  return {.image = input.image,
-          .pixels = input.pixels,
+  const double beside_raw = tolerance_raw + kBeside_m / unit_m;
+  return {.image = {.image = input.image,
+                    .stride_px = model_.stride_px(),
+                    .pixels = input.pixels,
+                    .column_shift_raw = shifts_.offsets(),
+                    .column_px = input.focus.u,
+                    .row_px = input.focus.v,
+                    .sigma_raw = sigma_raw,
+                    .tolerance_raw = tolerance_raw,
+                    .beside_raw = beside_raw,
+                    .unit_m = unit_m,
+                    .px_per_m = camera.fx_px / depth_m,
+                    .moved_px = moved_px,
+                    .max_frames = input.max_frames},
           .measure = {.focal_x_px = camera.fx_px,
                       .focal_y_px = camera.fy_px,
                       .a_per_m = scale.a_per_m,
                       .b_per_m = scale.b_per_m,
                       .tolerance_raw = tolerance_raw,
-                      .beside_raw = tolerance_raw + kBeside_m / unit_m},
-          .sigma_raw = sigma_raw,
-          .unit_m = unit_m,
-          .px_per_m = camera.fx_px / depth_m,
-          .prior = usual * usual,
-          .moved_px = moved_px,
-          .max_frames = input.max_frames,
-          .new_share = std::min(1.0, 1 / input.max_frames + moved_px / kPatch_px)};
+                      .beside_raw = beside_raw},
+          .prior = usual * usual};
 }
 
 FocusBody BodyFit::movedTo(const Input& input) const noexcept {
@@ -348,7 +271,7 @@ FocusBody BodyFit::movedTo(const Input& input) const noexcept {
   same.row_px = input.focus.v;
   const double depth_raw = model_.disparity().rawOf(1 / same.inverse_depth_per_m);
   const double off_raw = std::abs(depth_raw - static_cast<double>(input.facet.disparity));
-  same.exists = same.exists && off_raw < kTolerance_sigma * input.noise * kNoise_raw;
+  same.exists = same.exists && off_raw < FocusImage::kTolerance_sigma * input.noise * kNoise_raw;
   return same;
 }
 
@@ -368,18 +291,19 @@ void BodyFit::moveWindows(const Input& input, bool warm) noexcept {
 FocusBody BodyFit::fit(const Input& input) noexcept {
   const FocusBody cold_start = startOf(input);
   const FocusBody warm_start = movedTo(input);
+  corner_ = {};
   if (input.facet.disparity < 0 || !cold_start.exists) return last_ = {};
   const bool warm = warm_start.exists;
   const FocusBody& start = warm ? warm_start : cold_start;
   moveWindows(input, warm);
   const Job job = jobFor(input, 1 / start.inverse_depth_per_m);
   std::size_t smallest = 0;
-  while (smallest + 1 < kWindows && kRadius_m[smallest] * job.px_per_m < kLeastRadius_px) ++smallest;
+  while (smallest + 1 < kWindows && job.image.radius_px(smallest) < FocusImage::kLeastRadius_px) ++smallest;
 
   // From the window of the frame before down to one that agrees, and from that up as far as they agree.
   std::array<Trial, kWindows> trials;
   std::size_t top = warm ? std::max(smallest, window_) : smallest;
-  const double area_px = warm ? area_px_ : kWholeWindow;
+  const double area_px = warm ? area_px_ : FocusImage::kWholeWindow_px2;
   std::size_t base = top;
   trials[base] = tryWindow(job, start, area_px, base, !warm);
   while (trials[base].agrees < 1 && base > smallest) {
@@ -388,19 +312,44 @@ FocusBody BodyFit::fit(const Input& input) noexcept {
   }
   if (trials[base].agrees < 1 && warm) {
     windows_[base].frames = 0;
-    const Trial again = tryWindow(job, cold_start, kWholeWindow, base, true);
+    const Trial again = tryWindow(job, cold_start, FocusImage::kWholeWindow_px2, base, true);
     if (again.agrees > trials[base].agrees) {
       trials[base] = again;
       top = base;
     }
   }
-  if (!(trials[base].agrees > 0)) return last_ = {};
-  while (trials[top].agrees > kLeastShare && top + 1 < kWindows) {
-    const double growth = kRadius_m[top + 1] / kRadius_m[top];
+  // Only where it explains more of the widest window than the body.
+  const auto fitCorner = [&](std::size_t least, std::size_t first) {
+    const double at_focus_raw = model_.disparity().rawOf(1 / start.inverse_depth_per_m);
+    corner_ =
+        corner_fit_.fit(job.image, {.least = least, .first = first}, at_focus_raw, input.moved_raw, samples_);
+    if (corner_.faces == 0) return;
+    const double radius_px = job.image.radius_px(first);
+    const std::size_t seen = job.image.collect(
+        radius_px, FocusImage::strideFor(radius_px, FocusImage::kWholeWindow_px2), samples_);
+    const double loss = cornerSumsOf(samples_, corner_, job.measure.tolerance_raw, job.measure.beside_raw)
+                            .fit.loss(static_cast<double>(seen), job.measure.tolerance_raw);
+    if (loss <= trials[first].loss - kLessLoss) return;
+    corner_fit_.reject();
+    corner_ = {};
+  };
+  if (!(trials[base].agrees > 0)) {
+    fitCorner(smallest, base);
+    return last_ = {};
+  }
+  while (trials[top].agrees > FocusImage::kLeastShare && top + 1 < kWindows) {
+    const double growth = FocusImage::kRadius_m[top + 1] / FocusImage::kRadius_m[top];
     trials[top + 1] =
         tryWindow(job, trials[top].fitted, growth * growth * trials[top].area_px, top + 1, true);
     ++top;
   }
+  // The narrowest window that the body does not explain.
+  std::size_t least = base;
+  while (least <= top && trials[least].agrees >= 1 && trials[least].covers >= kWholeShare) ++least;
+  if (least > top)
+    corner_fit_.forget();
+  else
+    fitCorner(least == base ? smallest : least, top);
   return combined(job, std::span(trials).subspan(base, top - base + 1), base);
 }
 

@@ -10,21 +10,26 @@
 #include "rt/modelling/surface/block_image.h"
 #include "rt/modelling/surface/body_kernel.h"
 #include "rt/modelling/surface/column_shifts.h"
+#include "rt/modelling/surface/corner_fit.h"
+#include "rt/modelling/surface/focus_samples.h"
+#include "rt/modelling/surface/misfit.h"
 #include "rt/scene/focus_body.h"
+#include "rt/scene/focus_corner.h"
 #include "rt/scene/visible_surface.h"
 
 namespace hapticd::rt {
 
-/// Fits the body that the camera sees at the focus.
+/// Fits the body that the camera sees at the focus, or the corner where its flat faces meet.
 ///
 /// Windows of growing size around the focus are fitted in turn with a surface of constant curvature, six
 /// parameters, by robust Gauss-Newton steps on the pixels' disparities. A wider window counts as far as the
 /// mean residuals of its nine cells look like noise, by a continuous weight. Within what the noise leaves
 /// open, planes, spheres and cylinders are preferred: the estimate is the mean of the four models weighted by
-/// their evidence (Savage and Dickey's ratio: Dickey 1971).
+/// their evidence (Savage and Dickey's ratio: Dickey 1971). Windows that are wider than one body explains are
+/// fitted with a corner, see CornerFit.
 ///
 /// Thread: one (the scene thread).  RT: safe after the first call.  Cost: bounded, at most eleven fits to
-/// BodySamples::kMax pixels of four passes each; usually one or two of 600 pixels and two passes.
+/// FocusSamples::kMax pixels of four passes each; usually one or two of 600 pixels and two passes.
 class BodyFit {
  public:
   /// `model` and `shifts` outlive the fit.
@@ -43,26 +48,19 @@ class BodyFit {
   /// Returns the body at the focus; `exists` is false if none fits. A body that the frame's pixels agree with
   /// is averaged over the last frames.
   FocusBody fit(const Input& input) noexcept;
+  /// Returns the corner at the focus of the last fit; without faces if there is none.
+  const FocusCorner& corner() const noexcept { return corner_; }
 
   /// The next fit starts from its facet.
-  void forget() noexcept { last_.exists = false; }
+  void forget() noexcept {
+    last_.exists = false;
+    corner_fit_.forget();
+    corner_ = {};
+  }
 
  private:
-  /// Half the sides of the windows.
-  static constexpr std::array kRadius_m{0.014, 0.022, 0.036, 0.06, 0.1};
-  static constexpr std::size_t kWindows = kRadius_m.size();
+  static constexpr std::size_t kWindows = FocusImage::kWindows;
 
-  /// How little the residuals in a window look like those of one body in noise.
-  struct Misfit {
-    double of_cells = 0;  ///< sum of the squares of the cells' mean residuals, in standard deviations
-    double residual = 0;  ///< RMS, in standard deviations
-    double beside = 0;    ///< share of pixels that touch the body without belonging to it
-
-    /// Returns 0 if the pixels are not of one body, 1 if the residuals look like noise.
-    double agreement() const noexcept;
-    /// Returns a mean with `before`; `share`: of this one.
-    Misfit mixedWith(const Misfit& before, double share) const noexcept;
-  };
   /// What is known of a window from the frames before.
   struct Window {
     bool tried = false;  ///< in the newest frame
@@ -73,16 +71,9 @@ class BodyFit {
 
   /// What a fit works on.
   struct Job {
-    const std::uint16_t* image;
-    PixelWindow pixels;
+    FocusImage image;
     BodyMeasure measure;
-    double sigma_raw;  ///< standard deviation of a pixel
-    double unit_m;     ///< depth of a raw unit
-    double px_per_m;
-    double prior;       ///< variance of the curvatures
-    double moved_px;    ///< displacement of the focus since the frame before
-    double max_frames;  ///< see Input
-    double new_share;   ///< share of this frame in the mean misfits
+    double prior;  ///< variance of the curvatures
   };
   /// The fit in one window.
   struct Trial {
@@ -91,6 +82,8 @@ class BodyFit {
     double agrees;     ///< see Misfit::agreement()
     double radius_px;
     double area_px;  ///< that the body covers
+    double covers;   ///< share of the samples that belong to the body
+    double loss;     ///< FitSums::loss()
   };
 
   /// `area_px`: how much of the window the body covers, as far as known.
@@ -103,18 +96,19 @@ class BodyFit {
   Job jobFor(const Input& input, double depth_m) const noexcept;
   /// Blends the fits in windows of growing size, the first of which is `base`.
   FocusBody combined(const Job& job, std::span<const Trial> trials, std::size_t base) noexcept;
-  bool collect(const Job& job, const FocusBody& body, double radius_px, int stride) noexcept;
   /// Moves what is known of the windows to the new focus.
   void moveWindows(const Input& input, bool warm) noexcept;
 
   const DepthModel& model_;
   const ColumnShifts& shifts_;
-  BodySamples samples_;
+  FocusSamples samples_;
 
   FocusBody last_;          ///< the fit to the newest frame
   std::size_t window_ = 0;  ///< of last_
   double area_px_ = 0;      ///< of last_ in that window
   std::array<Window, kWindows> windows_;
+  CornerFit corner_fit_;
+  FocusCorner corner_;
 };
 
 }  // namespace hapticd::rt

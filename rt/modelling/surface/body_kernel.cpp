@@ -10,7 +10,7 @@ HWY_BEFORE_NAMESPACE();
 namespace hapticd::rt::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-using SampleTag = hn::CappedTag<float, BodySamples::kAlignment>;
+using SampleTag = hn::CappedTag<float, FocusSamples::kAlignment>;
 using Values = hn::Vec<SampleTag>;
 
 HWY_INLINE Values all(double value) {
@@ -40,7 +40,7 @@ HWY_INLINE Values reciprocalRoot(Values v) {
 }
 
 /// See FocusBody::crossing(), whose equations these are, and BodyEquations.
-BodyEquations equationsOfSamples(const BodySamples& samples, const FocusBody& body,
+BodyEquations equationsOfSamples(const FocusSamples& samples, const FocusBody& body,
                                  const BodyMeasure& measure) {
   const SampleTag d;
   const std::size_t lanes = hn::Lanes(d);
@@ -74,8 +74,7 @@ BodyEquations equationsOfSamples(const BodySamples& samples, const FocusBody& bo
   auto beside = zero;
   const auto tolerance = all(measure.tolerance_raw), beside_raw = all(measure.beside_raw);
   BodyEquations result;
-  result.weight = 0;
-  for (int cell = 0; cell < BodySamples::kCells; ++cell) {
+  for (int cell = 0; cell < FocusSamples::kCells; ++cell) {
     auto cell_residual = zero;
     auto cell_weight = zero;
     for (std::size_t i = samples.cell_begin[cell]; i < samples.cell_begin[cell + 1]; i += lanes) {
@@ -130,15 +129,15 @@ BodyEquations equationsOfSamples(const BodySamples& samples, const FocusBody& bo
           products[product] = hn::MulAdd(left, of[column], products[product]);
       }
     }
-    result.cell_residual[cell] = total(cell_residual);
-    result.cell_weight[cell] = total(cell_weight);
-    result.weight += result.cell_weight[cell];
+    result.sums.cell_residual[cell] = total(cell_residual);
+    result.sums.cell_weight[cell] = total(cell_weight);
+    result.sums.weight += result.sums.cell_weight[cell];
   }
   for (int i = 0; i < kProducts; ++i) result.products[i] = total(products[i]);
   for (int i = 0; i < kN; ++i) result.residuals[i] = total(residuals[i]);
-  result.square = total(squares);
-  result.explained = total(explained);
-  result.unexplained = total(beside) - result.explained;
+  result.sums.square = total(squares);
+  result.sums.explained = total(explained);
+  result.sums.unexplained = total(beside) - result.sums.explained;
   return result;
 }
 
@@ -150,7 +149,7 @@ namespace hapticd::rt {
 
 HWY_EXPORT(equationsOfSamples);
 
-BodyEquations equationsOf(const BodySamples& samples, const FocusBody& body,
+BodyEquations equationsOf(const FocusSamples& samples, const FocusBody& body,
                           const BodyMeasure& measure) noexcept {
   return HWY_DYNAMIC_DISPATCH(equationsOfSamples)(samples, body, measure);
 }

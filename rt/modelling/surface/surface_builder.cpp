@@ -283,6 +283,8 @@ FocusBody SurfaceBuilder::bodyAt(const Vec3& focus_m_in_world, const Job& job, d
                                   .moved_raw = moved_raw,
                                   .max_frames = static_cast<double>(max_frames_)});
   body.per_second = static_cast<double>(facet.per_second);
+  corner_ = body_fit_.corner();
+  corner_.per_second = body.per_second;
   return body;
 }
 
@@ -295,8 +297,12 @@ void SurfaceBuilder::build(const DisparityFrame& frame, const std::uint16_t* hid
   surface.blocks = {};
   surface.hides_anything = false;
   surface.body = {};
+  surface.corner = {};
   const bool new_frame = static_cast<std::uint32_t>(frame.sequence) != sequence_;
-  if (new_frame) body_ = {};
+  if (new_frame) {
+    body_ = {};
+    corner_ = {};
+  }
   beginFrame(frame, parameters);
   column_shifts_.update(frame);
   const Job job = jobFor(centre_m_in_world, radius_m);
@@ -321,6 +327,7 @@ void SurfaceBuilder::build(const DisparityFrame& frame, const std::uint16_t* hid
   // The body stays where it is as long as the frame is the same, so that the surface does not change.
   if (new_frame) body_ = bodyAt(centre_m_in_world, job, moved_raw, surface);
   surface.body = body_;
+  surface.corner = corner_;
   if (!surface.hides_anything) return;
   buildLayer(hidden_, job, region, surface.hidden);
   fit(hidden_, job, region, surface.hidden);

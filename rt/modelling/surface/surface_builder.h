@@ -99,7 +99,8 @@ class SurfaceBuilder {
   std::unique_ptr<float[]> fit_blocks_;
   FacetMemory fit_memory_;
   BodyFit body_fit_;
-  FocusBody body_;  ///< of the newest frame, around the first place that it was built around
+  FocusBody body_;      ///< of the newest frame, around the first place that it was built around
+  FocusCorner corner_;  ///< the same
 
   // State of the newest frame.
   std::uint32_t sequence_ = 0;  ///< 0: none

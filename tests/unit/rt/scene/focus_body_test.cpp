@@ -106,10 +106,10 @@ TEST(FocusBody, IsTheSameBodySeenFromAnotherFocus) {
 }
 
 /// Samples of the camera's image of a body, `count` to each side of the focus.
-void sample(const FocusBody& body, const rt::BodyMeasure& measure, rt::BodySamples& samples) {
+void sample(const FocusBody& body, const rt::BodyMeasure& measure, rt::FocusSamples& samples) {
   constexpr int kReach = 12;
   std::size_t count = 0;
-  for (int cell = 0; cell < rt::BodySamples::kCells; ++cell) {
+  for (int cell = 0; cell < rt::FocusSamples::kCells; ++cell) {
     samples.cell_begin[cell] = count;
     for (int j = -kReach + cell / 3 * 8; j < -kReach + cell / 3 * 8 + 8; ++j) {
       for (int i = -kReach + cell % 3 * 8; i < -kReach + cell % 3 * 8 + 8; ++i) {
@@ -123,7 +123,7 @@ void sample(const FocusBody& body, const rt::BodyMeasure& measure, rt::BodySampl
       }
     }
   }
-  samples.cell_begin[rt::BodySamples::kCells] = count;
+  samples.cell_begin[rt::FocusSamples::kCells] = count;
 }
 
 /// The i-th diagonal element of the normal matrix.
@@ -156,7 +156,7 @@ TEST_P(BodyEquations, AreTheDerivativesOfTheDisparities) {
   const rt::DepthModelParameters camera{};
   const rt::BodyMeasure measure{camera.fx_px, camera.fy_px, camera.a_per_m, camera.b_per_m, 50, 60};
   const FocusBody body = leaning({5, 3, 20});
-  const auto samples = std::make_unique<rt::BodySamples>();
+  const auto samples = std::make_unique<rt::FocusSamples>();
   // Each parameter's derivative times a small step, as residuals: the equations must give it back.
   for (int parameter = 0; parameter < rt::BodyEquations::kParameters; ++parameter) {
     constexpr double kStep[] = {0.05, 2e-4, 2e-4, 0.05, 0.05, 0.05};
@@ -165,8 +165,8 @@ TEST_P(BodyEquations, AreTheDerivativesOfTheDisparities) {
     const rt::BodyEquations less = rt::equationsOf(*samples, body, measure);
     sample(changed(body, parameter, step, camera.a_per_m), measure, *samples);
     const rt::BodyEquations more = rt::equationsOf(*samples, body, measure);
-    EXPECT_GT(more.explained, 500);
-    EXPECT_EQ(more.unexplained, 0);
+    EXPECT_GT(more.sums.explained, 500);
+    EXPECT_EQ(more.sums.unexplained, 0);
     int product = 0;
     for (int row = 0; row < rt::BodyEquations::kParameters; ++row) {
       for (int column = row; column < rt::BodyEquations::kParameters; ++column, ++product) {
