@@ -137,14 +137,26 @@ void EntryResult::add(const EntryResult& other) {
   angle_deg = std::max(angle_deg, other.angle_deg);
 }
 
+namespace {
+
+/// Returns the vector between `from` and `to` that is nearest to `v`.
+Vec3 nearestBetween(const Vec3& from, const Vec3& to, const Vec3& v) {
+  const Vec3 span = to - from;
+  const double share = dot(v - from, span) / std::max(dot(span, span), 1e-12);
+  return from + std::clamp(share, 0.0, 1.0) * span;
+}
+
+}  // namespace
+
 EntryResult judgeEntry(const std::vector<EntryTick>& ticks, double stiffness_n_per_m) {
   EntryResult result;
+  double turned_ticks = 0;
   std::optional<std::size_t> entered;
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     const EntryTick& tick = ticks[i];
     if (i > 0) {
       const double explained_n = stiffness_n_per_m * norm(tick.hip_m - ticks[i - 1].hip_m);
-      const double step_n = norm(tick.force_n - ticks[i - 1].force_n);
+      const double step_n = norm(tick.blended_n - ticks[i - 1].blended_n);
       result.step_n = std::max(result.step_n, step_n - explained_n);
     }
     if (!tick.has_side) result.sideways_n = std::max(result.sideways_n, std::abs(tick.force_n.x));
@@ -156,15 +168,21 @@ EntryResult judgeEntry(const std::vector<EntryTick>& ticks, double stiffness_n_p
     // Contact with a side ends where the front is nearer, if it ends.
     const double front_n = norm(tick.front_n);
     const bool front_is_nearer = front_n > 0 && front_n < norm(tick.true_n);
-    const bool of_front = front_is_nearer && isRightForce(tick.force_n, tick.front_n);
-    if (norm(tick.force_n) > kDirection_n) {
+    const bool is_right = isRightForce(tick.force_n, tick.true_n) ||
+                          (front_is_nearer && isRightForce(tick.force_n, tick.front_n));
+    const double turn_ticks = norm(tick.true_n - tick.front_n) /
+                              (stiffness_n_per_m * rt::kFastestSurface_m_per_s * kPeriod_s);
+    const bool turns = !is_right && front_is_nearer && turned_ticks < turn_ticks &&
+                       isRightForce(tick.force_n, nearestBetween(tick.true_n, tick.front_n, tick.force_n));
+    if (turns) ++turned_ticks;
+    if (!turns && norm(tick.force_n) > kDirection_n) {
       double angle_deg = angleBetween_deg(tick.force_n, tick.true_n);
       if (front_is_nearer) angle_deg = std::min(angle_deg, angleBetween_deg(tick.force_n, tick.front_n));
       result.angle_deg = std::max(result.angle_deg, angle_deg);
     }
     if (norm(tick.force_n) <= kNone_n) {
       ++(tick.state == rt::ContactState::behind ? result.none_reported : result.none_silent);
-    } else if (of_front || isRightForce(tick.force_n, tick.true_n)) {
+    } else if (is_right || turns) {
       ++result.of_body;
     } else {
       ++result.wrong;
@@ -204,6 +222,7 @@ EntryResult runEntry(const std::string& law, const EntryCase& entry) {
     if (tick < kWait_ticks) continue;
     const Vec3 to_surface_m = hold ? hold->proxy_m - hip : Vec3{};
     ticks.push_back({.force_n = now.law_force_n_in_world,
+                     .blended_n = now.blended_force_n_in_world,
                      .state = now.contact,
                      .hip_m = hip,
                      .inside = norm(to_surface_m) > clear_m,

@@ -156,7 +156,8 @@ struct EntryCase {
 
 /// The force on a hand in or beside a body, and the true one.
 struct EntryTick {
-  rt::Vec3 force_n{};
+  rt::Vec3 force_n{};    ///< of the law
+  rt::Vec3 blended_n{};  ///< the same after the blend, as the handle gets it
   rt::ContactState state = rt::ContactState::free;
   rt::Vec3 hip_m{};
   bool inside = false;    ///< the HIP is in the solid, by more than 2 mm or a pixel
@@ -175,12 +176,14 @@ struct EntryResult {
   std::size_t wrong = 0;          ///< with another force
   double ghost_n = 0;             ///< largest force outside
   double sideways_n = 0;          ///< largest force along the motion where there is no side to come through
-  double step_n = 0;     ///< largest change of the force in a tick beyond the spring of the HIP's own motion
+  double step_n = 0;  ///< largest change of the blended force in a tick beyond the spring of the HIP's motion
   double early_n = 0;    ///< largest force in the first 20 ms in the solid
   double angle_deg = 0;  ///< largest angle from the nearest right force, of forces above 0.5 N
 
   void add(const EntryResult& other);
 };
+/// While the force turns over from the side to a front that is nearer, any force between the two is right,
+/// for as many ticks as the blend would take.
 EntryResult judgeEntry(const std::vector<EntryTick>& ticks, double stiffness_n_per_m);
 
 EntryResult runEntry(const std::string& law, const EntryCase& entry);

@@ -209,16 +209,30 @@ TEST(JudgeEntry, AcceptsSideAndFrontWhereTheFrontIsNearer) {
   EntryTick of_side = of_front;
   of_side.force_n = {12, 0, 0};
   EntryTick between = of_front;
-  between.force_n = {8, 0, 8};
-  const EntryResult result = judged({of_front, of_side, between});
-  EXPECT_EQ(result.of_body, 2U);
+  between.force_n = {6, 0, 5};
+  EntryTick beyond = of_front;
+  beyond.force_n = {-8, 0, 8};
+  const EntryResult result = judged({of_front, of_side, between, beyond});
+  EXPECT_EQ(result.of_body, 3U) << "between the two the force turns over";
   EXPECT_EQ(result.wrong, 1U);
   EXPECT_NEAR(result.angle_deg, 45, 1e-9);
 }
 
+TEST(JudgeEntry, LetsAForceTurnOverOnlyForAsLongAsTheBlendTakes) {
+  EntryTick between = insideTick({6, 0, 5}, rt::ContactState::contact);
+  between.true_n = {12, 0, 0};
+  between.front_n = {0, 0, 10};
+  // 15.6 N at 0.25 N per tick
+  const EntryResult result = judged(std::vector<EntryTick>(100, between));
+  EXPECT_EQ(result.of_body, 63U);
+  EXPECT_EQ(result.wrong, 37U);
+}
+
 TEST(JudgeEntry, LeavesOutOfAStepWhatTheMotionOfTheHipExplains) {
-  EntryTick first = insideTick({1, 0, 0}, rt::ContactState::contact);
-  EntryTick second = insideTick({1.5, 0, 0}, rt::ContactState::contact);
+  EntryTick first;
+  first.blended_n = {1, 0, 0};
+  EntryTick second;
+  second.blended_n = {1.5, 0, 0};
   second.hip_m = {-0.0005, 0, 0};  // 0.25 N
   EXPECT_NEAR(judged({first, second}).step_n, 0.25, 1e-12);
 }
