@@ -170,8 +170,8 @@ EntryResult judgeEntry(const std::vector<EntryTick>& ticks, double stiffness_n_p
     const bool front_is_nearer = front_n > 0 && front_n < norm(tick.true_n);
     const bool is_right = isRightForce(tick.force_n, tick.true_n) ||
                           (front_is_nearer && isRightForce(tick.force_n, tick.front_n));
-    const double turn_ticks = norm(tick.true_n - tick.front_n) /
-                              (stiffness_n_per_m * rt::kFastestSurface_m_per_s * kPeriod_s);
+    const double turn_ticks =
+        norm(tick.true_n - tick.front_n) / (stiffness_n_per_m * rt::kFastestSurface_m_per_s * kPeriod_s);
     const bool turns = !is_right && front_is_nearer && turned_ticks < turn_ticks &&
                        isRightForce(tick.force_n, nearestBetween(tick.true_n, tick.front_n, tick.force_n));
     if (turns) ++turned_ticks;

@@ -99,7 +99,7 @@ SurfaceBuilder::SurfaceBuilder(const DepthModel& model)
       is_full_(std::make_unique<std::uint8_t[]>(lattice_.blocks() + kVectorPadding)),
       fit_blocks_(std::make_unique<float[]>(FacetBlocks::sizeFor(lattice_.rows))),
       fit_memory_(lattice_.rows),
-      body_fit_(model, column_shifts_) {
+      body_fit_(model, column_shifts_.offsets()) {
   const PixelWindow all = model.wholeDisparity();
   gaps_.raw_first = all.raw_first;
   gaps_.raw_last = all.raw_last;

@@ -314,7 +314,8 @@ constexpr const char* kExplanation =
     "  no force, reported: the contact state is `behind`; silent: it does not; wrong: another\n"
     "  force. ghost: force outside; sideways:\n"
     "  force along the motion where there is no side to come through; step: largest change after the blend\n"
-    "  in a tick, beyond the spring of the HIP's own motion; 20 ms: largest force in the first 20 ms inside; angle: largest\n"
+    "  in a tick, beyond the spring of the HIP's own motion; 20 ms: largest force in the first 20 ms inside; "
+    "angle: largest\n"
     "  one from that normal, of forces above 0.5 N.\n"
     "outlines: the body moves at 0.1 m/s, its outline passes over a hand that presses 8 mm into its front.\n"
     "  drop: largest fall of the force in one tick; frames: fewest in which it fell from 90 to 10 %, or "
@@ -492,7 +493,8 @@ void addSides(const OcclusionRows& rows, const std::string& law, SceneNoise nois
     list.push_back(
         Requirement::atMost(law, fmt::format("{}, noise {}, {}", text, nameOf(noise), unit), limit, figure));
   };
-  add("entries through sides: change of the blended force in a tick that no motion explains", 0.5, sides.step_n, "N");
+  add("entries through sides: change of the blended force in a tick that no motion explains", 0.5,
+      sides.step_n, "N");
   add("entries through sides: angle from the side's normal", kRightDirection_deg, sides.angle_deg, "degrees");
 }
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "rt/depth/depth_model.h"
-#include "rt/modelling/surface/body_fit.h"
-#include "rt/modelling/surface/body_kernel.h"
+#include "rt/modelling/focus/body_fit.h"
+#include "rt/modelling/focus/body_kernel.h"
 #include "rt/modelling/surface/column_shifts.h"
 #include "tests/unit/rt/simd_targets.h"
 #include "tools/lib/truth/body_scene.h"
@@ -192,7 +192,7 @@ double worstError_m(const std::vector<tools::TrueBody>& bodies, double distance_
   tools::BodyScene scene(bodies, frame, {}, rt::DepthModelParameters{}, 1);
   const rt::DepthModel model(scene.depthModel(), {});
   const rt::ColumnShifts shifts(model);
-  const auto fit = std::make_unique<rt::BodyFit>(model, shifts);
+  const auto fit = std::make_unique<rt::BodyFit>(model, shifts.offsets());
   const auto image = std::make_unique<rt::DepthFrame>();
   const rt::DepthModelParameters& camera = model.parameters();
   const rt::ImagePosition focus{camera.cx_px + 2.3, camera.cy_px - 3.4};

@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "rt/depth/depth_model.h"
-#include "rt/modelling/surface/body_fit.h"
+#include "rt/modelling/focus/body_fit.h"
+#include "rt/modelling/focus/corner_kernel.h"
 #include "rt/modelling/surface/column_shifts.h"
-#include "rt/modelling/surface/corner_kernel.h"
 #include "tests/unit/rt/simd_targets.h"
 #include "tools/lib/truth/body_scene.h"
 
@@ -141,7 +141,7 @@ class SeenScene {
       : scene_(bodies, T_camera_bodies, {}, rt::DepthModelParameters{}, seed),
         model_(scene_.depthModel(), {}),
         shifts_(model_),
-        fit_(std::make_unique<rt::BodyFit>(model_, shifts_)) {
+        fit_(std::make_unique<rt::BodyFit>(model_, shifts_.offsets())) {
     const auto image = std::make_unique<rt::DepthFrame>();
     for (std::uint64_t frame = 1; frame <= 6; ++frame) {
       scene_.render(0, frame, tools::SceneNoise::sensor, *image);

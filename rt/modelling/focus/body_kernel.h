@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "rt/modelling/surface/focus_samples.h"
-#include "rt/modelling/surface/misfit.h"
+#include "rt/modelling/focus/focus_samples.h"
+#include "rt/modelling/focus/misfit.h"
 #include "rt/scene/focus_body.h"
 
 namespace hapticd::rt {

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/modelling/surface/body_fit.h"
+#include "rt/modelling/focus/body_fit.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <span>
 
 #include <Eigen/Dense>
 
-#include "rt/modelling/surface/corner_kernel.h"
+#include "rt/modelling/focus/corner_kernel.h"
 
 namespace hapticd::rt {
 namespace {
@@ -242,7 +241,7 @@ BodyFit::Job BodyFit::jobFor(const Input& input, double depth_m) const noexcept 
   return {.image = {.image = input.image,
                     .stride_px = model_.stride_px(),
                     .pixels = input.pixels,
-                    .column_shift_raw = shifts_.offsets(),
+                    .column_shift_raw = column_shift_raw_,
                     .column_px = input.focus.u,
                     .row_px = input.focus.v,
                     .sigma_raw = sigma_raw,

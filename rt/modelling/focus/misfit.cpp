@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/modelling/surface/misfit.h"
+#include "rt/modelling/focus/misfit.h"
 
 #include <algorithm>
 #include <cmath>

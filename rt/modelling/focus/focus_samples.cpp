@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/modelling/surface/focus_samples.h"
+#include "rt/modelling/focus/focus_samples.h"
 
 #include <algorithm>
 #include <cmath>

@@ -7,12 +7,10 @@
 #include <span>
 
 #include "rt/depth/depth_model.h"
-#include "rt/modelling/surface/block_image.h"
-#include "rt/modelling/surface/body_kernel.h"
-#include "rt/modelling/surface/column_shifts.h"
-#include "rt/modelling/surface/corner_fit.h"
-#include "rt/modelling/surface/focus_samples.h"
-#include "rt/modelling/surface/misfit.h"
+#include "rt/modelling/focus/body_kernel.h"
+#include "rt/modelling/focus/corner_fit.h"
+#include "rt/modelling/focus/focus_samples.h"
+#include "rt/modelling/focus/misfit.h"
 #include "rt/scene/focus_body.h"
 #include "rt/scene/focus_corner.h"
 #include "rt/scene/visible_surface.h"
@@ -32,8 +30,9 @@ namespace hapticd::rt {
 /// FocusSamples::kMax pixels of four passes each; usually one or two of 600 pixels and two passes.
 class BodyFit {
  public:
-  /// `model` and `shifts` outlive the fit.
-  BodyFit(const DepthModel& model, const ColumnShifts& shifts) noexcept : model_(model), shifts_(shifts) {}
+  /// `model` and `column_shift_raw`, see FocusImage, outlive the fit.
+  BodyFit(const DepthModel& model, const float* column_shift_raw) noexcept
+      : model_(model), column_shift_raw_(column_shift_raw) {}
 
   /// What a frame shows.
   struct Input {
@@ -100,7 +99,7 @@ class BodyFit {
   void moveWindows(const Input& input, bool warm) noexcept;
 
   const DepthModel& model_;
-  const ColumnShifts& shifts_;
+  const float* column_shift_raw_;
   FocusSamples samples_;
 
   FocusBody last_;          ///< the fit to the newest frame

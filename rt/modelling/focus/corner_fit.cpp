@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rt/modelling/surface/corner_fit.h"
+#include "rt/modelling/focus/corner_fit.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include <Eigen/Dense>
 
-#include "rt/modelling/surface/corner_kernel.h"
+#include "rt/modelling/focus/corner_kernel.h"
 
 namespace hapticd::rt {
 namespace {

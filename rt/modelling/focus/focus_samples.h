@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 
 #include "rt/depth/depth_model.h"
-#include "rt/modelling/surface/block_image.h"
-#include "rt/modelling/surface/misfit.h"
+#include "rt/modelling/focus/misfit.h"
 
 namespace hapticd::rt {
 
@@ -48,7 +49,7 @@ struct FocusImage {
   const std::uint16_t* image;  ///< raw disparities in frame layout, valid in `pixels`
   int stride_px;               ///< of a row
   PixelWindow pixels;
-  const float* column_shift_raw;  ///< ColumnShifts::offsets()
+  const float* column_shift_raw;  ///< by columns of blocks: subtracted from the disparities
   double column_px;               ///< of the focus
   double row_px;
   double sigma_raw;      ///< standard deviation of a pixel

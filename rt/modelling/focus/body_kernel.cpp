@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "rt/modelling/surface/body_kernel.cpp"
+#define HWY_TARGET_INCLUDE "rt/modelling/focus/body_kernel.cpp"
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 //
 #include "hwy/highway.h"
-#include "rt/modelling/surface/body_kernel.h"
+#include "rt/modelling/focus/body_kernel.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace hapticd::rt::HWY_NAMESPACE {

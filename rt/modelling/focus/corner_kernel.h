@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-#include "rt/modelling/surface/focus_samples.h"
-#include "rt/modelling/surface/misfit.h"
+#include "rt/modelling/focus/focus_samples.h"
+#include "rt/modelling/focus/misfit.h"
 #include "rt/scene/focus_corner.h"
 
 namespace hapticd::rt {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "rt/modelling/surface/corner_kernel.cpp"
+#define HWY_TARGET_INCLUDE "rt/modelling/focus/corner_kernel.cpp"
 #include "hwy/foreach_target.h"  // IWYU pragma: keep
 //
 #include "hwy/highway.h"
-#include "rt/modelling/surface/corner_kernel.h"
+#include "rt/modelling/focus/corner_kernel.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace hapticd::rt::HWY_NAMESPACE {

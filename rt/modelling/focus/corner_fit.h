@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <span>
 
-#include "rt/modelling/surface/focus_samples.h"
-#include "rt/modelling/surface/misfit.h"
+#include "rt/modelling/focus/focus_samples.h"
+#include "rt/modelling/focus/misfit.h"
 #include "rt/scene/focus_corner.h"
 
 namespace hapticd::rt {
