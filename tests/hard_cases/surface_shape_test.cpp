@@ -170,6 +170,17 @@ TEST(HardCase, WhereFlatFacesMeetTheForceIsThatOfTheTrueEdge) {
   }
 }
 
+TEST(HardCase, OnAThinRodTheForceIsThatOfTheRodAndNoEdges) {
+  constexpr double kMostByFloor = 2;
+  const std::vector<tools::StrokesRow> rows = tools::measureStrokes({.laws = {"surface"},
+                                                                     .scenes = {"rod20"},
+                                                                     .distances_m = {0.6},
+                                                                     .noises = {tools::SceneNoise::sensor},
+                                                                     .seeds = 1});
+  ASSERT_EQ(rows.size(), 1U);
+  EXPECT_LT(rows[0].errorByFloor().value(), kMostByFloor);
+}
+
 TEST_P(EachLaw, AStepInDepthIsStrokedWithoutAForceJump) {
   TrueScene step_scene = sceneOf({.kind = SceneKind::step});
   HardRig rig(GetParam(), step_scene.depthModel());

@@ -29,8 +29,10 @@ constexpr double kRest_px = 0.25;
 constexpr double kBeside_m = 0.02;
 /// Where a body covers less of a window, the rest may be another face of a corner.
 constexpr double kWholeShare = 0.94;
-/// By how much a corner's loss must be less than the body's.
+/// By how much a corner's loss must be less than the body's, and by which share of it: what explains little
+/// more of a window that shows mostly other things is no corner.
 constexpr double kLessLoss = 0.02;
+constexpr double kLessLossShare = 0.125;
 /// Keeps the equations regular where no pixel determines a parameter.
 constexpr double kLeastInformation = 1e-9;
 /// Least share of the noise's variance that is assumed, where the residuals are smaller than noise.
@@ -326,9 +328,11 @@ FocusBody BodyFit::fit(const Input& input) noexcept {
     const double radius_px = job.image.radius_px(first);
     const std::size_t seen = job.image.collect(
         radius_px, FocusImage::strideFor(radius_px, FocusImage::kWholeWindow_px2), samples_);
-    const double loss = cornerSumsOf(samples_, corner_, job.measure.tolerance_raw, job.measure.beside_raw)
-                            .fit.loss(static_cast<double>(seen), job.measure.tolerance_raw);
-    if (loss <= trials[first].loss - kLessLoss) return;
+    const double loss =
+        cornerSumsOf(samples_, corner_, choiceOf(corner_), job.measure.tolerance_raw, job.measure.beside_raw)
+            .fit.loss(static_cast<double>(seen), job.measure.tolerance_raw);
+    const double of_body = trials[first].loss;
+    if (loss <= of_body - std::max(kLessLoss, kLessLossShare * of_body)) return;
     corner_fit_.reject();
     corner_ = {};
   };

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <Eigen/Dense>
 
@@ -59,7 +60,6 @@ class FaceFit {
   CornerSums sumsOf(FaceChoice choice) const noexcept {
     return cornerSumsOf(samples_, corner_, choice, measure_.tolerance_raw, measure_.beside_raw);
   }
-  FaceChoice choice() const noexcept { return corner_.greatest ? FaceChoice::greatest : FaceChoice::least; }
   bool addFace() noexcept;
   void chooseKind() noexcept;
   void refine(FaceChoice choice, int passes) noexcept;
@@ -126,10 +126,8 @@ void FaceFit::refine(FaceChoice choice, int passes) noexcept {
 
 /// Convex or concave: whichever explains more.
 void FaceFit::chooseKind() noexcept {
-  const auto loss = [this](const FitSums& fit) {
-    return fit.square - fit.explained * measure_.tolerance_raw * measure_.tolerance_raw;
-  };
-  corner_.greatest = loss(sumsOf(FaceChoice::greatest).fit) < loss(sumsOf(FaceChoice::least).fit);
+  const auto loss = [this](FaceChoice choice) { return sumsOf(choice).fit.loss(1, measure_.tolerance_raw); };
+  corner_.greatest = loss(FaceChoice::greatest) < loss(FaceChoice::least);
 }
 
 /// Removes faces that too few samples belong to, and those that are outlines.
@@ -168,8 +166,8 @@ FocusCorner FaceFit::fit(const FocusCorner& start, CornerSums& sums) noexcept {
            sums.fit.unexplained < kMostOutside * (sums.fit.explained + sums.fit.unexplained);
   };
   if (corner_.faces > 1) {
-    refine(choice(), kPasses);
-    sums = sumsOf(choice());
+    refine(choiceOf(corner_), kPasses);
+    sums = sumsOf(choiceOf(corner_));
   } else {
     if (!addFace()) return {};
     refine(FaceChoice::nearest, kPassesOfNewFace);
@@ -179,10 +177,10 @@ FocusCorner FaceFit::fit(const FocusCorner& start, CornerSums& sums) noexcept {
     if (!addFace()) break;
     refine(FaceChoice::nearest, kPasses);
     chooseKind();
-    refine(choice(), kPassesOfNewFace);
-    removeUndetermined(sums = sumsOf(choice()));
+    refine(choiceOf(corner_), kPassesOfNewFace);
+    removeUndetermined(sums = sumsOf(choiceOf(corner_)));
     if (corner_.faces < 2) return {};
-    sums = sumsOf(choice());
+    sums = sumsOf(choiceOf(corner_));
   }
   const int faces = corner_.faces;
   removeUndetermined(sums);
@@ -206,6 +204,22 @@ double sameness(const FocusCorner& now, const FocusCorner& before, const CornerS
     farthest_raw = std::max({farthest_raw, off_raw, turned_raw});
   }
   return fallingStep(farthest_raw / sigma_raw, kSame_sigma, kOther_sigma);
+}
+
+/// Brings the faces of a corner into the order of those of another one with as many: fits that begin
+/// separately find them in different orders.
+void sortLike(const FocusCorner& other, double radius_px, FocusCorner& corner) noexcept {
+  const auto distance_raw = [radius_px](const Face& a, const Face& b) {
+    return std::abs(a.disparity - b.disparity) +
+           radius_px * std::hypot(a.per_column - b.per_column, a.per_row - b.per_row);
+  };
+  for (int i = 0; i < corner.faces; ++i) {
+    Face* const nearest =
+        std::min_element(corner.face + i, corner.face + corner.faces, [&](const Face& a, const Face& b) {
+          return distance_raw(a, other.face[i]) < distance_raw(b, other.face[i]);
+        });
+    std::swap(corner.face[i], *nearest);
+  }
 }
 
 /// Moves the faces of one corner by a share towards those of another with the same faces.
@@ -323,9 +337,10 @@ FocusCorner CornerFit::combined(const FocusImage& image, std::span<const Trial> 
   double share = trials[0].agrees;
   std::size_t last = 0;
   for (std::size_t i = 1; i < trials.size() && share > 0; ++i) {
-    const FocusCorner& wider = windows_[base + i].mean;
+    FocusCorner wider = windows_[base + i].mean;
     share *= trials[i].agrees;
     if (wider.faces != result.faces || wider.greatest != result.greatest) break;
+    sortLike(result, image.radius_px(base), wider);
     if (share > 0.5) last = i;
     approach(result, wider, share);
     result.radius_px += share * (image.radius_px(base + i) - result.radius_px);

@@ -28,11 +28,10 @@ enum class FaceChoice : std::uint8_t { greatest, least, nearest };
 /// RT: safe after the first call.  Cost: proportional to the number of samples.
 CornerSums cornerSumsOf(const FocusSamples& samples, const FocusCorner& corner, FaceChoice choice,
                         double tolerance_raw, double beside_raw) noexcept;
-/// The same with the corner's own choice.
-inline CornerSums cornerSumsOf(const FocusSamples& samples, const FocusCorner& corner, double tolerance_raw,
-                               double beside_raw) noexcept {
-  const FaceChoice choice = corner.greatest ? FaceChoice::greatest : FaceChoice::least;
-  return cornerSumsOf(samples, corner, choice, tolerance_raw, beside_raw);
+
+/// Returns the choice of the corner itself.
+inline FaceChoice choiceOf(const FocusCorner& corner) noexcept {
+  return corner.greatest ? FaceChoice::greatest : FaceChoice::least;
 }
 
 }  // namespace hapticd::rt

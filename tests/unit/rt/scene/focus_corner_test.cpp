@@ -255,5 +255,29 @@ TEST(CornerFit, FindsNoneOnPlanesBallsAndRods) {
   EXPECT_EQ(corners, 0) << "of " << scenes;
 }
 
+/// In any direction, and touched beside the middle, where the limb is in the window.
+TEST(CornerFit, FindsNoneOnRandomRodsBeforeAWall) {
+  std::mt19937 random(6);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  constexpr int kRods = 60;
+  int corners = 0;
+  for (int i = 0; i < kRods; ++i) {
+    const double radius_m = 0.01 + 0.03 * uniform(random);
+    const double turn_rad = 6.28 * uniform(random);
+    const double tilt_rad = 0.6 * (uniform(random) - 0.5);
+    const double beside_m = 1.4 * (uniform(random) - 0.5) * radius_m;
+    tools::RigidFrame frame;
+    frame.x = {std::cos(turn_rad) * std::cos(tilt_rad), std::sin(turn_rad) * std::cos(tilt_rad),
+               std::sin(tilt_rad)};
+    frame.y = {-std::sin(turn_rad), std::cos(turn_rad), 0};
+    frame.z = cross(frame.x, frame.y);
+    frame.origin_m = Vec3{0, 0, -(0.6 + 0.4 * uniform(random))} + beside_m * frame.y;
+    const tools::ConvexBody wall{{tools::Face{frame.directionIn({0, 0, 1}), -0.12}}};
+    const SeenScene seen({tools::RodBody{radius_m, 2}, wall}, frame, static_cast<std::uint32_t>(700 + i));
+    if (seen.corner().faces > 0) ++corners;
+  }
+  EXPECT_EQ(corners, 0);
+}
+
 }  // namespace
 }  // namespace hapticd
