@@ -60,7 +60,8 @@ struct ExportOptions {
 
 /// Options of `trace plot`.
 struct PlotOptions {
-  std::string out;  ///< .png or .svg; empty: the trace's name with .png, in this folder
+  std::string out;  ///< .png, .svg or .pdf; empty: the trace's name with the format, in this folder
+  std::string format = "png";  ///< png, svg or pdf, where `out` is empty
   base::IfExists if_exists = base::IfExists::refuse;
   trace::TraceSelection selection;
 };

@@ -388,10 +388,16 @@ void addFiles(CommandLine& line, CLI::App& group) {
   CLI::App& plotted = addForFile(
       line, group, "plot", "Draw forces, penetration, modes, events and latency of a trace with gnuplot",
       [&options, plot](const fs::path& file) { return runTracePlot(options, file, *plot); });
+  CLI::Option* const out =
+      plotted
+          .add_option("--out", plot->out,
+                      "The .png, .svg or .pdf to write (default: the name of the trace, in this folder)")
+          ->type_name("FILE");
   plotted
-      .add_option("--out", plot->out,
-                  "The .png or .svg to write (default: the name of the trace, in this folder)")
-      ->type_name("FILE");
+      .add_option("--format", plot->format, "png, svg or pdf (17 cm wide), in the file of the default name")
+      ->type_name("FORMAT")
+      ->check(CLI::IsMember({"png", "svg", "pdf"}))
+      ->excludes(out);
   addForce(plotted, plot->if_exists);
   addTimes(plotted, plot->selection);
 }

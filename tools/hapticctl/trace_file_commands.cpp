@@ -392,7 +392,7 @@ int runTraceExport(const CommandOptions& options, const std::filesystem::path& f
 int runTracePlot(const CommandOptions& options, const std::filesystem::path& file,
                  const PlotOptions& requested) {
   const std::filesystem::path out =
-      requested.out.empty() ? besideHere(file, ".png") : std::filesystem::path(requested.out);
+      requested.out.empty() ? besideHere(file, "." + requested.format) : std::filesystem::path(requested.out);
   if (const auto good = mayBecome(out, file); !good) return report(good.error(), options.json);
   ProgressLine progress("drawing");
   const auto drawn = plotTrace(

@@ -60,9 +60,9 @@ class TracePlot : public testing::Test {
 TEST_F(TracePlot, ShowsModesForcesPerAxisTheirLimitAndEvents) {
   const std::string svg = svgOf();
   if (svg.empty()) GTEST_SKIP() << "no gnuplot here (Debian package gnuplot-nox)";
-  for (const char* text : {">mode<", ">idle<", ">engaged<", ">force (N)<", ">x<", ">y<", ">z<", ">magnitude<",
-                           ">limit<", ">mark<", ">fault<", ">other event<", ">wake-up latency (us)<",
-                           ">time since the first tick (s)<", "UTC; 2000 ticks"}) {
+  for (const char* text : {">mode<", ">idle<", ">engaged<", ">force (N)<", ">force per axis (N)<", ">x<",
+                           ">y<", ">z<", ">magnitude<", ">limit<", ">mark<", ">fault<", ">other event<",
+                           ">wake-up latency (us)<", ">time since the first tick (s)<", "UTC; 2000 ticks"}) {
     EXPECT_NE(svg.find(text), std::string::npos) << text;
   }
   EXPECT_NE(svg.find("trial 3: it"), std::string::npos);
@@ -91,6 +91,23 @@ TEST(PlotScript, KeepsTextsFromActingAsCommands) {
   const std::string script = plotScript(plot, "svg");
   EXPECT_NE(script.find("'a''; system ''x'"), std::string::npos);
   EXPECT_NE(script.find("'" + std::string(40, 'm') + "...'"), std::string::npos) << "long marks are cut";
+}
+
+TEST(PlotScript, DrawsALogarithmicAxisOnlyWhereAValueIsPositive) {
+  for (const double largest : {0.0, 3.0}) {
+    Plot plot;
+    plot.last_s = 1;
+    plot.panels.push_back(
+        {"latency", "us", {{"x", "#000000", PlotCurve::Style::thin, {{0, 0}, {1, largest}}}}, true});
+    EXPECT_EQ(plotScript(plot, "svg").find("\nset logscale y") != std::string::npos, largest > 0) << largest;
+  }
+}
+
+TEST(PlotScript, FitsAPdfToTheTextOfAPage) {
+  Plot plot;
+  plot.last_s = 1;
+  plot.panels.push_back({"force", "N", {{"x", "#000000", PlotCurve::Style::thin, {{0, 1}, {1, 2}}}}});
+  EXPECT_NE(plotScript(plot, "pdfcairo").find("size 17cm,"), std::string::npos);
 }
 
 }  // namespace

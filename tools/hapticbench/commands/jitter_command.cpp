@@ -156,7 +156,7 @@ std::string loadText(const LoadJitter& load) {
       "\n{}: p99.9, hapticd by cyclictest: {:.2f}, at most {:.2f} ({})\n"
       "  in single rounds {:.2f} to {:.2f}, in half of them up to {:.2f}\n"
       "  overruns of hapticd {}, longest tick {:.1f} us, in contact {:.0f} %",
-      load.load, load.ratio(), kMaxLatencyRatio, load.kept() ? "kept" : "not kept", ratios.front(),
+      load.load, load.ratio(), kMaxLatencyRatio, load.met() ? "met" : "not met", ratios.front(),
       ratios.back(), ratios[(ratios.size() - 1) / 2], ours.overruns,
       static_cast<double>(ours.longest_tick_ns) * 1e-3,
       100 * static_cast<double>(ours.contact_ticks) / static_cast<double>(ours.wakeups.total()));
@@ -187,7 +187,7 @@ Json loadJson(const LoadJitter& load) {
           {"last_hop", countsJson(ours.last_hop, "commands")},
           {"ratio_p999", load.ratio()},
           {"ratio_limit", kMaxLatencyRatio},
-          {"kept", load.kept()},
+          {"kept", load.met()},
           {"round_ratios_p999", std::move(ratios)}};
 }
 

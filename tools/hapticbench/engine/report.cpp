@@ -67,8 +67,8 @@ Columns<Requirement> requirementColumns() {
   using R = Requirement;
   return {{"", "verdict", 0,
            [](const R& r) { return r.cases == 0 ? "not measured"
-                                   : r.kept()   ? "kept"
-                                                : "NOT KEPT"; }},
+                                   : r.met()    ? "met"
+                                                : "not met"; }},
           {"/law", "law", 0, &R::law},
           {"/text", "requirement", 0, &R::text},
           {"/measured", "", 0, [](const R& r) { return figureWhere(r.cases > 0, r.measured); }},
@@ -83,7 +83,7 @@ Columns<Requirement> requirementColumns() {
           {"/at_least", "", 0, &R::at_least},
           {"/cases", "cases", 0, &R::cases},
           {"/violated", "violated", 0, &R::violated},
-          {"/kept", "", 0, [](const R& r) { return r.kept(); }},
+          {"/kept", "", 0, [](const R& r) { return r.met(); }},
           {"/worst", "worst case", 0, &R::worst}};
 }
 

@@ -109,7 +109,7 @@ Json tableJson(const Columns<Row>& columns, const Rows& rows) {
   return list;
 }
 
-/// A limit on a figure, and how it is kept.
+/// A limit on a figure, and whether it is met.
 struct Requirement {
   std::string law;   ///< empty: not of a single law
   std::string text;  ///< what is limited, with its unit at the end: "contact lost, %"
@@ -120,7 +120,7 @@ struct Requirement {
   std::size_t violated = 0;  ///< of them
   std::string worst;         ///< the case that `measured` is of, where there are several
 
-  bool kept() const { return cases > 0 && violated == 0; }
+  bool met() const { return cases > 0 && violated == 0; }
   static Requirement atMost(std::string law, std::string text, double limit, double measured);
   static Requirement atLeast(std::string law, std::string text, double limit, double measured);
   static Requirement notMeasured(std::string law, std::string text);

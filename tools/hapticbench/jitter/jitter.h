@@ -126,7 +126,7 @@ struct LoadJitter {
   double ratio() const;         ///< of p99.9 over all rounds
   /// Ratios of the single rounds, in ascending order.
   std::vector<double> sortedRatios() const;
-  bool kept() const { return ratio() <= kMaxLatencyRatio; }
+  bool met() const { return ratio() <= kMaxLatencyRatio; }
 };
 
 struct JitterResult {

@@ -73,8 +73,10 @@ std::string gnuplotQuoted(const std::string& text) {
 }
 
 const char* gnuplotTerminal(const std::filesystem::path& image) {
-  constexpr std::array<std::string_view, 1> kPng{".png"};
-  return base::checkEnding(image, kPng) ? "pngcairo" : "svg";
+  const auto ends_in = [&image](std::string_view ending) {
+    return base::checkEnding(image, std::array{ending}).has_value();
+  };
+  return ends_in(".png") ? "pngcairo" : ends_in(".pdf") ? "pdfcairo" : "svg";
 }
 
 base::Result<std::string> drawnByGnuplot(const std::string& script, const std::string& remedy) {

@@ -11,7 +11,7 @@ namespace hapticd::tools {
 /// `text` as gnuplot reads it between single quotes.
 std::string gnuplotQuoted(const std::string& text);
 
-/// "pngcairo" or "svg", by the ending of the image.
+/// "pngcairo", "pdfcairo" or "svg", by the ending of the image.
 const char* gnuplotTerminal(const std::filesystem::path& image);
 
 /// The image that gnuplot makes of `script`, which sets a terminal and leaves the output at standard output.

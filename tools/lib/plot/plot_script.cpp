@@ -16,8 +16,10 @@
 namespace hapticd::tools {
 namespace {
 
-// Measures of the picture in pixels. Its width fills the text of an A4 page, 17 cm, at 200 dpi.
+// Measures of the picture in pixels.
 constexpr int kWidth = 1400;
+/// Width of a PDF: the text of an A4 page. Its fonts are as large there as in print.
+constexpr double kPaperWidth_cm = 17;
 constexpr int kTitle = 70;
 constexpr int kStrip = 30;
 constexpr int kPanel = 240;
@@ -58,7 +60,13 @@ class Script {
 
   std::string of(const std::string& terminal) {
     addData();
-    add("set terminal {} size {},{} font 'Sans,11' background rgb 'white'\n", terminal, kWidth, height_);
+    if (terminal == "pdfcairo") {
+      const double cm_per_px = kPaperWidth_cm / kWidth;
+      add("set terminal {} size {}cm,{}cm font 'Sans,7' fontscale 1 linewidth 0.6 background rgb 'white'\n",
+          terminal, kPaperWidth_cm, height_ * cm_per_px);
+    } else {
+      add("set terminal {} size {},{} font 'Sans,11' background rgb 'white'\n", terminal, kWidth, height_);
+    }
     add("set multiplot\nset lmargin at screen 0.08\nset rmargin at screen 0.97\nset xrange [{}:{}]\n",
         plot_.first_s, plot_.last_s);
     add("set label 1 '{}' at screen 0.08,{} left noenhanced font 'Sans,14'\n", gnuplotQuoted(plot_.title),
@@ -142,8 +150,8 @@ class Script {
     const PlotPanel& panel = plot_.panels[number];
     addBorders(top, kPanel);
     add("set ytics\nset grid back lt 1 lw 1 lc rgb '#e0e0e0'\n"
-        "set ylabel '{} ({})' rotate by 90 offset 0,0\n{}\n",
-        panel.name, panel.unit, rangeOf(panel));
+        "set ylabel '{} ({})' rotate by 90 offset 0,0\n{}\n{}\n",
+        panel.name, panel.unit, rangeOf(panel), isLogarithmic(panel) ? "set logscale y" : "unset logscale y");
     if (number + 1 == plot_.panels.size())
       add("set format x '%g'\nset xlabel 'time since the first tick (s)'\n");
     if (number == 0) addMarkTexts();
@@ -173,6 +181,14 @@ class Script {
           "front\n",
           gnuplotQuoted(text), event.time_s, kMarkColour);
     }
+  }
+
+  static bool isLogarithmic(const PlotPanel& panel) {
+    return panel.logarithmic && std::ranges::any_of(panel.curves, [](const PlotCurve& curve) {
+             return std::ranges::any_of(curve.points, [](const PlotPoint& point) {
+               return std::isfinite(point.value) && point.value > 0;
+             });
+           });
   }
 
   /// The range of a panel's axis: gnuplot's own choice, except that curves of a single value need a height

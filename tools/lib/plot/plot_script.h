@@ -24,6 +24,8 @@ struct PlotPanel {
   std::string name;
   std::string unit;
   std::vector<PlotCurve> curves;
+  /// A logarithmic axis, where any value is positive; others are not drawn.
+  bool logarithmic = false;
 };
 
 /// How long the force loop was in a mode.
@@ -52,7 +54,7 @@ struct Plot {
   std::vector<PlotEvent> events;
 };
 
-/// The script with which gnuplot draws it. terminal: "pngcairo" or "svg".
+/// The script with which gnuplot draws it, 1400 px or, as a PDF, 17 cm wide. terminal: of gnuplotTerminal().
 std::string plotScript(const Plot& plot, const std::string& terminal);
 
 }  // namespace hapticd::tools

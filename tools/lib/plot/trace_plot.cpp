@@ -47,35 +47,37 @@ struct Quantity {
 
 using Style = PlotCurve::Style;
 constexpr std::string_view kForce = "force";
+constexpr std::string_view kComponents = "force per axis";
+constexpr std::string_view kLatency = "wake-up latency";
 constexpr std::string_view kFixtureForce = "force of fixtures";
 constexpr std::array<Quantity, 8> kQuantities{
     {{kForce,
+      "N",
+      "magnitude",
+      "#000000",
+      Style::thick,
+      [](const rt::Tick& tick) { return norm(tick.command_force_n_in_world); },
+      {"command_force_n_in_world"}},
+     {kComponents,
       "N",
       "x",
       "#c05020",
       Style::thin,
       [](const rt::Tick& tick) { return tick.command_force_n_in_world.x; },
       {"command_force_n_in_world"}},
-     {kForce,
+     {kComponents,
       "N",
       "y",
       "#309030",
       Style::thin,
       [](const rt::Tick& tick) { return tick.command_force_n_in_world.y; },
       {"command_force_n_in_world"}},
-     {kForce,
+     {kComponents,
       "N",
       "z",
       "#3060c0",
       Style::thin,
       [](const rt::Tick& tick) { return tick.command_force_n_in_world.z; },
-      {"command_force_n_in_world"}},
-     {kForce,
-      "N",
-      "magnitude",
-      "#000000",
-      Style::thick,
-      [](const rt::Tick& tick) { return norm(tick.command_force_n_in_world); },
       {"command_force_n_in_world"}},
      {kFixtureForce,
       "N",
@@ -100,7 +102,7 @@ constexpr std::array<Quantity, 8> kQuantities{
       Style::thick,
       [](const rt::Tick& tick) { return 1000 * norm(tick.proxy_m_in_world - tick.hip_m_in_world); },
       {"proxy_m_in_world", "hip_m_in_world"}},
-     {"wake-up latency",
+     {kLatency,
       "us",
       "latency",
       "#303090",
@@ -277,7 +279,8 @@ std::vector<PlotPanel> panelsOf(Content& content, double last_s) {
   for (Curve& curve : content.curves) {
     const Quantity& quantity = *curve.quantity;
     if (panels.empty() || panels.back().name != quantity.panel) {
-      panels.push_back({std::string(quantity.panel), std::string(quantity.unit), {}});
+      panels.push_back(
+          {std::string(quantity.panel), std::string(quantity.unit), {}, quantity.panel == kLatency});
     }
     panels.back().curves.push_back(
         {std::string(quantity.name), std::string(quantity.colour), quantity.style, std::move(curve.points)});
@@ -310,7 +313,7 @@ base::Error nothingToDraw(const std::filesystem::path& trace) {
           "export it instead: hapticctl trace export"};
 }
 
-constexpr std::array<std::string_view, 2> kEndings{".png", ".svg"};
+constexpr std::array<std::string_view, 3> kEndings{".png", ".svg", ".pdf"};
 
 /// Reads the selection. Errors: those of readTrace(), nothing to draw.
 base::Result<Plot> plotOf(const trace::SelectedTrace& trace, const trace::TraceSelection& selection,

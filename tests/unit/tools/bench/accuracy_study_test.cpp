@@ -133,9 +133,9 @@ TEST(AccuracySummary, NamesARowThatPopsThrough) {
       return requirement.law == "surface" && requirement.text.starts_with("pushes that pop through");
     });
   };
-  EXPECT_TRUE(popThrough().kept());
+  EXPECT_TRUE(popThrough().met());
   row.pops.popped_under = {0, 0, 1};
-  EXPECT_FALSE(popThrough().kept());
+  EXPECT_FALSE(popThrough().met());
   EXPECT_EQ(popThrough().violated, 1U);
   EXPECT_NE(popThrough().worst.find("bowl"), std::string::npos);
 }

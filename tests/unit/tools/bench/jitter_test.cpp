@@ -158,16 +158,16 @@ JitterResult madeUpResult() {
 TEST(LoadJitter, ComparesAllRoundsTogetherAndShowsTheSpreadOfSingleOnes) {
   const JitterResult result = madeUpResult();
   EXPECT_EQ(result.loads[0].ratio(), 1);
-  EXPECT_TRUE(result.loads[0].kept());
+  EXPECT_TRUE(result.loads[0].met());
   EXPECT_EQ(result.loads[1].ratio(), 1.5);
-  EXPECT_FALSE(result.loads[1].kept());
+  EXPECT_FALSE(result.loads[1].met());
   EXPECT_EQ(result.loads[1].sortedRatios(), (std::vector<double>{1, 1.5}));
 }
 
 TEST(JitterReport, SaysForEachLoadWhetherTheLimitIsKept) {
   const std::string table = jitterReport(madeUpResult()).text();
-  EXPECT_NE(table.find("1.00, at most 1.25 (kept)"), std::string::npos) << table;
-  EXPECT_NE(table.find("1.50, at most 1.25 (not kept)"), std::string::npos) << table;
+  EXPECT_NE(table.find("1.00, at most 1.25 (met)"), std::string::npos) << table;
+  EXPECT_NE(table.find("1.50, at most 1.25 (not met)"), std::string::npos) << table;
   EXPECT_NE(table.find("in contact 50 %"), std::string::npos) << table;
   EXPECT_NE(table.find("last hop         804  120  120    700  700"), std::string::npos) << table;
 }
