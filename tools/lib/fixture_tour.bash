@@ -7,7 +7,7 @@ fixture_tour() {
   local control=("$1" --socket "$2") seconds=$3
 
   tour_title "1. A stand-off: keep 20 mm off whatever the camera sees" \
-    "The hand comes down, is held before it reaches the ball, and strokes through the air beside it." \
+    "The hand comes down, is held before it reaches the ball, and strokes about 15 mm in front of it." \
     "Look at: 'contact 0 %' though there is a force, and in the live view the gap between hand and ball."
   tour_run fixture add keep-off --kind standoff --clearance-m 0.02 --max-force-n 3 || return
   tour_watch fixtures || return
@@ -15,7 +15,7 @@ fixture_tour() {
 
   tour_title "2. A guided path: an S along the front of the ball" \
     "The hand strokes straight from left to right and back; guidance pulls it sideways onto the path." \
-    "Look at: the guidance force, at most 1 N, beside that of the contact, and the S that the hand draws."
+    "Look at: the guidance force, at most 1 N, next to that of the contact, and the S that the hand draws."
   tour_run fixture add incision --kind path --max-force-n 1 --points-m \
     "-0.04,0,-0.856 -0.015,0.02,-0.852 0.015,-0.02,-0.852 0.04,0,-0.856" || return
   tour_watch fixtures || return

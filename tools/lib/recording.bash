@@ -6,7 +6,7 @@
 # Prints the folder of the recording in DIR, unpacked into the scratch folder if need be.
 find_recording() {
   local archives=()
-  [ -d "$1" ] || fail "$1 is no folder"
+  [ -d "$1" ] || fail "$1 is not a folder"
   if [ ! -f "$1/INDEX.txt" ]; then
     mapfile -t archives < <(find "$1" -maxdepth 1 -name '*.tar.xz')
     [ ${#archives[@]} -eq 1 ] || fail "$1 holds neither INDEX.txt nor exactly one .tar.xz"

@@ -74,13 +74,15 @@ install_documents(tools hapticd-tools)
 install(PROGRAMS tools/slurm DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/hapticd-tools/examples COMPONENT tools)
 install(FILES README.md DESTINATION ${doc_folder} COMPONENT hapticd)
 install(FILES ${HAPTICD_GENERATED}/changelog.gz DESTINATION ${doc_folder} COMPONENT hapticd)
-set(documents README architecture cameras cluster control-api faults fixtures glossary handles hardware licensing live-view measurements patents traces
-    viewers)
+set(documents README architecture cameras cluster control-api faults fixtures glossary handles hardware licensing live-view measurements patents recipes
+    traces viewers)
 list(TRANSFORM documents PREPEND docs/)
 list(TRANSFORM documents APPEND .md)
 install(FILES ${documents} docs/box.svg docs/pareto.svg docs/view.png DESTINATION ${doc_folder}/docs COMPONENT hapticd)
 install(FILES drivers/handle/udp/protocol.md DESTINATION ${doc_folder} RENAME udp-protocol.md COMPONENT hapticd)
 install(FILES drivers/handle/hid/reports.md DESTINATION ${doc_folder} RENAME hid-reports.md COMPONENT hapticd)
-install(FILES docs/examples/depth.py docs/examples/hdf5_from_trace.py docs/examples/recording_from_images.py docs/examples/ticks.py DESTINATION ${doc_folder}/examples COMPONENT hapticd)
-install(FILES config/demo.yaml config/demo-fixtures.yaml systemd/examples/50-cpu.conf systemd/examples/60-udp-peer.conf systemd/examples/hapticd-alerts.yml
+install(FILES docs/examples/d435.yaml docs/examples/depth.py docs/examples/device.py docs/examples/forces.c docs/examples/forces.py
+              docs/examples/hdf5_from_trace.py docs/examples/recording_from_images.py docs/examples/ticks.py DESTINATION ${doc_folder}/examples COMPONENT hapticd)
+install(FILES config/demo.yaml config/demo-fixtures.yaml systemd/examples/50-cpu.conf systemd/examples/60-udp-peer.conf systemd/examples/70-mail.conf
+              systemd/examples/hapticd-alerts.yml systemd/examples/hapticd-check.service systemd/examples/hapticd-check.timer systemd/examples/hapticd-mail.service
         DESTINATION ${doc_folder}/examples COMPONENT hapticd)
