@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 
+#include "config/base/counted.h"
 #include "config/base/value_text.h"
 #include "config/settings/driver_rows.h"
 
@@ -19,10 +20,6 @@ constexpr std::size_t kMaxShown = 16;
 
 std::string shown(const Parameter& parameter, const Value& value) {
   return parameter.kind == Kind::text ? base::inQuotes(std::get<std::string>(value)) : toText(value);
-}
-
-std::string counted(std::size_t count, std::string_view noun) {
-  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
 }  // namespace
@@ -37,9 +34,9 @@ std::string SettingsSummary::differencesText() const {
 }
 
 std::string SettingsSummary::text() const {
-  std::string count = counted(set, "parameter") + " set";
-  if (fixtures > 0) count += ", " + counted(fixtures, "fixture");
-  if (regions > 0) count += ", " + counted(regions, "tissue region");
+  std::string count = base::counted(set, "parameter(s) set");
+  if (fixtures > 0) count += ", " + base::counted(fixtures, "fixture(s)");
+  if (regions > 0) count += ", " + base::counted(regions, "tissue region(s)");
   if (differences.empty()) return count + ", none differs from the defaults";
   return fmt::format("{}, {} {} from the defaults: {}", count, differences.size(),
                      differences.size() == 1 ? "differs" : "differ", differencesText());

@@ -251,7 +251,7 @@ class Loading {
     if (!value || is_text || !entry.quoted || std::holds_alternative<std::string>(*value)) return value;
     return std::unexpected(
         base::Error{std::string(parameter.name),
-                    fmt::format("{} is text because of its quotes, write {} without them (allowed: {})",
+                    fmt::format("{} is text because of its quotes; write {} without them (allowed: {})",
                                 base::inQuotes(entry.value), shortened(entry.value), parameter.range()),
                     ""});
   }

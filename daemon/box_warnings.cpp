@@ -50,7 +50,7 @@ void addClaims(const rt::Tick& tick, Warnings& list) {
   const rt::VelocitySource source = tick.handle.velocity_source;
   if (source == rt::VelocitySource::distrusted || source == rt::VelocitySource::contradicted) {
     list.emplace_back(
-        "the handle claims a velocity that its positions contradict: one estimated from these is used until "
+        "the handle reports a velocity that its positions contradict: one estimated from these is used until "
         "it "
         "is reconnected (correct unit, sign and timing of the velocity in the device or its bridge, or let "
         "it "

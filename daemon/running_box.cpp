@@ -254,7 +254,7 @@ LawStatus RunningBox::lawStatus(const rt::LoopState& loop) const {
   status.hand_stiffness_n_per_m = loop.tick.stiffness_gain * live.force.stiffness_n_per_m *
                                   settings_.handle.motion_scale * settings_.handle.force_scale;
   if (settings_.live.force.law) {
-    status.reason = "named in force.law";
+    status.reason = "set in force.law";
     return status;
   }
   status.expected_error_n = law_decision_.error_n;

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "config/additions/addition_fields.h"
+#include "config/base/counted.h"
 #include "config/base/value_text.h"
 
 namespace hapticd::config {
@@ -74,7 +75,7 @@ class FieldChecks {
   void checkMember(const Field& field, std::vector<rt::Vec3> Owner::*member) {
     const std::vector<rt::Vec3>& points = owner_.*member;
     if (points.size() < 2 || points.size() > rt::kMaxPathPoints) {
-      return report(field.name, fmt::format("has {} point{}", points.size(), points.size() == 1 ? "" : "s"),
+      return report(field.name, "has " + base::counted(points.size(), "point(s)"),
                     fmt::format("give 2 to {} points", rt::kMaxPathPoints));
     }
     for (std::size_t i = 0; i < points.size(); ++i) {

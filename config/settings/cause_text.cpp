@@ -35,7 +35,7 @@ const char* textOf(rt::Cause cause) {
     case rt::Cause::surface_too_near:
       return "the surface has come nearer than the camera can measure";
     case rt::Cause::handle_inconsistent:
-      return "the device claims a velocity that its positions contradict";
+      return "the device reports a velocity that its positions contradict";
     case rt::Cause::energy_debt:
       return "the hand got more energy from the box than it gave: the loop is unstable";
   }

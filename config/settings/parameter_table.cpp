@@ -195,7 +195,7 @@ constexpr auto kGridToHandle = std::to_array<Parameter>({
         "the delay that stiffness limit and contact damping follow from"),
     HAPTICD_PARAMETER(handle.measure_latency, "", {}, "",
         "drivers udp and falcon: measure how late forces act with a knock of 0.5 N for 0.16 s when the box first engages, and "
-        "reckon with what the driver cannot tell"),
+        "allow for what the driver cannot tell"),
 });
 
 constexpr auto kLedsToTrace = std::to_array<Parameter>({

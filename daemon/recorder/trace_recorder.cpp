@@ -138,7 +138,7 @@ std::future<base::Result<T>> TraceRecorder::post(std::function<base::Result<T>()
 std::future<base::Result<std::string>> TraceRecorder::startTrace(const TraceRequest& request) {
   return post<std::string>([this, request]() -> base::Result<std::string> {
     if (requested_) {
-      return std::unexpected(base::Error{"trace", "one is being written already", "stop it first"});
+      return std::unexpected(base::Error{"trace", "a trace is already being recorded", "stop it first"});
     }
     countDrops(sources_.ticks.dropped());  // earlier ones belong to no trace
     request_ = request;

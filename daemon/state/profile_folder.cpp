@@ -56,7 +56,7 @@ bool ProfileFolder::has(const std::string& name) const {
 
 base::Result<void> ProfileFolder::checkNamed(const std::string& name) const {
   if (!isProfileName(name)) {
-    return failure("profile " + base::inQuotes(name), "is no name of a profile",
+    return failure("profile " + base::inQuotes(name), "is not a valid profile name",
                    fmt::format("take 1 to {} letters, digits, '_' and '-'", kMaxNameLength));
   }
   return {};
@@ -130,7 +130,7 @@ base::Result<std::optional<std::string>> ProfileFolder::boot() const {
   std::string name = **content;
   if (name.ends_with('\n')) name.pop_back();
   if (!isProfileName(name)) {
-    return failure(bootFile().string(), base::inQuotes(name) + " is no name of a profile",
+    return failure(bootFile().string(), base::inQuotes(name) + " is not a valid profile name",
                    "choose the boot profile again");
   }
   return name;

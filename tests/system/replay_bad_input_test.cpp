@@ -222,7 +222,7 @@ TEST_F(ReplayBadInput, PartsAreOfAFolderOfTracesOnly) {
 TEST_F(ReplayBadInput, APartThatIsNoneIsRefusedWithItsName) {
   write("part.json", "{}");
   const Finished joined = test::runToEnd(test::hapticReplayCommand({"--join", path("part.json")}));
-  expectRefused(joined, kBadData, "part.json: is no part of haptic-replay");
+  expectRefused(joined, kBadData, "part.json: is not a part of haptic-replay");
 }
 
 TEST_F(ReplayBadInput, AnOldOutputStaysAsItWasWhenTheReplayFails) {

@@ -65,7 +65,7 @@ base::Result<void> complete(Options& options) {
   if (!options.start.empty()) options.hand.start_m_in_world = vectorOf(options.start);
   if (!options.direction.empty()) options.hand.direction_in_world = vectorOf(options.direction);
   if (norm(options.hand.direction_in_world) > 0) return {};
-  return std::unexpected(base::Error{"--direction", "(0, 0, 0) is no direction", ""});
+  return std::unexpected(base::Error{"--direction", "(0, 0, 0) is not a direction", ""});
 }
 
 int bridge(Options& options) {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "config/base/counted.h"
 #include "tools/hapticctl/base/command_line.h"
 
 #include <fmt/format.h>
@@ -151,13 +152,9 @@ int runEngage(const CommandOptions& options, bool inside) {
     printJson(*reply);
   } else {
     fmt::print("{}{}", modeLine(*reply),
-               flagAt(*reply, "already") ? "it was engaged already; nothing has changed\n" : "");
+               flagAt(*reply, "already") ? "already engaged; nothing changed\n" : "");
   }
   return bringsForce(*reply) ? kOk : kFailed;
-}
-
-std::string counted(std::size_t count, const char* noun) {
-  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
 }
 
 std::string linesOf(const Json& texts) {
@@ -174,8 +171,8 @@ std::string heldLines(const Json& pending) {
 
 std::string reloadText(const Json& reply) {
   const Json& changes = listAt(reply, "changes");
-  std::string text =
-      changes.empty() ? "nothing has changed\n" : counted(changes.size(), "change") + "\n" + linesOf(changes);
+  std::string text = changes.empty() ? "nothing has changed\n"
+                                     : base::counted(changes.size(), "change(s)") + "\n" + linesOf(changes);
   if (const Json& waiting = listAt(reply, "waiting"); !waiting.empty())
     text += "at the next start only (systemctl restart hapticd):\n" + linesOf(waiting);
   if (const Json& hidden = listAt(reply, "hidden"); !hidden.empty())

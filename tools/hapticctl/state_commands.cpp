@@ -57,7 +57,7 @@ void addWatch(CommandLine& line) {
   const CommandOptions& options = line.options();
   const auto watch = std::make_shared<WatchOptions>();
   CLI::App& command =
-      line.add("watch", "Show the state again and again until Ctrl-C, also across restarts of hapticd",
+      line.add("watch", "Show the state continuously, until Ctrl-C, also across restarts of hapticd",
                [&options, watch] { return runWatch(options, *watch); });
   command
       .add_option("--interval", watch->interval_ms, "Time between two states, 20 to 60000 ms (default 200)")
@@ -189,7 +189,7 @@ void addProfileCommands(CommandLine& line) {
   addNamed(line, "save", "Save all live parameters as they are now, as a profile",
            "io.hapticd.Control.SaveProfile",
            [](const Json& reply) { return "saved " + textAt(reply, "name") + "\n"; });
-  addNamed(line, "load", "Set all live parameters as a profile has them", "io.hapticd.Control.LoadProfile",
+  addNamed(line, "load", "Apply a saved profile to the live parameters", "io.hapticd.Control.LoadProfile",
            loadedText);
 
   const CommandOptions& options = line.options();

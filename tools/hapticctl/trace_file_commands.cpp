@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "config/base/counted.h"
 #include "tools/hapticctl/commands.h"
 
 #include <fmt/format.h>
@@ -204,12 +205,13 @@ void showInfo(const trace::TraceSummary& summary, bool being_written) {
     fmt::print("mode         {} for {} s\n", mode, fixed(seconds, 1));
   }
   showLaws(summary);
-  fmt::print(
-      "records      {} models, {} parameter sets, {} fixture sets, {} events, {} snapshots, {} depth "
-      "frames\n",
-      info.models, info.directives, info.additions, info.events, info.snapshots, info.depth_frames);
-  fmt::print("file         {}, {} chunks, {}\n", bytesText(static_cast<double>(info.bytes)), info.chunks,
-             stateText(summary, being_written));
+  fmt::print("records      {}, {}, {}, {}, {}, {}\n", base::counted(info.models, "model(s)"),
+             base::counted(info.directives, "parameter set(s)"),
+             base::counted(info.additions, "fixture set(s)"), base::counted(info.events, "event(s)"),
+             base::counted(info.snapshots, "snapshot(s)"),
+             base::counted(info.depth_frames, "depth frame(s)"));
+  fmt::print("file         {}, {}, {}\n", bytesText(static_cast<double>(info.bytes)),
+             base::counted(info.chunks, "chunk(s)"), stateText(summary, being_written));
   for (const auto& [name, value] : info.metadata) {
     fmt::print("{:<12} {}\n", shown(name), shown(value));
   }

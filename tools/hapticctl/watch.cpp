@@ -15,6 +15,7 @@
 #include <string>
 #include <string_view>
 
+#include "config/base/counted.h"
 #include "config/base/program.h"
 #include "tools/hapticctl/base/calls.h"
 #include "tools/hapticctl/text/error_text.h"
@@ -33,16 +34,17 @@ void WatchSummary::add(const Json& reply) {
 std::string WatchSummary::text() const {
   const auto count = [this](const char* path) { return countAt(status_, path); };
   return fmt::format(
-      "ticks         {} in {} s, {} overruns, {} skipped periods, {} in contact\n"
+      "ticks         {} in {} s, {}, {}, {} in contact\n"
       "frames        {} from the camera, {} modelled, {} skipped, the last one of {}\n"
       "force         {}..{} N\n"
       "wake-up       {}\n"
       "compute       {}\n",
-      count("loop.counters.ticks"), fixed(numberAt(status_, "uptimeS"), 1), count("loop.counters.overruns"),
-      count("loop.counters.skippedPeriods"), count("loop.counters.contactTicks"), count("camera.frames"),
-      count("scene.models"), count("scene.skippedFrames"), sceneContentText(status_), fixed(min_force_n_, 2),
-      fixed(max_force_n_, 2), latencyText(status_, "loop.wakeupLatency"),
-      latencyText(status_, "loop.computeTime"));
+      count("loop.counters.ticks"), fixed(numberAt(status_, "uptimeS"), 1),
+      base::counted(count("loop.counters.overruns"), "overrun(s)"),
+      base::counted(count("loop.counters.skippedPeriods"), "skipped period(s)"),
+      count("loop.counters.contactTicks"), count("camera.frames"), count("scene.models"),
+      count("scene.skippedFrames"), sceneContentText(status_), fixed(min_force_n_, 2), fixed(max_force_n_, 2),
+      latencyText(status_, "loop.wakeupLatency"), latencyText(status_, "loop.computeTime"));
 }
 
 namespace {

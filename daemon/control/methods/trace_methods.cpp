@@ -120,9 +120,10 @@ void TraceMethods::startTrace(const Call& call, const Caller& caller, Replies& r
     return replies.finish(
         caller.connection,
         failed(kFailed,
-               fmt::format("the label is not possible in the name of a file (take at most {} letters, "
-                           "digits, '_', '.' and '-')",
-                           kMaxLabelLength)));
+               fmt::format(
+                   "the label contains characters that a file name cannot have (take at most {} letters, "
+                   "digits, '_', '.' and '-')",
+                   kMaxLabelLength)));
   }
   if (refused(caller, replies)) return;
   answerWhenDone(call, caller, replies, context_.box.startTrace(request), "start", "starts trace");

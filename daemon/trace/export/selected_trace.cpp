@@ -36,7 +36,7 @@ namespace {
 base::Result<void> check(const TraceSelection& selection) {
   if (!(selection.from_s <= selection.to_s)) {
     return std::unexpected(base::Error{
-        "time", fmt::format("from {} s to {} s is no stretch of time", selection.from_s, selection.to_s),
+        "time", fmt::format("from {} s to {} s is not a time range", selection.from_s, selection.to_s),
         "begin before the end; seconds since the first tick"});
   }
   if (selection.most_ticks == 1) {

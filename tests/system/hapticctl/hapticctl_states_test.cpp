@@ -315,8 +315,8 @@ TEST_F(HapticctlStates, DoctorShowsTheWarningsOfTheDaemonAndKnowsItsCpu) {
 TEST_F(HapticctlStates, ReasonsOfTheDaemonAreShownAsTheyAreAndAsJson) {
   Daemon daemon(home);
   ASSERT_TRUE(daemon.answers());
-  EXPECT_TRUE(
-      contains(home.control({"save", "a/b"}).errors, "hapticctl: profile \"a/b\": is no name of a profile"));
+  EXPECT_TRUE(contains(home.control({"save", "a/b"}).errors,
+                       "hapticctl: profile \"a/b\": is not a valid profile name"));
   const json refused = json::parse(home.control({"--json", "save", "a/b"}).errors);
   EXPECT_EQ(refused["error"], "io.hapticd.Control.ProfileFailed");
   const json unreadable = json::parse(home.control({"--json", "register", "--points", "/nowhere"}).errors);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include "config/base/counted.h"
 #include "config/base/value_text.h"
 #include "config/settings/yaml_text.h"
 #include "config/yaml_loader.h"
@@ -97,6 +98,15 @@ TEST(YamlText, AllDefaultsReadBack) {
 TEST(YamlText, HoldsOnlyWhatIsChosen) {
   const auto springs = [](const Parameter& parameter) { return parameter.name == "force.radius_m"; };
   EXPECT_EQ(config::yamlText(Settings{}, springs), "force:\n  radius_m: 0.04\n");
+}
+
+TEST(Counted, HasThePluralForEveryCountButOne) {
+  EXPECT_EQ(base::counted(0, "tick(s) in contact"), "0 ticks in contact");
+  EXPECT_EQ(base::counted(1, "tick(s) in contact"), "1 tick in contact");
+  EXPECT_EQ(base::counted(2U, "pair(s) of hand(s)"), "2 pairs of hands");
+  EXPECT_EQ(base::counted("1", "pair(s) of hand(s)"), "1 pair of hand");
+  EXPECT_EQ(base::counted("-", "frame(s)"), "- frames") << "a count that is not known";
+  EXPECT_EQ(base::counted(1, "damaged"), "1 damaged");
 }
 
 }  // namespace

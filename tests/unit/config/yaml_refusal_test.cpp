@@ -79,11 +79,11 @@ const std::vector<Refusal> kValues{
      {"bad.yaml:2: force.radius_m: \"0,04\" is not a number (allowed: 0.005..0.1 m)"}},
     {"QuotedNumber",
      "force:\n  radius_m: \"0.04\"",
-     {"bad.yaml:2: force.radius_m: \"0.04\" is text because of its quotes, write 0.04 without them (allowed: "
+     {"bad.yaml:2: force.radius_m: \"0.04\" is text because of its quotes; write 0.04 without them (allowed: "
       "0.005..0.1 m)"}},
     {"QuotedTruthValue",
      "trace: {depth: 'true'}",
-     {"bad.yaml:1: trace.depth: \"true\" is text because of its quotes, write true without them "
+     {"bad.yaml:1: trace.depth: \"true\" is text because of its quotes; write true without them "
       "(allowed: "
       "true "
       "or false)"}},

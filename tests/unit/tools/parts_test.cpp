@@ -84,7 +84,7 @@ TEST(PartFile, IsRefusedWhereItIsNone) {
                                   whole.substr(0, whole.size() / 2), std::string(R"({"part_of": 3})")}) {
     const auto read = parsePartFile("odd.json", text, kProgram, kVersion);
     ASSERT_FALSE(read) << text;
-    EXPECT_TRUE(read.error().text().starts_with("odd.json: is no part of program study"))
+    EXPECT_TRUE(read.error().text().starts_with("odd.json: is not a part of program study"))
         << read.error().text();
   }
 }

@@ -6,6 +6,7 @@
 #include <array>
 #include <memory>
 
+#include "config/base/counted.h"
 #include "config/settings/settings.h"
 
 namespace hapticd::tools {
@@ -16,8 +17,7 @@ std::string nameOf(const LawSetting& setting) {
   std::string name(nameOf(setting.law));
   if (setting.filtered) name += ", filtered";
   const int frames = setting.fusion_frames;
-  if (frames != LawSetting{}.fusion_frames)
-    name += fmt::format(", {} frame{}", frames, frames == 1 ? "" : "s");
+  if (frames != LawSetting{}.fusion_frames) name += ", " + base::counted(frames, "frame(s)");
   return name;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "config/additions/addition_reader.h"
+#include "config/base/counted.h"
 #include "config/settings/fixture_settings.h"
 #include "tools/hapticctl/additions/addition_options.h"
 #include "tools/hapticctl/base/command_line.h"
@@ -89,7 +90,9 @@ int exportTo(const CommandOptions& options, const AdditionList& list, const std:
   if (options.json) {
     printJson({{"file", file}});
   } else {
-    fmt::print("wrote {} {} to {}\n", listAt(*reply, list.plural).size(), list.plural, printable(file));
+    fmt::print("wrote {} to {}\n",
+               base::counted(listAt(*reply, list.plural).size(), std::string(list.noun) + "(s)"),
+               printable(file));
   }
   return kOk;
 }

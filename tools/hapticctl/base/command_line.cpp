@@ -72,7 +72,7 @@ namespace {
 
 constexpr const char* kFooter =
     "Times are in UTC, as in the names of traces. On a terminal tables are fitted to\n"
-    "its width; piped into a file or a program they are whole.\n"
+    "its width; piped into a file or a program they are not shortened.\n"
     "Exit status: 0 done, 1 refused by the daemon or failed, 2 wrong usage, 3 no\n"
     "connection to the daemon.\n"
     "Socket: --socket, else HAPTICD_SOCKET, else /run/hapticd/io.hapticd.Control;\n"

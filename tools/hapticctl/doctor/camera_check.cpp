@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "config/base/counted.h"
 #include "config/settings/driver_rows.h"
 #include "tools/hapticctl/doctor/camera_list.h"
 #include "tools/hapticctl/doctor/checks.h"
@@ -70,8 +71,8 @@ Findings checkCameras(const Examination& box) {
                 fmt::format("{} at {} cannot be used: {}", camera.name, camera.place, camera.note), ""));
   }
   if (settings.driver != "v4l2") {
-    findings.push_back(good(
-        "depth camera", fmt::format("none of the kernel's is used: camera.driver is {}", settings.driver)));
+    findings.push_back(
+        good("depth camera", fmt::format("no V4L2 camera in use: camera.driver is {}", settings.driver)));
     return findings;
   }
   findings.push_back(moduleFinding(box));
@@ -126,7 +127,7 @@ Finding busFinding(const std::vector<UsbDevice>& devices, const UsbDevice& camer
     return device.bus == camera.bus && !device.isHub() && !device.isKinectPart();
   });
   const std::string fact =
-      fmt::format("{} on bus {}", counted(static_cast<std::size_t>(neighbours), "other device"), camera.bus);
+      fmt::format("{} on bus {}", base::counted(neighbours, "other device(s)"), camera.bus);
   if (neighbours < kManyNeighbours) return good("kinect bus", fact);
   return warning("kinect bus", fact + ": depth packets may be lost",
                  "plug the Kinect into a port of another controller; lsusb -t shows them");

@@ -11,6 +11,7 @@
 #include <sstream>
 #include <string>
 
+#include "config/base/counted.h"
 #include "drivers/base/cpu_list.h"
 #include "tools/hapticctl/doctor/checks.h"
 #include "tools/hapticctl/doctor/findings.h"
@@ -244,9 +245,10 @@ Findings checkCpuKind(const Examination& box) {
   const std::optional<int> cpu = forceCpu(box);
   if (kinds.speed.empty()) return {good("cpu kind", "no CPU is known to be slower than the others")};
   if (!cpu || !kinds.speed.contains(*cpu)) {
-    return {warning("cpu kind",
-                    "the CPU of the force loop is not among those that are on: " + cpuListText(online),
-                    "'cpu:' below 'loop:' in /etc/hapticd/hapticd.yaml")};
+    return {
+        warning("cpu kind",
+                "the CPU of the force loop is not one of the CPUs that are online: " + cpuListText(online),
+                "'cpu:' below 'loop:' in /etc/hapticd/hapticd.yaml")};
   }
   CpuSet little = online;
   little.erase(0);
@@ -271,10 +273,10 @@ Findings checkInterrupts(const Examination& box) {
   if (!coming) return {unreadable("interrupts", "proc/irq", coming.error())};
   const std::string where = "CPU " + cpuListText(cpus);
   if (coming->empty()) return {good("interrupts", "none can occur on " + where)};
-  return {warning(
-      "interrupts",
-      fmt::format("{} can occur on {}: {}", counted(coming->size(), "interrupt"), where, someOf(*coming)),
-      "systemctl restart hapticd-realtime, which hapticd-realtime-setup apply sets up")};
+  return {warning("interrupts",
+                  fmt::format("{} can occur on {}: {}", base::counted(coming->size(), "interrupt(s)"), where,
+                              someOf(*coming)),
+                  "systemctl restart hapticd-realtime, which hapticd-realtime-setup apply sets up")};
 }
 
 Findings checkSibling(const Examination& box) {
@@ -315,7 +317,7 @@ Findings checkGovernor(const Examination& box) {
     files.insert(policy.empty() ? path : fmt::format("{}cpufreq/{}/scaling_governor", kCpus, policy));
   }
   if (scaled == 0) return {good("governor", "the kernel does not change the CPUs' frequency")};
-  if (others.empty()) return {good("governor", "performance on " + counted(scaled, "CPU"))};
+  if (others.empty()) return {good("governor", "performance on " + base::counted(scaled, "CPU(s)"))};
   const std::string command =
       files.size() == 1 ? fmt::format("echo performance > /{}", *files.begin())
                         : "echo performance | tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor";

@@ -87,10 +87,6 @@ Finding unreadable(std::string name, const std::string& path, Unread why) {
                  fmt::format("/{} cannot be read: {}", path, std::strerror(why.system_error)), "");
 }
 
-std::string counted(std::size_t count, const std::string& noun) {
-  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
-}
-
 std::string someOf(const std::vector<std::string>& words, std::size_t most) {
   std::string text;
   for (std::size_t i = 0; i < words.size() && i < most; ++i) text += (i == 0 ? "" : ", ") + words[i];

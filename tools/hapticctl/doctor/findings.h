@@ -48,9 +48,6 @@ Finding failureOfTheService(const Examination& box, std::string name, std::strin
 /// "PATH cannot be read: REASON".
 Finding unreadable(std::string name, const std::string& path, Unread why);
 
-/// "3 CPUs", "1 CPU".
-std::string counted(std::size_t count, const std::string& noun);
-
 /// The first entries of a list: "a, b, c and 4 more".
 std::string someOf(const std::vector<std::string>& words, std::size_t most = 6);
 

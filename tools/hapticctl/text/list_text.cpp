@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "config/base/counted.h"
 #include "rt/base/words.h"
 #include "rt/loop/loop_state.h"
 #include "tools/hapticctl/text/status_text.h"
@@ -162,7 +163,7 @@ std::string tissueText(const Json& status) {
   const bool fed = numberAt(status, "tissue.feed.accepted") > 0 ||
                    numberAt(status, "tissue.feed.limited") > 0 || numberAt(status, "tissue.feed.outside") > 0;
   if (!(numberAt(status, "tissue.count") > 0) && !fed) return "";
-  std::string text = countAt(status, "tissue.count") + " regions";
+  std::string text = base::counted(countAt(status, "tissue.count"), "region(s)");
   if (const std::string name = textAt(status, "tissue.inContact"); name != "-")
     text += ", in contact: " + name;
   if (!fed) return text;

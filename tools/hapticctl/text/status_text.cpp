@@ -10,6 +10,7 @@
 #include <string_view>
 #include <utility>
 
+#include "config/base/counted.h"
 #include "config/settings/cause_text.h"
 #include "drivers/led/led_panel.h"
 #include "rt/base/words.h"
@@ -41,14 +42,14 @@ std::string vectorText(const Json& status, const std::string& path, int digits) 
                      fixed(numberAt(status, path + ".z"), digits));
 }
 
-/// A counter of the status and what it counts.
+/// A counter of the status and what it counts, as counted() takes it.
 using Counter = std::pair<const char*, const char*>;
 /// "12 overruns, 3 skipped periods".
 std::string countersText(const Json& status, const std::string& group,
                          std::initializer_list<Counter> counters) {
   std::string text;
   for (const auto& [name, words] : counters) {
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", countAt(status, group + name), words);
+    text += (text.empty() ? "" : ", ") + base::counted(countAt(status, group + name), words);
   }
   return text;
 }
@@ -59,10 +60,11 @@ std::string line(std::string_view title, const std::string& text) {
 
 std::string loopText(const Json& status) {
   return line("force loop", fixed(numberAt(status, "loop.rateHz"), 1) + " Hz, " + privilegesText(status)) +
-         line("", countersText(
-                      status, "loop.counters.",
-                      {{"ticks", "ticks"}, {"overruns", "overruns"}, {"skippedPeriods", "skipped periods"}}) +
-                      ", " + countAt(status, "loop.pageFaults") + " page faults") +
+         line("", countersText(status, "loop.counters.",
+                               {{"ticks", "tick(s)"},
+                                {"overruns", "overrun(s)"},
+                                {"skippedPeriods", "skipped period(s)"}}) +
+                      ", " + base::counted(countAt(status, "loop.pageFaults"), "page fault(s)")) +
          line("wake-up", latencyText(status, "loop.wakeupLatency")) +
          line("compute", latencyText(status, "loop.computeTime"));
 }
@@ -75,7 +77,7 @@ std::string forceText(const Json& status) {
                           contactText(status))) +
          line("", "at " + vectorText(status, "tick.hipMInWorld", 4) + " m in the world") +
          line("", countersText(status, "loop.counters.",
-                               {{"contactTicks", "ticks in contact"},
+                               {{"contactTicks", "tick(s) in contact"},
                                 {"slewLimitedTicks", "slew limited"},
                                 {"magnitudeClampedTicks", "clamped"},
                                 {"notFiniteTicks", "not finite"}}));
@@ -111,7 +113,7 @@ std::string cameraText(const Json& status) {
               fmt::format("{}, {}", textAt(status, "camera.state"), textAt(status, "camera.identity"))) +
          line("",
               countersText(status, "camera.",
-                           {{"frames", "frames"}, {"damagedFrames", "damaged"}, {"lostFrames", "lost"}})) +
+                           {{"frames", "frame(s)"}, {"damagedFrames", "damaged"}, {"lostFrames", "lost"}})) +
          cameraDetailsText(status);
 }
 
@@ -124,19 +126,19 @@ std::string ballText(const Json& status) {
 }
 
 std::string sceneText(const Json& status) {
-  return line("scene", fmt::format("{} frames per second, {}, modelled in {}, in use at an age of {}",
+  return line("scene", fmt::format("{} frames per second, {}, modelled in {}, age {}",
                                    fixed(numberAt(status, "scene.frameRateHz"), 1), sceneContentText(status),
                                    duration(numberAt(status, "scene.lastModelNs")),
                                    duration(numberAt(status, "tick.sceneAgeNs")))) +
          line("", countersText(status, "scene.",
-                               {{"frames", "frames"},
+                               {{"frames", "frame(s)"},
                                 {"skippedFrames", "skipped"},
-                                {"models", "models"},
+                                {"models", "model(s)"},
                                 {"remodels", "of them remodelled"},
-                                {"pointsOverCapacity", "points over capacity"}})) +
+                                {"pointsOverCapacity", "point(s) over capacity"}})) +
          ballText(status) +
          line("", countersText(status, "loop.counters.",
-                               {{"outsideModelTicks", "ticks outside the model"},
+                               {{"outsideModelTicks", "tick(s) outside the model"},
                                 {"depthStaleTicks", "with stale depth"}}));
 }
 
@@ -225,7 +227,7 @@ std::string nearFixtureText(const Json& reply) {
 }  // namespace
 
 std::string contactText(const Json& status) {
-  const std::string points = "from " + countAt(status, "tick.pointsUsed") + " points";
+  const std::string points = "from " + base::counted(countAt(status, "tick.pointsUsed"), "point(s)");
   const std::string law = textAt(status, "tick.law");
   if (law != "proxy" && law != "surface") return points;
   return textAt(status, "tick.contact") + (law == "proxy" ? ", " + points : "");
@@ -235,7 +237,7 @@ std::string sceneContentText(const Json& status) {
   if (textAt(status, "tick.law") == "surface" || textAt(status, "law.chosen") == "surface") {
     return "all pixels (the law surface works on the depth image and models no points)";
   }
-  return countAt(status, "scene.points") + " points";
+  return base::counted(countAt(status, "scene.points"), "point(s)");
 }
 
 std::string statusRow(std::string_view title, const std::string& text) {
@@ -269,7 +271,7 @@ std::string traceText(const Json& status) {
   const double free_bytes = numberAt(status, "trace.freeBytes");
   if (!std::isnan(free_bytes)) text += fmt::format(", {} free", bytesText(free_bytes));
   if (numberAt(status, "trace.ticksLost") > 0)
-    text += ", " + countAt(status, "trace.ticksLost") + " ticks lost";
+    text += ", " + base::counted(countAt(status, "trace.ticksLost"), "tick(s) lost");
   return text;
 }
 
@@ -309,7 +311,7 @@ std::string statusText(const Json& status) {
   text += safetyText(status) + cameraText(status) + sceneText(status) + handleText(status);
   if (const std::string leds = ledsText(status); !leds.empty()) text += line("leds", leds);
   text += line("trace", traceText(status));
-  text += line("", countAt(status, "loop.traceTicksDropped") + " ticks dropped");
+  text += line("", base::counted(countAt(status, "loop.traceTicksDropped"), "tick(s) dropped"));
   text += line("", countersText(status, "trace.",
                                 {{"recordsLost", "records lost"}, {"depthFramesLost", "depth frames lost"}}));
   text += line("control", countersText(status, "control.",
@@ -394,12 +396,12 @@ std::vector<std::string> warningLines(const Json& status, std::size_t columns, s
 }
 
 std::string loopRow(const Json& status) {
-  return statusRow(
-      "force loop",
-      fmt::format("{} Hz, {} ticks, {} overruns, {}{}", fixed(numberAt(status, "loop.rateHz"), 1),
-                  countAt(status, "loop.counters.ticks"), countAt(status, "loop.counters.overruns"),
-                  flagAt(status, "loop.realtimeScheduling") ? "SCHED_FIFO" : "no real time",
-                  flagAt(status, "loop.memoryLocked") ? ", locked" : ""));
+  return statusRow("force loop",
+                   fmt::format("{} Hz, {}, {}, {}{}", fixed(numberAt(status, "loop.rateHz"), 1),
+                               base::counted(countAt(status, "loop.counters.ticks"), "tick(s)"),
+                               base::counted(countAt(status, "loop.counters.overruns"), "overrun(s)"),
+                               flagAt(status, "loop.realtimeScheduling") ? "SCHED_FIFO" : "no real time",
+                               flagAt(status, "loop.memoryLocked") ? ", locked" : ""));
 }
 
 std::string forceRow(const Json& status) {
@@ -418,17 +420,17 @@ std::string hipRow(const Json& status) {
 }
 
 std::string cameraRow(const Json& status) {
-  return statusRow(
-      "camera", fmt::format("{}, {} fps, {} frames, {} damaged, {}", textAt(status, "camera.state"),
-                            fixed(numberAt(status, "scene.frameRateHz"), 1), countAt(status, "camera.frames"),
-                            countAt(status, "camera.damagedFrames"), textAt(status, "camera.identity")));
+  return statusRow("camera",
+                   fmt::format("{}, {} fps, {}, {} damaged, {}", textAt(status, "camera.state"),
+                               fixed(numberAt(status, "scene.frameRateHz"), 1),
+                               base::counted(countAt(status, "camera.frames"), "frame(s)"),
+                               countAt(status, "camera.damagedFrames"), textAt(status, "camera.identity")));
 }
 
 std::string sceneRow(const Json& status) {
-  return statusRow("scene",
-                   fmt::format("{}, modelled in {}, in use at an age of {}", sceneContentText(status),
-                               duration(numberAt(status, "scene.lastModelNs")),
-                               duration(numberAt(status, "tick.sceneAgeNs"))));
+  return statusRow("scene", fmt::format("{}, modelled in {}, age {}", sceneContentText(status),
+                                        duration(numberAt(status, "scene.lastModelNs")),
+                                        duration(numberAt(status, "tick.sceneAgeNs"))));
 }
 
 std::string handleRow(const Json& status) {

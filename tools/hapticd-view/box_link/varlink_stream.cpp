@@ -32,7 +32,7 @@ ClientError connectError(const std::string& path, const error_code& error) {
     case ENOENT:
     case ECONNREFUSED:
       return {ClientError::Kind::no_connection,
-              fmt::format("hapticd does not run: nobody listens on {}", path),
+              fmt::format("hapticd is not running (nothing listens on {})", path),
               "start it with 'systemctl start hapticd'",
               {},
               error.value()};

@@ -25,8 +25,8 @@ requires std::integral<Number> || std::floating_point<Number> CLI::Validator wit
     const std::optional<Number> number = base::numberFrom<Number>(text);
     // written so that NaN is out of range
     if (number && *number >= lowest && *number <= highest) return std::string();
-    const char* const kinds = std::integral<Number> ? "whole numbers" : "numbers";
-    return fmt::format("{} is not among the {} {}..{}", base::inQuotes(text), kinds, lowest, highest);
+    const char* const kind = std::integral<Number> ? "whole number" : "number";
+    return fmt::format("{} must be a {} from {} to {}", base::inQuotes(text), kind, lowest, highest);
   };
   const char* const kind = std::integral<Number> ? "INT" : "FLOAT";
   return {refusal, fmt::format("{} in [{} - {}]", kind, lowest, highest)};

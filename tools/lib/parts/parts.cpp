@@ -100,7 +100,7 @@ base::Result<PartFile> parsePartFile(const std::string& name, const std::string&
     }
     return file;
   } catch (const Json::exception&) {
-    return refuse(name, fmt::format("is no part of {}, or not whole", program), kComputeAgain);
+    return refuse(name, fmt::format("is not a part of {}, or is incomplete", program), kComputeAgain);
   }
 }
 

@@ -57,7 +57,7 @@ struct PartFile {
 std::string partText(const PartFile& file);
 
 /// Reads what partText() has written. `name`: of the file, for errors.
-/// Errors: it is no part of such a run by this program and version, or is not whole.
+/// Errors: it is not a part of such a run by this program and version, or is incomplete.
 base::Result<PartFile> parsePartFile(const std::string& name, const std::string& text,
                                      const std::string& program, const std::string& version);
 

@@ -146,7 +146,8 @@ TEST_F(ProfileMethodsTest, RefusesNamesThatLeaveTheFolder) {
                                           "a.b",  "\xc3\xa9", "a b", std::string(65, 'a')};
   for (const std::string& name : names) {
     for (const char* method : {"SaveProfile", "LoadProfile", "DeleteProfile", "SetBootProfile"}) {
-      EXPECT_NE(std::string::npos, reasonOf(ask(method, {{"name", name}})).find("is no name of a profile"))
+      EXPECT_NE(std::string::npos,
+                reasonOf(ask(method, {{"name", name}})).find("is not a valid profile name"))
           << method << " " << name;
     }
   }

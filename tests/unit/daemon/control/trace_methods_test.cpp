@@ -151,7 +151,7 @@ TEST_F(TraceMethodsTest, SaysWhyAndWhatToDoWhenTheBoxCannot) {
   start();
   expectFailure(ask("StopTrace"), "none is being written");
   const json name = ask("StartTrace")["parameters"]["name"];
-  expectFailure(ask("StartTrace"), "one is being written already");
+  expectFailure(ask("StartTrace"), "a trace is already being recorded");
   expectFailure(ask("DeleteTrace", {{"name", name}}), "is being written");
 }
 

@@ -129,7 +129,7 @@ TEST_F(ProfileFolderTest, ListsProfilesBesideADamagedChoiceForTheStart) {
   EXPECT_FALSE(profiles.list().value().at(0).boot);
   const auto boot = profiles.boot();
   ASSERT_FALSE(boot);
-  EXPECT_NE(boot.error().text().find("is no name of a profile"), std::string::npos);
+  EXPECT_NE(boot.error().text().find("is not a valid profile name"), std::string::npos);
   EXPECT_TRUE(profiles.setBoot("a"));
   EXPECT_EQ(profiles.boot().value(), "a");
 }

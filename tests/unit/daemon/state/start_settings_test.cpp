@@ -83,7 +83,7 @@ TEST_F(StartSettingsTest, LeaveOutABootProfileThatIsGoneOrWasNeverNamed) {
   std::filesystem::remove(folder.path() / "profiles/mine.yaml");
   EXPECT_NE(start("force:").notices.at(0).find("there is no such profile"), std::string::npos);
   folder.write("profiles/boot", "");
-  EXPECT_NE(start("force:").notices.at(0).find("is no name of a profile"), std::string::npos);
+  EXPECT_NE(start("force:").notices.at(0).find("is not a valid profile name"), std::string::npos);
 }
 
 TEST_F(StartSettingsTest, LeaveOutABrokenRegistrationAndSayWhy) {
