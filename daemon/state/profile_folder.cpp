@@ -82,9 +82,15 @@ base::Result<std::vector<ProfileEntry>> ProfileFolder::list() const {
   return entries;
 }
 
-base::Result<void> ProfileFolder::save(const std::string& name, const config::Settings& settings) const {
+base::Result<void> ProfileFolder::save(const std::string& name, const config::Settings& settings,
+                                       base::IfExists if_exists) const {
   if (auto named = checkNamed(name); !named) return named;
-  if (!has(name)) {
+  if (has(name)) {
+    if (if_exists == base::IfExists::refuse) {
+      return failure("profile " + name, "exists already",
+                     fmt::format("'hapticctl save --force {}' replaces it", name));
+    }
+  } else {
     const auto entries = list();
     if (entries && entries->size() >= kMaxProfiles) {
       return failure(folder_.string(), fmt::format("holds {} profiles, no more are possible", kMaxProfiles),

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "config/base/error.h"
+#include "config/base/whole_file.h"
 #include "config/settings/settings.h"
 #include "config/yaml_loader.h"
 
@@ -36,9 +37,10 @@ class ProfileFolder {
 
   /// All profiles, sorted by name; none if there is no such folder.
   base::Result<std::vector<ProfileEntry>> list() const;
-  /// Saves the live parameters and the additions of `settings`, and replaces a profile of that name.
-  /// Errors: also more than kMaxProfiles.
-  base::Result<void> save(const std::string& name, const config::Settings& settings) const;
+  /// Saves the live parameters and the additions of `settings`.
+  /// Errors: also a profile of that name that is not to be replaced, and more than kMaxProfiles.
+  base::Result<void> save(const std::string& name, const config::Settings& settings,
+                          base::IfExists if_exists = base::IfExists::replace) const;
   /// Loads a profile; one without fixtures or regions leaves them as they are. Errors: also no such profile,
   /// and every problem in it.
   std::expected<config::SettingsPart, std::vector<base::Error>> load(const std::string& name) const;

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/base/counted.h"
 #include "tools/hapticctl/base/command_line.h"
 
 #include <fmt/format.h>
@@ -8,9 +7,11 @@
 #include <cstdint>
 #include <memory>
 
+#include "config/base/counted.h"
 #include "config/base/program.h"
 #include "config/base/value_text.h"
 #include "config/settings/parameter_table.h"
+#include "tools/hapticctl/base/number_with_unit.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/hapticctl/text/list_text.h"
 #include "tools/hapticctl/text/status_text.h"
@@ -43,10 +44,18 @@ std::expected<Assignments, std::string> split(const std::vector<std::string>& te
   return assignments;
 }
 
-/// `text` as a JSON value of the type that the parameter has. A text that cannot be read as that type is sent
-/// as it is: the daemon refuses it and lists what is allowed.
-Json typedValue(const std::string& name, const std::string& text) {
+/// `text` as a JSON value of the type that the parameter has, in its unit where `text` has another one. A
+/// text that cannot be read as that type is sent as it is: the daemon refuses it and lists what is allowed.
+/// Errors: a unit that the parameter cannot have.
+std::expected<Json, std::string> typedValue(const std::string& name, const std::string& written) {
   const config::Parameter* parameter = config::findParameter(name);
+  std::string text = written;
+  if (parameter && (parameter->kind == config::Kind::integer || parameter->kind == config::Kind::number)) {
+    auto number = inUnit(written, parameter->unit);
+    if (!number)
+      return std::unexpected(fmt::format("{}: {}: {}", name, base::inQuotes(written), number.error()));
+    text = *std::move(number);
+  }
   // A newer daemon has parameters that this program does not know; the form of the text decides their type.
   const auto mayBe = [&](config::Kind kind) { return !parameter || parameter->kind == kind; };
   if (mayBe(config::Kind::boolean) && (text == "true" || text == "false")) return text == "true";
@@ -73,7 +82,11 @@ int runSet(const CommandOptions& options, const std::vector<std::string>& texts)
   const auto assignments = split(texts);
   if (!assignments) return usageError(assignments.error());
   Json values = Json::object();
-  for (const auto& [name, text] : *assignments) values[name] = typedValue(name, text);
+  for (const auto& [name, text] : *assignments) {
+    auto value = typedValue(name, text);
+    if (!value) return usageError(value.error());
+    values[name] = *std::move(value);
+  }
   auto reply = callOnce(options, {"io.hapticd.Control.SetParameters", {{"parameters", values}}, true});
   if (!reply) return report(reply.error(), options.json);
   Json& changes = (*reply)["changes"];
@@ -112,9 +125,19 @@ ClientResult<Json> rowsNamed(const CommandOptions& options, const std::vector<st
   return parametersNamed(words, rows).value_or(Json::array());
 }
 
-int showParameters(const CommandOptions& options, const std::vector<std::string>& words,
+/// The same, or where the words name nothing, the rows whose name or meaning has all of them.
+ClientResult<Json> rowsFound(const CommandOptions& options, const std::vector<std::string>& words) {
+  auto named = rowsNamed(options, words);
+  if (named) return named;
+  const auto all = callOnce(options, {"io.hapticd.Status.GetParameters"});
+  if (!all) return named;
+  Json found = parametersWith(words, listAt(*all, "parameters"));
+  if (found.empty()) return named;
+  return found;
+}
+
+int showParameters(const CommandOptions& options, const ClientResult<Json>& parameters,
                    const std::function<std::string(const Json& parameters)>& text) {
-  const auto parameters = rowsNamed(options, words);
   if (!parameters) return report(parameters.error(), options.json);
   if (options.json) {
     printJson({{"parameters", *parameters}});
@@ -235,13 +258,16 @@ void addControlCommands(CommandLine& line) {
   const CommandOptions& options = line.options();
   const auto to_get = std::make_shared<std::vector<std::string>>();
   addParameterWords(line.add("get", "Show the values of parameters",
-                             [=, &options] { return showParameters(options, *to_get, parameterLines); }),
+                             [=, &options] {
+                               return showParameters(options, rowsNamed(options, *to_get), parameterLines);
+                             }),
                     *to_get);
 
   const auto assignments = std::make_shared<std::vector<std::string>>();
   line.add("set", "Change live parameters: all that are named, or none if one is refused",
            [=, &options] { return runSet(options, *assignments); })
-      .add_option("ASSIGNMENT", *assignments, "New values, NAME=VALUE each")
+      .add_option("ASSIGNMENT", *assignments,
+                  "New values, NAME=VALUE each; a unit may follow a number, as in 5mm or 0.8N/mm")
       ->required()
       ->type_name("PARAMETER=VALUE");
 
@@ -257,9 +283,11 @@ void addControlCommands(CommandLine& line) {
   addReload(line);
   const auto to_show = std::make_shared<std::vector<std::string>>();
   const auto table = [](const Json& rows) { return parameterTableText(rows, terminalSize().columns); };
-  addParameterWords(line.add("params", "Show what parameters mean, and what is allowed",
-                             [=, &options] { return showParameters(options, *to_show, table); }),
-                    *to_show);
+  addParameterWords(
+      line.add("params",
+               "Show what parameters mean, and what is allowed; words that name none are searched for",
+               [=, &options] { return showParameters(options, rowsFound(options, *to_show), table); }),
+      *to_show);
 }
 
 }  // namespace hapticd::tools

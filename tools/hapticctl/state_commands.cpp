@@ -169,30 +169,27 @@ int runProfiles(const CommandOptions& options, const ProfileOptions& requested) 
   });
 }
 
-/// Adds a command that takes the name of a profile.
-void addNamed(CommandLine& line, const char* command, const char* help, const char* method,
-              std::function<std::string(const Json&)> text) {
-  const CommandOptions& options = line.options();
-  const auto name = std::make_shared<std::string>();
-  line.add(command, help,
-           [&options, name, method, text = std::move(text)] {
-             return callAndPrint(options, {method, {{"name", *name}}, true}, text);
-           })
-      .add_option("NAME", *name, "Name of the profile")
-      ->type_name("PROFILE")
-      ->required();
-}
-
 }  // namespace
 
 void addProfileCommands(CommandLine& line) {
-  addNamed(line, "save", "Save all live parameters as they are now, as a profile",
-           "io.hapticd.Control.SaveProfile",
-           [](const Json& reply) { return "saved " + textAt(reply, "name") + "\n"; });
-  addNamed(line, "load", "Apply a saved profile to the live parameters", "io.hapticd.Control.LoadProfile",
-           loadedText);
-
   const CommandOptions& options = line.options();
+  const auto name = std::make_shared<std::string>();
+  const auto if_exists = std::make_shared<base::IfExists>(base::IfExists::refuse);
+  const auto addName = [&name](CLI::App& command) {
+    command.add_option("NAME", *name, "Name of the profile")->type_name("PROFILE")->required();
+  };
+  CLI::App& save =
+      line.add("save", "Save all live parameters as they are now, as a profile", [&options, name, if_exists] {
+        const Json parameters{{"name", *name}, {"replace", *if_exists == base::IfExists::replace}};
+        return callAndPrint(options, {"io.hapticd.Control.SaveProfile", parameters, true},
+                            [](const Json& reply) { return "saved " + textAt(reply, "name") + "\n"; });
+      });
+  addName(save);
+  addForce(save, *if_exists, "Replace a profile of that name");
+  addName(line.add("load", "Apply a saved profile to the live parameters", [&options, name] {
+    return callAndPrint(options, {"io.hapticd.Control.LoadProfile", {{"name", *name}}, true}, loadedText);
+  }));
+
   const auto requested = std::make_shared<ProfileOptions>();
   CLI::App& profiles =
       line.add("profiles", "List the profiles, delete one, or choose the one that each start loads",

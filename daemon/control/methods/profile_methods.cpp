@@ -79,7 +79,7 @@ std::vector<Method> ProfileMethods::methods() {
   return {{.name = "io.hapticd.Status.ListProfiles", .answer = std::bind_front(&Self::listProfiles, this)},
           {.name = "io.hapticd.Control.SaveProfile",
            .access = control,
-           .parameters = {"name"},
+           .parameters = {"name", "replace"},
            .answer = std::bind_front(&Self::saveProfile, this)},
           {.name = "io.hapticd.Control.LoadProfile",
            .access = control,
@@ -115,10 +115,13 @@ void ProfileMethods::listProfiles(const Call& call, const Caller& caller, Replie
 void ProfileMethods::saveProfile(const Call& call, const Caller& caller, Replies& replies) {
   const auto name = requiredText(call, "name");
   if (!name) return replies.finish(caller.connection, name.error());
+  const auto replace = flagField(call, "replace");
+  if (!replace) return replies.finish(caller.connection, replace.error());
+  const auto if_exists = replace->value_or(true) ? base::IfExists::replace : base::IfExists::refuse;
   answerWhenDone(call, caller, replies,
-                 [folder = folder_, name = *name, settings = context_.box.settings()]() -> Done {
+                 [folder = folder_, name = *name, settings = context_.box.settings(), if_exists]() -> Done {
                    const Loaded before = folder.load(name);
-                   if (auto saved = folder.save(name, settings); !saved) {
+                   if (auto saved = folder.save(name, settings, if_exists); !saved) {
                      return std::unexpected(saved.error());
                    }
                    return oldAndNew(before, folder.load(name));

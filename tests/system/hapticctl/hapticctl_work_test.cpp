@@ -106,10 +106,31 @@ TEST_F(HapticctlWork, TraceFilesAreLookedForByNameInTheFolderOfTheDaemon) {
   EXPECT_TRUE(contains(refusal({"trace", "info", "/no/such.mcap"}), "/no/such.mcap"));
 }
 
+TEST_F(HapticctlWork, NumbersMayHaveAUnit) {
+  EXPECT_EQ(output({"set", "force.stiffness_n_per_m=0.8N/mm", "force.radius_m=30 mm"}),
+            "force.stiffness_n_per_m: 500 -> 800 N/m\nforce.radius_m: 0.02 -> 0.03 m\n");
+  const auto wrong = home.control({"set", "force.stiffness_n_per_m=800kg"});
+  EXPECT_EQ(wrong.ending, exitedWith(2));
+  EXPECT_TRUE(contains(wrong.errors,
+                       "force.stiffness_n_per_m: \"800kg\": \"kg\" is not a unit of it; write the number in "
+                       "N/m, or with N/mm"));
+}
+
+TEST_F(HapticctlWork, ParametersAreFoundByWordsOfTheirMeaning) {
+  const std::string found = output({"params", "Clamp"});
+  EXPECT_TRUE(contains(found, "safety.max_force_n"));
+  EXPECT_FALSE(contains(found, "force.radius_m"));
+  EXPECT_TRUE(contains(refusal({"params", "no-such-word"}), "no-such-word"));
+  EXPECT_TRUE(contains(refusal({"get", "Clamp"}), "Clamp")) << "only params searches";
+}
+
 TEST_F(HapticctlWork, ProfilesAreSavedLoadedDeletedAndChosen) {
   EXPECT_EQ(output({"save", "soft"}), "saved soft\n");
   output({"set", "force.radius_m=0.03"});
+  EXPECT_TRUE(
+      contains(refusal({"save", "soft"}), "exists already ('hapticctl save --force soft' replaces it)"));
   EXPECT_EQ(output({"load", "soft"}), "loaded; changed:\n  force.radius_m\n");
+  EXPECT_EQ(output({"save", "soft", "--force"}), "saved soft\n");
   output({"profiles", "--boot", "soft"});
   EXPECT_TRUE(contains(output({"profiles"}), "loaded at each start\n"));
   output({"profiles", "--no-boot"});

@@ -148,9 +148,9 @@ int CommandLine::run(int argc, char** argv) {
   return action_();
 }
 
-void addForce(CLI::App& command, base::IfExists& if_exists) {
+void addForce(CLI::App& command, base::IfExists& if_exists, const char* help) {
   command.add_flag_callback(
-      "--force", [&if_exists] { if_exists = base::IfExists::replace; }, "Replace files that exist");
+      "--force", [&if_exists] { if_exists = base::IfExists::replace; }, help);
 }
 
 CLI::Option* addNames(CLI::App& command, bool& names_only) {

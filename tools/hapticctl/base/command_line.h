@@ -58,8 +58,8 @@ class CommandLine {
 /// path: the name of the group with those around it.
 std::string unknownCommand(const CLI::App& group, const std::string& path, const std::string& word);
 
-/// Adds --force to a command that writes files.
-void addForce(CLI::App& command, base::IfExists& if_exists);
+/// Adds --force to a command that writes files, or other things that may exist.
+void addForce(CLI::App& command, base::IfExists& if_exists, const char* help = "Replace files that exist");
 
 /// Adds --names to a command that lists things with names.
 CLI::Option* addNames(CLI::App& command, bool& names_only);

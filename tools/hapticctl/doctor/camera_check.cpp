@@ -135,7 +135,7 @@ Finding busFinding(const std::vector<UsbDevice>& devices, const UsbDevice& camer
 
 Finding driverFinding(const Machine& machine, const UsbDevice& camera) {
   const std::string driver = driverOf(machine, camera);
-  if (driver.empty()) return good("kinect driver", "none of the kernel's");
+  if (driver.empty()) return good("kinect driver", "no kernel driver uses it");
   if (driver == "usbfs") return good("kinect driver", "usbfs: a program uses it now");
   return good("kinect driver", driver + ": harmless, hapticd takes the camera over");
 }

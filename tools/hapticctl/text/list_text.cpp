@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <utility>
 
@@ -228,6 +229,20 @@ std::expected<Json, std::vector<std::string>> parametersNamed(const std::vector<
   }
   if (!unknown.empty()) return std::unexpected(std::move(unknown));
   return named;
+}
+
+Json parametersWith(const std::vector<std::string>& words, const Json& parameters) {
+  const auto lower = [](std::string text) {
+    std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
+    return text;
+  };
+  Json found = Json::array();
+  for (const Json& parameter : parameters) {
+    const std::string text = lower(textAt(parameter, "name") + " " + textAt(parameter, "help"));
+    const auto has = [&](const std::string& word) { return text.find(lower(word)) != std::string::npos; };
+    if (std::ranges::all_of(words, has)) found.push_back(parameter);
+  }
+  return found;
 }
 
 std::string withUnit(const std::string& value, const Json& parameter) {

@@ -37,6 +37,9 @@ std::string surfaceStiffnessText(const Json& status);
 std::expected<Json, std::vector<std::string>> parametersNamed(const std::vector<std::string>& words,
                                                               const Json& parameters);
 
+/// The rows of GetParameters whose name or meaning has all of the words, upper and lower case alike.
+Json parametersWith(const std::vector<std::string>& words, const Json& parameters);
+
 /// The rows of GetParameters as a table with what is allowed and what each parameter means. columns: of the
 /// terminal, as Table::text() takes it.
 std::string parameterTableText(const Json& parameters, std::size_t columns);

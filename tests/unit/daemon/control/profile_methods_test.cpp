@@ -41,6 +41,24 @@ TEST_F(ProfileMethodsTest, BringsBackWhatWasSaved) {
   EXPECT_EQ(rt::ForceLaw::proxy, box.appliedSettings().live.force.law);
 }
 
+TEST_F(ProfileMethodsTest, ReplacesAProfileUnlessItIsToldNotTo) {
+  start();
+  set({{"force.stiffness_n_per_m", 800}});
+  ask("SaveProfile", {{"name", "mine"}, {"replace", false}});
+  set({{"force.stiffness_n_per_m", 300}});
+  const std::string reason = reasonOf(ask("SaveProfile", {{"name", "mine"}, {"replace", false}}));
+  EXPECT_NE(reason.find("profile mine: exists already"), std::string::npos) << reason;
+  EXPECT_NE(reason.find("hapticctl save --force mine"), std::string::npos) << reason;
+  set({{"force.stiffness_n_per_m", 400}});
+  ask("LoadProfile", {{"name", "mine"}});
+  EXPECT_EQ(800, box.appliedSettings().live.force.stiffness_n_per_m) << "a refused call keeps the profile";
+  set({{"force.stiffness_n_per_m", 300}});
+  ask("SaveProfile", {{"name", "mine"}});
+  set({{"force.stiffness_n_per_m", 400}});
+  ask("LoadProfile", {{"name", "mine"}});
+  EXPECT_EQ(300, box.appliedSettings().live.force.stiffness_n_per_m);
+}
+
 TEST_F(ProfileMethodsTest, SavesAllLiveParametersAndNoOthers) {
   start();
   ask("SaveProfile", {{"name", "all"}});
