@@ -3,7 +3,6 @@
 
 import { Additions } from './additions.js';
 import { Charts } from './charts.js';
-import { kColourings } from './cloud.js';
 import { Controls } from './controls.js';
 import { kViews, Orbit } from './orbit.js';
 import { Notices } from './notices.js';
@@ -11,6 +10,7 @@ import { Panel } from './panel.js';
 import { pick, PickList } from './picking.js';
 import { Bridge } from './protocol.js';
 import { arrowScale, Picture } from './scene.js';
+import { kColourings } from './surface.js';
 import { Theme } from './themes.js';
 import { isVector, norm } from './vectors.js';
 import { isLawOfPoints } from './words.js';

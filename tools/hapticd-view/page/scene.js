@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Draws the picture: cloud, hand, force, fixtures, camera, grid. Draws only when something has changed.
 
-import { Cloud, kColourings } from './cloud.js';
 import { Detail, isSoftware } from './detail.js';
 import { coneEnd, kPlaneHalfM, middleOf, outlineOf } from './fixtures.js';
 import { Labels } from './labels.js';
 import { Lines } from './lines.js';
 import { Solids } from './solids.js';
+import { kColourings, Surface } from './surface.js';
 import { add, perpendiculars, scale, subtract, unit } from './vectors.js';
 
 /** A phone with three times the pixels would draw nine times as much, and nobody would see it. */
@@ -55,10 +55,9 @@ export class Picture {
 
   create() {
     const { gl } = this;
-    this.cloud = new Cloud(gl);
+    this.surface = new Surface(gl);
     this.lines = new Lines(gl);
     this.solids = new Solids(gl);
-    this.uploaded = null;
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.LEQUAL);
     gl.enable(gl.BLEND);
@@ -88,11 +87,8 @@ export class Picture {
 
   render() {
     if (!this.ready || this.gl.isContextLost()) return;
-    const { gl, orbit, pixelRatio, scene, cloud } = this;
-    if (scene.frame && scene.frame !== this.uploaded) {
-      cloud.upload(scene.frame);
-      this.uploaded = scene.frame;
-    }
+    const { gl, orbit, pixelRatio, scene, surface } = this;
+    if (scene.frame) surface.take(scene.frame, scene.limitsM, this.detail.every);
     gl.viewport(0, 0, this.canvas.width, this.canvas.height);
     gl.clearColor(...scene.theme.background, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
@@ -101,14 +97,14 @@ export class Picture {
     if (scene.layers.camera) this.addCamera();
     this.lines.draw(orbit, pixelRatio, 1);
     if (scene.layers.cloud) {
-      cloud.draw(orbit, pixelRatio, {
-        every: this.detail.every,
+      surface.draw(orbit, pixelRatio, {
         colouring: kColourings.indexOf(scene.colouring),
+        // near is what stands out from the background, as high is
+        reversed: (scene.colouring === 'depth') === scene.theme.isDark,
         rangeM: scene.rangeM,
-        ramp: scene.theme.ramp,
+        plain: scene.theme.plain,
         accent: scene.theme.accent,
         ball: scene.layers.model ? scene.ball : null,
-        limitsM: scene.limitsM,
       });
     }
     if (scene.layers.axes) this.addAxes();
