@@ -10,4 +10,4 @@ export const kRamp = kColours.map((hex) => [1, 3, 5].map((i) => parseInt(hex.sli
 
 /** The same for style sheets: `direction` as in "to right". */
 export const gradient = (direction, reversed) =>
-  `linear-gradient(${direction}, ${(reversed ? kColours.toReversed() : kColours).join(', ')})`;
+  `linear-gradient(${direction}, ${(reversed ? [...kColours].reverse() : kColours).join(', ')})`;

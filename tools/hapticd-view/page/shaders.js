@@ -52,7 +52,9 @@ void main() {
   // fades out, so that nothing pops when the ball follows the hand
   float modelled = ball.w > 0.0 ? 1.0 - smoothstep(0.8 * ball.w, ball.w, distance(world, ball.xyz)) : 0.0;
   base = mix(base, accent, modelled * (colouring == 2 ? 0.85 : 0.3));
-  colour = base * lightOn(normal);
+  // a little more than the product: the dark end of the scale has a shape too
+  float light = lightOn(normal);
+  colour = base * light + 0.07 * light;
 }`;
 
 const kSurfaceFragment = `${kHead}

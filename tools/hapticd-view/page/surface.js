@@ -78,7 +78,7 @@ export class Surface {
     this.begin(orbit, pixelRatio, 0);
     gl.uniform1i(uniforms.colouring, look.colouring);
     gl.uniform4f(uniforms.rangeM, ...look.rangeM);
-    gl.uniform3fv(uniforms.ramp, (look.reversed ? kRamp.toReversed() : kRamp).flat());
+    gl.uniform3fv(uniforms.ramp, (look.reversed ? [...kRamp].reverse() : kRamp).flat());
     gl.uniform3f(uniforms.plain, ...look.plain);
     gl.uniform3f(uniforms.accent, ...look.accent);
     gl.uniform4f(uniforms.ball, ...(look.ball ? [...look.ball.centre, look.ball.radiusM] : [0, 0, 0, 0]));
@@ -87,6 +87,22 @@ export class Surface {
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.loose);
     gl.drawElements(gl.POINTS, grid.looseCorners, gl.UNSIGNED_INT, 0);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.triangles);
+    gl.bindVertexArray(null);
+  }
+
+  /** A translucent skin so far in front of the surface. */
+  drawShell(orbit, pixelRatio, { clearanceM, colour, alpha }) {
+    if (!this.frame) return;
+    const { gl, grid } = this;
+    const { uniforms } = this.program;
+    this.begin(orbit, pixelRatio, clearanceM);
+    gl.uniform1i(uniforms.colouring, kColourings.indexOf('modelled'));
+    gl.uniform3f(uniforms.plain, ...colour);
+    gl.uniform4f(uniforms.ball, 0, 0, 0, 0);
+    gl.uniform1f(uniforms.alpha, alpha);
+    gl.depthMask(false);
+    gl.drawElements(gl.TRIANGLES, grid.triangleCorners, gl.UNSIGNED_INT, 0);
+    gl.depthMask(true);
     gl.bindVertexArray(null);
   }
 }
