@@ -35,7 +35,7 @@ export class Additions {
   }
 
   /** Returns what is to be drawn after a window of ticks. `frame`: the newest depth frame or null. */
-  follow(window_, frame, warningM) {
+  follow(window_, frame) {
     for (const entry of this.entries) {
       entry.shape = shapeOf(entry.definition, frame);
       entry.inContact = entry.group === 'tissue'
@@ -43,9 +43,13 @@ export class Additions {
         : ((window_.fixtureContacts ?? 0) & (1 << entry.place)) !== 0;
       entry.progress = entry.shape?.kind === 'path' && isVector(window_.hip)
         ? progressOn(entry.shape.points, window_.hip) : null;
-      this.show(entry, this.distanceOf(entry, window_), warningM);
     }
     return this.entries;
+  }
+
+  /** Brings the list up to date with a window of ticks. */
+  show(window_, warningM) {
+    for (const entry of this.entries) this.showEntry(entry, this.distanceOf(entry, window_), warningM);
   }
 
   /** The box knows the distance to the nearest forbidden region; the others follow from their shapes. */
@@ -71,7 +75,7 @@ export class Additions {
     return item;
   }
 
-  show({ item, state, enabled, inContact, group, progress }, distanceM, warningM) {
+  showEntry({ item, state, enabled, inContact, group, progress }, distanceM, warningM) {
     const near = group === 'forbidden' && distanceM < warningM;
     item.dataset.level = inContact ? 'contact' : enabled && near ? 'near' : '';
     let text = 'disabled';

@@ -5,16 +5,17 @@
 const kLevels = [
   { every: 2, pixels: 2, hz: 60 },
   { every: 2, pixels: 1, hz: 30 },
-  { every: 3, pixels: 1, hz: 25 },
-  { every: 4, pixels: 0.75, hz: 20 },
+  { every: 3, pixels: 1, hz: 30 },
+  { every: 4, pixels: 0.75, hz: 30 },
+  { every: 4, pixels: 0.75, hz: 15 },
   { every: 5, pixels: 0.5, hz: 10 },
-  { every: 6, pixels: 0.5, hz: 4 },
+  { every: 6, pixels: 0.5, hz: 5 },
 ];
 /** Where the CPU draws, it is likely to be the box's own: it begins here and never gets finer. */
 const kSoftwareLevel = 2;
 const kMostDepthHz = 30;
-/** A picture may take its whole turn, but a fast one is not slow for one that was late. */
-const kLeastSlowMs = 60;
+/** A picture is slow that takes longer than this, or than its turn where that is longer: 20 a second are fluent. */
+const kSlowMs = 45;
 /** So many slow pictures in succession lower the level: the first ones compile shaders. */
 const kSlowPictures = 6;
 /** So long all must have been well before a finer level is tried, and twice as long after each time that failed. */
@@ -43,6 +44,7 @@ export class Budget {
     this.slow = 0;
     this.measures = false;
     this.calmMs = kCalmMs;
+    this.raised = false;
     this.changedMs = performance.now();
     this.bestCameraHz = 0;
   }
@@ -89,7 +91,7 @@ export class Budget {
     requestAnimationFrame(() => {
       this.measures = false;
       const tookMs = performance.now() - begunMs;
-      this.slow = tookMs > Math.max(kLeastSlowMs, 1000 / this.hz) ? this.slow + 1 : 0;
+      this.slow = tookMs > Math.max(kSlowMs, 1000 / this.hz) ? this.slow + 1 : 0;
       if (this.slow >= kSlowPictures) this.lower();
       else if (this.slow === 0) this.raiseWhenCalm();
     });
@@ -105,12 +107,15 @@ export class Budget {
 
   lower() {
     this.slow = 0;
-    if (this.level > this.finest) this.calmMs *= 2;
+    if (this.raised) this.calmMs *= 2;
+    this.raised = false;
     this.change(Math.min(this.level + 1, kLevels.length - 1));
   }
 
   raiseWhenCalm() {
-    if (this.level > this.finest && performance.now() - this.changedMs > this.calmMs) this.change(this.level - 1);
+    if (this.level === this.finest || performance.now() - this.changedMs < this.calmMs) return;
+    this.raised = true;
+    this.change(this.level - 1);
   }
 
   change(level) {

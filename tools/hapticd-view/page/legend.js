@@ -47,7 +47,9 @@ export class Legend {
 
   showScale(colouring, rangeM, reversed) {
     const [low, high] = colouring === 'depth' ? rangeM : rangeM.slice(2);
-    const numbers = [low, (low + high) / 2, high].map(metres);
+    // the colours of depth are even in its inverse
+    const middle = colouring === 'depth' ? 2 / (1 / low + 1 / high) : (low + high) / 2;
+    const numbers = [low, middle, high].map(metres);
     const key = [colouring, reversed, ...numbers].join();
     if (key === this.shown) return;
     this.shown = key;

@@ -17,9 +17,8 @@ import { isLawOfPoints } from './words.js';
 const kTrailNs = 4e9;
 /** Share by which the range of the colours follows a frame; all at once they would flicker. */
 const kFollow = 0.1;
-const kNoticeMs = 100;
-/** Charts of half a minute need no more. */
-const kChartMs = 100;
+/** Texts and charts are shown so often: nobody reads faster, and each time costs a layout. */
+const kTextMs = 100;
 const kLeastGuidanceN = 0.005;
 
 const element = (id) => document.getElementById(id);
@@ -56,7 +55,8 @@ const scene = {
 const counters = { depthFrames: 0, windows: 0, states: 0, events: 0 };
 const known = { parameters: {}, law: '', distanceM: 1.2, hasExtent: false, touched: false };
 let paused = false;
-let chartsDue = false;
+/** The newest window of ticks that the texts do not show yet. */
+let unshown = null;
 
 const orbit = new Orbit();
 const notices = new Notices();
@@ -68,19 +68,10 @@ let bridge = null;
 
 const redraw = () => picture?.request();
 
-function drawCharts() {
-  if (chartsDue) return;
-  chartsDue = true;
-  setTimeout(() => requestAnimationFrame(() => {
-    chartsDue = false;
-    charts.draw();
-  }), kChartMs);
-}
-
 const theme = new Theme((colours) => {
   scene.theme = colours;
   redraw();
-  drawCharts();
+  charts.draw();
 });
 
 try {
@@ -120,9 +111,8 @@ function takeWindow(window_) {
   if (last && (window_.timeNs < last.timeNs || window_.timeNs - last.timeNs > kTrailNs)) trail.length = 0;
   if (scene.hip) trail.push({ at: scene.hip, timeNs: window_.timeNs });
   while (trail.length > 0 && window_.timeNs - trail[0].timeNs > kTrailNs) trail.shift();
-  panel.showWindow(window_, forceN);
+  unshown = { window_, forceN };
   charts.add(window_);
-  drawCharts();
   redraw();
 }
 
@@ -132,7 +122,7 @@ function takeFixtures(window_) {
   const guidanceN = scene.guidance ? norm(scene.guidance) : 0;
   scene.guidanceText = guidanceN >= kLeastGuidanceN ? `${guidanceN.toFixed(2)} N guidance` : '';
   scene.fixtureProxy = isVector(window_.fixtureProxy) ? window_.fixtureProxy : null;
-  scene.additions = additions.follow(window_, scene.frame, known.parameters['fixtures.warning_m']);
+  scene.additions = additions.follow(window_, scene.frame);
 }
 
 function takeState({ status, ageMs }) {
@@ -202,6 +192,16 @@ function showNotices() {
   if (!notices.hearsBox) panel.forgetMode();
 }
 
+function showTexts() {
+  if (unshown) {
+    panel.showWindow(unshown.window_, unshown.forceN);
+    additions.show(unshown.window_, known.parameters['fixtures.warning_m']);
+    charts.draw();
+    unshown = null;
+  }
+  showNotices();
+}
+
 bridge = new Bridge({
   onMessage: (message) => kTakers[message.type]?.(message),
   onDepth: takeDepth,
@@ -215,7 +215,7 @@ bridge = new Bridge({
     console.error(text);
   },
 });
-setInterval(showNotices, kNoticeMs);
+setInterval(showTexts, kTextMs);
 
 /** A page that nobody sees takes no depth. */
 function followBudget() {
@@ -284,6 +284,10 @@ window.hapticdView = Object.freeze({
   /** The level of the budget and what the page says of it. */
   get budget() {
     return { level: picture.budget.level, note: picture.budget.note };
+  },
+  /** The point that the eye turns about. */
+  get target() {
+    return [...orbit.target];
   },
   get pixelRatio() {
     return picture.pixelRatio;

@@ -36,7 +36,7 @@ export class Picture {
     this.contextsLost = 0;
     this.scheduled = false;
     this.drawnMs = 0;
-    /** Called with the depth frame whenever it has been drawn for the first time. */
+    /** Called with each depth frame when the picture with it has been handed to the graphics. */
     this.onDrawn = () => {};
     // without a graphics card smooth edges cost more than everything else together
     const software = isSoftware();
@@ -103,8 +103,7 @@ export class Picture {
     const { frame } = this.scene;
     if (!frame || frame === this.reported) return;
     this.reported = frame;
-    // when the screen has taken the picture
-    requestAnimationFrame(() => this.onDrawn(frame));
+    this.onDrawn(frame);
   }
 
   render() {

@@ -47,7 +47,8 @@ void main() {
   vec3 world = rotation * (vec3(slope.x * z, -slope.y * z, -z) + offsetM * normal) + position;
   gl_Position = worldToClip * vec4(world, 1.0);
   gl_PointSize = clamp(1.4 * every * pointPx * z / (intrinsics.x * gl_Position.w), 1.0, largestPx);
-  vec3 base = colouring == 0 ? rampAt((z - rangeM.x) / (rangeM.y - rangeM.x))
+  // as fine as the camera measures: what is near gets most of the scale
+  vec3 base = colouring == 0 ? rampAt((inverseDepth - 1.0 / rangeM.x) / (1.0 / rangeM.y - 1.0 / rangeM.x))
     : colouring == 1 ? rampAt((world.y - rangeM.z) / (rangeM.w - rangeM.z)) : plain;
   // fades out, so that nothing pops when the ball follows the hand
   float modelled = ball.w > 0.0 ? 1.0 - smoothstep(0.8 * ball.w, ball.w, distance(world, ball.xyz)) : 0.0;

@@ -83,9 +83,12 @@ export class Surface {
     gl.uniform3f(uniforms.accent, ...look.accent);
     gl.uniform4f(uniforms.ball, ...(look.ball ? [...look.ball.centre, look.ball.radiusM] : [0, 0, 0, 0]));
     gl.uniform1f(uniforms.alpha, 1);
+    // without a graphics card blending would cost as much as the rest
+    gl.disable(gl.BLEND);
     gl.drawElements(gl.TRIANGLES, grid.triangleCorners, gl.UNSIGNED_INT, 0);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.loose);
     gl.drawElements(gl.POINTS, grid.looseCorners, gl.UNSIGNED_INT, 0);
+    gl.enable(gl.BLEND);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.triangles);
     gl.bindVertexArray(null);
   }
