@@ -93,19 +93,53 @@ for (const distanceM of [0.8, 1.5, 3]) {
   });
 }
 
-test('all of a plane is covered by triangles, without points between them', () => {
-  const grid = gridOf(frameOf(planeDepth(unit([0.25, -0.2, 1]), 1.5), 0.7));
-  assert.equal(grid.triangleCorners / 3, 2 * (grid.columns - 1) * (grid.rows - 1));
-  assert.equal(grid.looseCorners, 0);
-});
+/** The area of each square of the grid that triangles cover: 1 where it is covered once. */
+function coverage(grid) {
+  const { triangles, triangleCorners } = grid.triangulation;
+  const covered = new Float64Array((grid.columns - 1) * (grid.rows - 1));
+  const place = (corner) => [corner % grid.columns, Math.floor(corner / grid.columns)];
+  // points on no line between corners, four by four in each square, each with its share
+  const shares = [0.13, 0.38, 0.61, 0.88];
+  for (let at = 0; at < triangleCorners; at += 3) {
+    const [a, b, c] = [0, 1, 2].map((i) => place(triangles[at + i]));
+    const side = ([px, py], [qx, qy], x, y) => (qx - px) * (y - py) - (qy - py) * (x - px);
+    for (let row = Math.min(a[1], b[1], c[1]); row < Math.max(a[1], b[1], c[1]); row++) {
+      for (let column = Math.min(a[0], b[0], c[0]); column < Math.max(a[0], b[0], c[0]); column++) {
+        for (const [i, dx] of shares.entries()) {
+          for (const dy of shares.map((share) => share + 0.017 + 0.011 * i)) {
+            const [x, y] = [column + dx, row + dy];
+            const sides = [side(a, b, x, y), side(b, c, x, y), side(c, a, x, y)];
+            if (sides.every((value) => value > 0) || sides.every((value) => value < 0)) {
+              covered[row * (grid.columns - 1) + column] += 1 / 16;
+            }
+          }
+        }
+      }
+    }
+  }
+  return covered;
+}
+
+for (const every of [2, 3]) {
+  test(`all of a surface is covered once, every ${every} pixels, without cracks between large triangles and small ones`, () => {
+    // a noisy plane with a sphere on it has both
+    const plane = planeDepth(unit([0.25, -0.2, 1]), 1.5);
+    const bulge = (column, row) => 0.05 * Math.exp(-((column - 160) ** 2 + (row - 120) ** 2) / 300);
+    const grid = gridOf(frameOf((column, row) => plane(column, row) - bulge(column, row), 0.7), every);
+    const count = grid.triangulation.triangleCorners / 3;
+    assert.ok(count < (grid.columns - 1) * (grid.rows - 1), `${count} triangles: some are large`);
+    for (const share of coverage(grid)) assertNear(share, 1, 1e-9, 'covered share of a square');
+    assert.equal(grid.triangulation.looseCorners, 0);
+  });
+}
 
 test('no triangle joins what lies apart', () => {
   const edgeColumn = 160;
   for (const [nearM, farM] of [[0.8, 0.9], [1.5, 1.8], [3, 4]]) {
     const grid = gridOf(frameOf((column) => (column < edgeColumn ? nearM : farM), 0.7));
     const border = (1 / nearM + 1 / farM) / 2;
-    for (let at = 0; at < grid.triangleCorners; at += 3) {
-      const sides = [0, 1, 2].map((i) => grid.inverse[grid.triangles[at + i]] > border);
+    for (let at = 0; at < grid.triangulation.triangleCorners; at += 3) {
+      const sides = [0, 1, 2].map((i) => grid.inverse[grid.triangulation.triangles[at + i]] > border);
       assert.ok(sides.every((side) => side === sides[0]), `a triangle joins ${nearM} m and ${farM} m`);
     }
   }
@@ -120,10 +154,10 @@ test('an edge does not bend the normals beside it', () => {
 test('a measurement without neighbours is drawn as a point, and holes stay holes', () => {
   const alone = (column, row) => column >= 100 && column < 102 && row >= 100 && row < 102;
   const grid = gridOf(frameOf((column, row) => (alone(column, row) ? 1 : 0)));
-  assert.equal(grid.triangleCorners, 0);
-  assert.deepEqual(Array.from(grid.loose.subarray(0, grid.looseCorners)), [50 * grid.columns + 50]);
+  assert.equal(grid.triangulation.triangleCorners, 0);
+  assert.deepEqual(Array.from(grid.triangulation.loose.subarray(0, grid.triangulation.looseCorners)), [50 * grid.columns + 50]);
   const holed = gridOf(frameOf((column, row) => (Math.hypot(column - 160, row - 120) < 20 ? 0 : 1)));
-  for (let at = 0; at < holed.triangleCorners; at++) assert.ok(holed.inverse[holed.triangles[at]] > 0);
+  for (let at = 0; at < holed.triangulation.triangleCorners; at++) assert.ok(holed.inverse[holed.triangulation.triangles[at]] > 0);
 });
 
 /** CIE L* of an sRGB colour 0..1. */

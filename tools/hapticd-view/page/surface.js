@@ -46,9 +46,9 @@ export class Surface {
     gl.bindBuffer(gl.ARRAY_BUFFER, this.normals);
     gl.bufferData(gl.ARRAY_BUFFER, grid.normals, gl.STREAM_DRAW);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.loose);
-    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, grid.loose, gl.STREAM_DRAW, 0, grid.looseCorners);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, grid.triangulation.loose, gl.STREAM_DRAW, 0, grid.triangulation.looseCorners);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.triangles);
-    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, grid.triangles, gl.STREAM_DRAW, 0, grid.triangleCorners);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, grid.triangulation.triangles, gl.STREAM_DRAW, 0, grid.triangulation.triangleCorners);
     gl.bindVertexArray(null);
   }
 
@@ -85,9 +85,9 @@ export class Surface {
     gl.uniform1f(uniforms.alpha, 1);
     // without a graphics card blending would cost as much as the rest
     gl.disable(gl.BLEND);
-    gl.drawElements(gl.TRIANGLES, grid.triangleCorners, gl.UNSIGNED_INT, 0);
+    gl.drawElements(gl.TRIANGLES, grid.triangulation.triangleCorners, gl.UNSIGNED_INT, 0);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.loose);
-    gl.drawElements(gl.POINTS, grid.looseCorners, gl.UNSIGNED_INT, 0);
+    gl.drawElements(gl.POINTS, grid.triangulation.looseCorners, gl.UNSIGNED_INT, 0);
     gl.enable(gl.BLEND);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.triangles);
     gl.bindVertexArray(null);
@@ -104,7 +104,7 @@ export class Surface {
     gl.uniform4f(uniforms.ball, 0, 0, 0, 0);
     gl.uniform1f(uniforms.alpha, alpha);
     gl.depthMask(false);
-    gl.drawElements(gl.TRIANGLES, grid.triangleCorners, gl.UNSIGNED_INT, 0);
+    gl.drawElements(gl.TRIANGLES, grid.triangulation.triangleCorners, gl.UNSIGNED_INT, 0);
     gl.depthMask(true);
     gl.bindVertexArray(null);
   }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A depth frame as a surface: corners on a grid of pixels, their normals, and triangles that end at depth edges.
+// A depth frame as a surface: corners on a grid of pixels, which of them lie on one surface, and their normals.
 //
 // All of it is computed from the inverse depth 1 / Z. There a plane is a linear function of the pixel, and the noise of
 // a camera that triangulates is the same everywhere (in depth it grows with Z^2), so one number describes it.
+
+import { Triangulation } from './triangulation.js';
 
 /** Standard deviation of 1 / Z, in 1/m: 3 mm at 1 m, 48 mm at 4 m; as Kinect's and others' with its baseline. */
 const kNoisePerM = 0.003;
@@ -54,7 +56,7 @@ export class SurfaceGrid {
       this.average(this.rows, this.columns, this.columns, 1, this.joinsBelow);
     }
     this.findNormals(frame);
-    this.findTriangles();
+    this.triangulation.update();
   }
 
   resize(columns, rows) {
@@ -75,12 +77,7 @@ export class SurfaceGrid {
     this.scratch = Array.from({ length: 4 }, () => new Float32Array(Math.max(columns, rows)));
     /** Normals in the camera's frame, towards it: 127 times x, y and z, and a number that only fills four bytes. */
     this.normals = new Int8Array(4 * count);
-    this.used = new Uint8Array(count);
-    /** Corners of the triangles, and corners that belong to none; of each only the first so many. */
-    this.triangles = new Uint32Array(6 * count);
-    this.triangleCorners = 0;
-    this.loose = new Uint32Array(count);
-    this.looseCorners = 0;
+    this.triangulation = new Triangulation(this);
   }
 
   /** By how much two inverse depths on one surface may differ. */
@@ -198,45 +195,5 @@ export class SurfaceGrid {
         normals[4 * at + 2] = nz * scale;
       }
     }
-  }
-
-  findTriangles() {
-    const { columns, rows, used } = this;
-    used.fill(0);
-    this.triangleCorners = 0;
-    for (let row = 0; row + 1 < rows; row++) {
-      for (let at = row * columns, end = at + columns - 1; at < end; at++) this.fillSquare(at);
-    }
-    this.looseCorners = 0;
-    for (let at = 0; at < used.length; at++) {
-      if (this.inverse[at] > 0 && !used[at]) this.loose[this.looseCorners++] = at;
-    }
-  }
-
-  /** Up to two triangles between a corner and its neighbours to the right and below, along the flatter diagonal. */
-  fillSquare(a) {
-    const { inverse, columns, joinsRight, joinsBelow } = this;
-    const b = a + 1;
-    const c = a + columns;
-    const d = c + 1;
-    const falling = inverse[a] > 0 && inverse[d] > 0 ? Math.abs(inverse[a] - inverse[d]) : Infinity;
-    const rising = inverse[b] > 0 && inverse[c] > 0 ? Math.abs(inverse[b] - inverse[c]) : Infinity;
-    if (falling < rising) {
-      if (joinsRight[a] && joinsBelow[b]) this.addTriangle(a, d, b);
-      if (joinsBelow[a] && joinsRight[c]) this.addTriangle(a, c, d);
-    } else {
-      if (joinsRight[a] && joinsBelow[a]) this.addTriangle(a, c, b);
-      if (joinsRight[c] && joinsBelow[b]) this.addTriangle(b, c, d);
-    }
-  }
-
-  addTriangle(a, b, c) {
-    const { triangles, used } = this;
-    let at = this.triangleCorners;
-    triangles[at++] = a;
-    triangles[at++] = b;
-    triangles[at++] = c;
-    this.triangleCorners = at;
-    used[a] = used[b] = used[c] = 1;
   }
 }
