@@ -13,13 +13,17 @@ const kSizes = [[1280, 800], [1920, 1080], [390, 844]];
 const kForceN = 0.5;
 const kRecording = (process.env.HAPTICD_SETTINGS ?? '').split('\n').filter(Boolean);
 
-const presses = (page) => until(
-  page, (least) => Number(document.querySelector('#force-number').textContent) >= least, kForceN);
-const isInMode = (mode) => (page) => until(page, (wanted) => document.querySelector('#mode').dataset.mode === wanted, mode);
-const touches = (name) => (page) => until(page, (wanted) => [...document.querySelectorAll('#fixtures li')]
-  .some((row) => row.textContent.startsWith(wanted) && row.textContent.includes('in contact')), name);
+/** A picture takes a while without a graphics card: what it is to show may be over by then. */
+const kTries = 20;
 
-/** `box`: how it is started; `prepare`: what is done to it; `ready`: resolves when the picture can be taken; `view`. */
+/** What must hold in the page, and its argument. */
+const presses = [(least) => document.querySelector('#mode').dataset.mode === 'engaged' &&
+  Number(document.querySelector('#force-number').textContent) >= least, kForceN];
+const isInMode = (mode) => [(wanted) => document.querySelector('#mode').dataset.mode === wanted, mode];
+const touches = (name) => [(wanted) => [...document.querySelectorAll('#fixtures li')]
+  .some((row) => row.textContent.startsWith(wanted) && row.textContent.includes('in contact')), name];
+
+/** `box`: how it is started; `prepare`: what is done to it; `ready`: when the picture can be taken; `view`. */
 const kScenes = {
   contact: { box: { settings: kRecording }, ready: presses, view: 'overview', seconds: 30 },
   standoff: {
@@ -43,23 +47,34 @@ const kScenes = {
   idle: { box: { settings: ['control.engage_at_start=false'] }, view: 'overview', ready: isInMode('idle') },
   refused: {
     box: { settings: ['simulated_handle.start_z_m=-0.9', 'synthetic.motion_amplitude_m=0'] }, view: 'overview',
-    ready: (page) => until(page, () => document.querySelector('#cause').textContent.includes('refused')),
+    ready: [() => document.querySelector('#cause').textContent.includes('refused')],
   },
   gone: {
     box: { settings: [] }, view: 'overview',
-    ready: (page) => until(page, () => document.querySelector('#connection').textContent === 'Box not reachable'),
+    ready: [() => document.querySelector('#connection').textContent === 'Box not reachable'],
     leave: (box) => box.stopDaemon(),
   },
 };
 
-/** Every pixel of a picture that stands still, in a PNG of at most 256 colours. */
-async function take(page, file, isTall) {
-  await page.evaluate(() => {
-    if (document.querySelector('#pause').getAttribute('aria-pressed') !== 'true') document.querySelector('#pause').click();
-    document.querySelector('#full-detail').click();
-    window.hapticdView.readPixels(0, 0, 1, 1);
-  });
-  await writeFile(file, await palettePng(page, await page.screenshot({ fullPage: isTall })));
+/** A moment with every pixel of the depth frame, in at most 256 colours. */
+async function take(page, ready, file, isTall) {
+  for (let i = 0; i < kTries; i++) {
+    await until(page, ...ready);
+    await page.evaluate(() => {
+      const [pause, full] = ['#pause', '#full-detail'].map((name) => document.querySelector(name));
+      pause.click();
+      if (!full.checked) full.click();
+      window.hapticdView.readPixels(0, 0, 1, 1);
+      pause.click();
+    });
+    const png = await page.screenshot({ fullPage: isTall });
+    const holds = await page.evaluate(ready[0], ready[1]);
+    await page.evaluate(() => document.querySelector('#full-detail').click());
+    if (!holds) continue;
+    await writeFile(file, await palettePng(page, png));
+    return;
+  }
+  throw new Error(`${file}: what is to be seen never lasted as long as a picture takes`);
 }
 
 async function picture(browser, name, file, colorScheme, sizes) {
@@ -74,8 +89,7 @@ async function picture(browser, name, file, colorScheme, sizes) {
       await until(page, (ms) => performance.now() > ms, 1000 * (sizes.length > 1 ? 4 : scene.seconds ?? 4));
       await scene.leave?.(box);
       await page.click(`[data-view=${scene.view}]`);
-      await scene.ready(page);
-      await take(page, file(width, height), width < 861);
+      await take(page, scene.ready, file(width, height), width < 861);
       if (page.complaints.length > 0) throw new Error(`${name}: ${page.complaints.join('\n')}`);
       await page.context().close();
       if (scene.leave) box.startDaemon();

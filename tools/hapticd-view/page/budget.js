@@ -14,8 +14,8 @@ const kLevels = [
 /** Where the CPU draws, it is likely to be the box's own: it begins here and never gets finer. */
 const kSoftwareLevel = 2;
 const kMostDepthHz = 30;
-/** A picture is slow that takes longer than this, or than its turn where that is longer: 20 a second are fluent. */
-const kSlowMs = 45;
+/** A picture is slow that takes longer than this, or than its turn where that is longer. */
+const kSlowMs = 60;
 /** So many slow pictures in succession lower the level: the first ones compile shaders. */
 const kSlowPictures = 6;
 /** So long all must have been well before a finer level is tried, and twice as long after each time that failed. */

@@ -12,6 +12,7 @@ const kAxisPx = 14;
 const kUsualShare = 0.97;
 /** ... and whatever goes beyond it by less. */
 const kHeadroom = 4;
+const kNothingShare = 0.02;
 
 /** A round number that is at least `value`: 1, 2 or 5 times a power of ten. */
 function roundUp(value) {
@@ -23,8 +24,10 @@ function roundUp(value) {
 export function robustTop(columns, least) {
   const values = Array.from(columns).filter(Number.isFinite).sort((a, b) => a - b);
   if (values.length === 0) return roundUp(least);
-  const usual = Math.max(least, values[Math.floor(kUsualShare * (values.length - 1))] * 1.05);
   const largest = values.at(-1) * 1.05;
+  // without what is as good as zero: half a minute of no contact says nothing about the range of contacts
+  const acting = values.filter((value) => value > kNothingShare * largest);
+  const usual = Math.max(least, (acting[Math.floor(kUsualShare * (acting.length - 1))] ?? 0) * 1.05);
   return roundUp(largest <= kHeadroom * usual ? Math.max(largest, usual) : usual);
 }
 

@@ -19,6 +19,8 @@ const kTrailNs = 4e9;
 const kFollow = 0.1;
 /** Texts and charts are shown so often: nobody reads faster, and each time costs a layout. */
 const kTextMs = 100;
+/** After a depth frame so long the next one is expected. */
+const kDepthComesMs = 150;
 const kLeastGuidanceN = 0.005;
 
 const element = (id) => document.getElementById(id);
@@ -53,7 +55,7 @@ const scene = {
   theme: null,
 };
 const counters = { depthFrames: 0, windows: 0, states: 0, events: 0 };
-const known = { parameters: {}, law: '', distanceM: 1.2, hasExtent: false, touched: false };
+const known = { parameters: {}, law: '', distanceM: 1.2, hasExtent: false, touched: false, depthMs: -Infinity };
 let paused = false;
 /** The newest window of ticks that the texts do not show yet. */
 let unshown = null;
@@ -113,7 +115,13 @@ function takeWindow(window_) {
   while (trail.length > 0 && window_.timeNs - trail[0].timeNs > kTrailNs) trail.shift();
   unshown = { window_, forceN };
   charts.add(window_);
-  redraw();
+  redrawHand();
+}
+
+/** Where the CPU draws, a picture for the hand alone would take the turn of the next depth frame. */
+function redrawHand() {
+  const depthComes = performance.now() - known.depthMs < kDepthComesMs;
+  if (!(picture?.budget.software && depthComes)) redraw();
 }
 
 /** What a window says of fixtures; a bridge of an older version says nothing. */
@@ -159,6 +167,7 @@ function takeDepth(frame) {
     return;
   }
   scene.frame = frame;
+  known.depthMs = performance.now();
   follow(frame);
   redraw();
   if (!picture) bridge.drawn();
@@ -224,7 +233,7 @@ function followBudget() {
 }
 
 if (picture) {
-  picture.onDrawn = () => bridge.drawn();
+  picture.onDrawing = () => bridge.drawn();
   picture.onBudget = followBudget;
 }
 followBudget();

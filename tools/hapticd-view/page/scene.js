@@ -36,8 +36,8 @@ export class Picture {
     this.contextsLost = 0;
     this.scheduled = false;
     this.drawnMs = 0;
-    /** Called with each depth frame when the picture with it has been handed to the graphics. */
-    this.onDrawn = () => {};
+    /** Called with each depth frame when its picture is about to be drawn. */
+    this.onDrawing = () => {};
     // without a graphics card smooth edges cost more than everything else together
     const software = isSoftware();
     const antialias = !software;
@@ -99,11 +99,11 @@ export class Picture {
     this.scheduled = false;
     this.drawnMs = nowMs;
     this.budget.measure();
-    this.render();
     const { frame } = this.scene;
-    if (!frame || frame === this.reported) return;
+    // before the work, so that the next frame is on its way meanwhile
+    if (frame && frame !== this.reported) this.onDrawing(frame);
     this.reported = frame;
-    this.onDrawn(frame);
+    this.render();
   }
 
   render() {

@@ -25,7 +25,8 @@ export class Surface {
     gl.vertexAttribPointer(0, 1, gl.FLOAT, false, 0, 0);
     gl.enableVertexAttribArray(1);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.normals);
-    gl.vertexAttribPointer(1, 3, gl.BYTE, true, 4, 0);
+    // four of them: three would be converted by the driver for each frame
+    gl.vertexAttribPointer(1, 4, gl.BYTE, true, 4, 0);
     gl.bindVertexArray(null);
     this.frame = null;
     this.made = '';
