@@ -49,9 +49,16 @@ export class RealBox {
       { stdio: 'ignore', cwd: this.folder });
   }
 
-  /** Runs hapticctl; its exit status does not matter: some calls are refused on purpose. */
+  /** Runs hapticctl, as soon as the daemon takes calls. */
   async control(...words) {
-    await promisify(execFile)(join(bin, 'hapticctl'), ['--socket', join(this.folder, 'Control'), ...words]).catch(() => {});
+    for (const lastMs = Date.now() + kLimitMs; ;) {
+      try {
+        return await promisify(execFile)(join(bin, 'hapticctl'), ['--socket', join(this.folder, 'Control'), ...words]);
+      } catch (error) {
+        if (Date.now() > lastMs) throw error;
+        await new Promise((resolve) => { setTimeout(resolve, 200); });
+      }
+    }
   }
 
   async token() {
