@@ -13,7 +13,7 @@ const kEdgeNoise = 4;
 /** ... and by what a surface has that rises so much for each length across the line of sight (79 degrees). */
 const kSteepest = 5;
 /** Pixels over which a slope is averaged at 1 m; as many times more as it is metres away. */
-const kReachPx = 2.5;
+const kReachPx = 4;
 /** Averaging along rows and columns in turn makes the window round. */
 const kRounds = 2;
 const kRawValues = 65536;
