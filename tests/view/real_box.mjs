@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // hapticd with a synthetic camera and a simulated handle, and hapticd-view in front of it, for the tests of the page.
-import { spawn } from 'node:child_process';
+import { execFile, spawn } from 'node:child_process';
 import { once } from 'node:events';
 import { mkdtemp, readFile, rm } from 'node:fs/promises';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { createInterface } from 'node:readline';
+import { promisify } from 'node:util';
 import { kLimitMs } from './browser.mjs';
 
 const bin = process.env.HAPTICD_BIN;
@@ -14,12 +15,19 @@ const source = process.env.HAPTICD_SOURCE;
 /** The sphere of its camera, which stands at the world's origin; nothing behind it. */
 export const kBoxSphere = { centre: [0, 0, -1], radiusM: 0.15 };
 
+const kSphereAlone = [
+  'synthetic.scene=sphere', 'synthetic.noise=off', `synthetic.distance_m=${-kBoxSphere.centre[2]}`,
+  `synthetic.sphere_radius_m=${kBoxSphere.radiusM}`];
+
 export class RealBox {
-  /** Returns the address of the page. `everybody`: whether visitors need no token; `scene`: what its camera sees. */
-  async start({ everybody = true, scene = 'sphere' } = {}) {
+  /**
+   * Returns the address of the page. `everybody`: whether visitors need no token; `configuration`: its file in config/;
+   * `settings`: parameters that differ from it, as "name=value".
+   */
+  async start({ everybody = true, configuration = 'demo.yaml', settings = kSphereAlone } = {}) {
     this.folder = await mkdtemp(join(tmpdir(), 'hapticd-view-test-'));
-    this.everybody = everybody;
-    this.scene = scene;
+    this.configuration = configuration;
+    this.settings = [`control.depth_for_everyone=${everybody}`, ...settings];
     this.startDaemon();
     this.view = spawn(join(bin, 'hapticd-view'),
       ['--listen', '127.0.0.1:0', '--page', process.env.HAPTICD_VIEW_PAGE,
@@ -34,12 +42,23 @@ export class RealBox {
     const settings = [
       `control.status_socket=${join(this.folder, 'Status')}`, `control.control_socket=${join(this.folder, 'Control')}`,
       `state.folder=${join(this.folder, 'state')}`,
-      `control.depth_for_everyone=${this.everybody}`, `synthetic.scene=${this.scene}`, 'synthetic.noise=off',
-      `synthetic.distance_m=${-kBoxSphere.centre[2]}`, `synthetic.sphere_radius_m=${kBoxSphere.radiusM}`,
+      ...this.settings,
     ];
     this.daemon = spawn(join(bin, 'hapticd'),
-      ['--config', join(source, 'config/demo.yaml'), ...settings.flatMap((setting) => ['--set', setting])],
+      ['--config', join(source, 'config', this.configuration), ...settings.flatMap((setting) => ['--set', setting])],
       { stdio: 'ignore', cwd: this.folder });
+  }
+
+  /** Runs hapticctl, as soon as the daemon takes calls. */
+  async control(...words) {
+    for (const lastMs = Date.now() + kLimitMs; ;) {
+      try {
+        return await promisify(execFile)(join(bin, 'hapticctl'), ['--socket', join(this.folder, 'Control'), ...words]);
+      } catch (error) {
+        if (Date.now() > lastMs) throw error;
+        await new Promise((resolve) => { setTimeout(resolve, 200); });
+      }
+    }
   }
 
   async token() {

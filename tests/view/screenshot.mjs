@@ -1,37 +1,114 @@
 // SPDX-License-Identifier: Apache-2.0
-// screenshot.mjs FILE [THEME [WIDTH HEIGHT]]: a picture of the page while the simulated hand presses the sphere of
-// config/demo.yaml; tools/screenshot calls it.
+// screenshot.mjs FILE SCENE [THEME [WIDTH HEIGHT]]: a picture of the page in one of the scenes below, or of each of them in
+// all sizes where FILE is a folder and SCENE is `all`. tools/screenshot calls it; HAPTICD_SETTINGS holds what the box is
+// told in the scene `contact`, one parameter a line.
+import { writeFile } from 'node:fs/promises';
+import { join } from 'node:path';
 import { Browser, hasFrames, until } from './browser.mjs';
+import { palettePng } from './palette_png.mjs';
 import { RealBox } from './real_box.mjs';
 
-const [file, colorScheme = 'dark', width = '1200', height = '750'] = process.argv.slice(2);
-/** The hand presses with up to 1.5 N. */
-const kForceN = 0.7;
+const kSizes = [[1280, 800], [1920, 1080], [390, 844]];
+/** Least force of a picture with contact; the hand presses with up to 1.5 N. */
+const kForceN = 0.5;
+const kRecording = (process.env.HAPTICD_SETTINGS ?? '').split('\n').filter(Boolean);
 
-const box = new RealBox();
+/** A picture takes a while without a graphics card, and what it is to show may be over by then; the last one counts. */
+const kTries = 3;
+const kPatienceMs = 15_000;
+
+/** What must hold in the page, and its argument. */
+const presses = [(least) => document.querySelector('#mode').dataset.mode === 'engaged' &&
+  Number(document.querySelector('#force-number').textContent) >= least, kForceN];
+const isInMode = (mode) => [(wanted) => document.querySelector('#mode').dataset.mode === wanted, mode];
+const touches = (name) => [(wanted) => [...document.querySelectorAll('#fixtures li')]
+  .some((row) => row.textContent.startsWith(wanted) && row.textContent.includes('in contact')), name];
+
+/** `box`: how it is started; `prepare`: what is done to it; `ready`: when the picture can be taken; `view`. */
+const kScenes = {
+  contact: { box: { settings: kRecording }, ready: presses, view: 'overview', seconds: 30 },
+  standoff: {
+    box: { configuration: 'demo-fixtures.yaml', settings: [] }, view: 'hand', ready: touches('keep-off'),
+    prepare: (box) => box.control('fixture', 'add', 'keep-off', '--kind', 'standoff', '--clearance-m', '0.02', '--max-force-n', '3'),
+  },
+  path: {
+    box: { configuration: 'demo-fixtures.yaml', settings: [] }, view: 'hand', ready: touches('incision'),
+    prepare: (box) => box.control('fixture', 'add', 'incision', '--kind', 'path', '--max-force-n', '1', '--points-m',
+      '-0.04,0,-0.856 -0.015,0.02,-0.852 0.015,-0.02,-0.852 0.04,0,-0.856'),
+  },
+  nodule: {
+    box: { configuration: 'demo-fixtures.yaml', settings: [] }, view: 'hand', ready: touches('nodule'),
+    prepare: async (box) => {
+      await box.control('region', 'add', 'tissue', '--shape', 'sphere', '--position-m', '0,0,-1', '--radius-m', '0.17',
+        '--stiffness-n-per-m', '300');
+      await box.control('region', 'add', 'nodule', '--shape', 'sphere', '--position-m', '0.015,0,-0.852', '--radius-m', '0.01',
+        '--model', 'layered', '--stiffness-n-per-m', '300', '--lower-stiffness-n-per-m', '1200', '--layer-m', '0.002');
+    },
+  },
+  idle: { box: { settings: ['control.engage_at_start=false'] }, view: 'overview', ready: isInMode('idle') },
+  refused: {
+    box: { settings: ['simulated_handle.start_z_m=-0.9', 'synthetic.motion_amplitude_m=0'] }, view: 'overview',
+    ready: [() => document.querySelector('#cause').textContent.includes('refused')],
+  },
+  gone: {
+    box: { settings: [] }, view: 'overview',
+    ready: [() => document.querySelector('#connection').textContent === 'Box not reachable'],
+    leave: (box) => box.stopDaemon(),
+  },
+};
+
+/** A moment with every pixel of the depth frame, in at most 256 colours. */
+async function take(page, ready, file, isTall) {
+  for (let i = 0; i < kTries; i++) {
+    await page.waitForFunction(...ready, { timeout: kPatienceMs }).catch(() => {});
+    await page.evaluate(() => {
+      const [pause, full] = ['#pause', '#full-detail'].map((name) => document.querySelector(name));
+      pause.click();
+      if (!full.checked) full.click();
+      window.hapticdView.readPixels(0, 0, 1, 1);
+      pause.click();
+    });
+    const png = await page.screenshot({ fullPage: isTall });
+    const holds = await page.evaluate(ready[0], ready[1]);
+    await page.evaluate(() => document.querySelector('#full-detail').click());
+    await writeFile(file, await palettePng(page, png));
+    if (holds) return;
+  }
+}
+
+async function picture(browser, name, file, colorScheme, sizes) {
+  const scene = kScenes[name];
+  const box = new RealBox();
+  try {
+    const url = await box.start(scene.box);
+    await scene.prepare?.(box);
+    for (const [width, height] of sizes) {
+      const page = await browser.open(url, { viewport: { width, height }, colorScheme });
+      await hasFrames(page, 5);
+      await until(page, (ms) => performance.now() > ms, 1000 * (sizes.length > 1 ? 4 : scene.seconds ?? 4));
+      await scene.leave?.(box);
+      await page.click(`[data-view=${scene.view}]`);
+      await take(page, scene.ready, file(width, height), width < 861);
+      if (page.complaints.length > 0) throw new Error(`${name}: ${page.complaints.join('\n')}`);
+      await page.context().close();
+      if (scene.leave) box.startDaemon();
+    }
+  } finally {
+    await box.stop();
+  }
+}
+
+const [file, wanted = 'contact', theme = 'dark', width = '1200', height = '750'] = process.argv.slice(2);
 const browser = await Browser.start();
 try {
-  const page = await browser.open(await box.start({ scene: 'moving_sphere' }), {
-    viewport: { width: Number(width), height: Number(height) }, colorScheme });
-  await hasFrames(page, 5);
-  // the strip charts fill in half a minute
-  await until(page, () => performance.now() > 32_000);
-  await page.keyboard.press('0');
-  // without a graphics card all pixels take a while: meanwhile the picture stands still
-  await until(page, (least) => {
-    const presses = Number(document.querySelector('#force-number').textContent) >= least;
-    if (presses) document.querySelector('#pause').click();
-    return presses;
-  }, kForceN);
-  await page.evaluate(() => {
-    const detail = document.querySelector('#full-detail');
-    detail.checked = true;
-    detail.dispatchEvent(new Event('change'));
-  });
-  await page.evaluate(() => window.hapticdView.readPixels(0, 0, 1, 1));
-  await page.screenshot({ path: file, fullPage: Number(width) < 861 });
-  if (page.complaints.length > 0) throw new Error(page.complaints.join('\n'));
+  if (wanted === 'all') {
+    for (const name of Object.keys(kScenes)) {
+      await picture(browser, name, (w, h) => join(file, `${name}-${w}x${h}.png`), theme, kSizes);
+      console.log(name);
+    }
+  } else {
+    await picture(browser, wanted, () => file, theme, [[Number(width), Number(height)]]);
+  }
 } finally {
   await browser.stop();
-  await box.stop();
 }

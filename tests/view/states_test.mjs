@@ -108,7 +108,7 @@ test('every mode and cause of the interface has words, and every cause that hold
   });
   for (const text of words.modes) assert.ok(text.endsWith('.'), text);
   for (const { text, remedy } of words.causes) assert.ok(text.endsWith('.') && remedy.length > 10, text);
-  for (const { text } of words.engaged) assert.ok(text.endsWith('only the fixtures act that go on without depth.'), text);
+  for (const { text } of words.engaged) assert.ok(text.endsWith('only fixtures that work without depth are active.'), text);
 });
 
 test('paused, the picture stands still while mode and warnings go on', async () => {

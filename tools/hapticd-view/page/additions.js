@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The fixtures and tissue regions of the box: what is drawn of them, and their list in the panel.
 
-import { distanceToFixture, isGuidance, shapeOf } from './fixtures.js';
+import { distanceToFixture, isGuidance, progressOn, shapeOf } from './fixtures.js';
 import { isVector } from './vectors.js';
+
+/** What a kind is called where its name is not a word. */
+const kKinds = { standoff: 'stand-off' };
 
 /** "12.3 mm", "0.42 m" */
 function lengthText(m) {
@@ -32,21 +35,27 @@ export class Additions {
   }
 
   /** Returns what is to be drawn after a window of ticks. `frame`: the newest depth frame or null. */
-  follow(window_, frame, warningM) {
+  follow(window_, frame) {
     for (const entry of this.entries) {
       entry.shape = shapeOf(entry.definition, frame);
       entry.inContact = entry.group === 'tissue'
         ? window_.tissueRegion === entry.place
         : ((window_.fixtureContacts ?? 0) & (1 << entry.place)) !== 0;
-      this.show(entry, this.distanceOf(entry, window_), warningM);
+      entry.progress = entry.shape?.kind === 'path' && isVector(window_.hip)
+        ? progressOn(entry.shape.points, window_.hip) : null;
     }
     return this.entries;
+  }
+
+  /** Brings the list up to date with a window of ticks. */
+  show(window_, warningM) {
+    for (const entry of this.entries) this.showEntry(entry, this.distanceOf(entry, window_), warningM);
   }
 
   /** The box knows the distance to the nearest forbidden region; the others follow from their shapes. */
   distanceOf(entry, window_) {
     if (entry.group === 'forbidden' && entry.place === window_.nearestFixture) return window_.fixtureDistanceM;
-    if (!entry.shape || entry.group === 'tissue' || !isVector(window_.hip)) return NaN;
+    if (!entry.shape || entry.shape.kind === 'standoff' || entry.group === 'tissue' || !isVector(window_.hip)) return NaN;
     return distanceToFixture(entry.definition, entry.shape, window_.hip);
   }
 
@@ -57,7 +66,7 @@ export class Additions {
     const title = document.createElement('strong');
     title.textContent = name;
     const kind = document.createElement('span');
-    kind.textContent = group === 'tissue' ? definition.model ?? 'linear' : definition.kind;
+    kind.textContent = group === 'tissue' ? definition.model ?? 'linear' : kKinds[definition.kind] ?? definition.kind;
     const state = document.createElement('span');
     state.className = 'number';
     state.textContent = enabled ? '' : 'disabled';
@@ -66,11 +75,14 @@ export class Additions {
     return item;
   }
 
-  show({ item, state, enabled, inContact, group }, distanceM, warningM) {
+  showEntry({ item, state, enabled, inContact, group, progress }, distanceM, warningM) {
     const near = group === 'forbidden' && distanceM < warningM;
     item.dataset.level = inContact ? 'contact' : enabled && near ? 'near' : '';
     let text = 'disabled';
-    if (enabled) text = [inContact ? 'in contact' : '', group === 'tissue' ? '' : lengthText(distanceM)].filter(Boolean).join(', ');
+    if (enabled) {
+      const done = progress ? `${Math.round((100 * progress.atM) / progress.lengthM)} %` : '';
+      text = [inContact ? 'in contact' : '', group === 'tissue' ? '' : lengthText(distanceM), done].filter(Boolean).join(', ');
+    }
     if (state.textContent !== text) state.textContent = text;
   }
 }

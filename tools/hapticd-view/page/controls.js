@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mouse, touch and keyboard on the picture: turn, move sideways, zoom, pick.
+// Mouse, touch and keyboard on the picture: turn, move sideways, zoom, focus, pick.
 
 const kRadPerPx = 0.006;
 const kRadPerKey = 0.06;
@@ -7,11 +7,17 @@ const kPxPerKey = 24;
 const kZoomPerKey = 1.15;
 /** A press that moved no farther is a click. */
 const kClickPx = 5;
+/** Two clicks within this time and distance focus; the second one picks nothing. */
+const kDoubleMs = 350;
+const kDoublePx = 12;
 
 export class Controls {
-  /** `onMove()` after each change of the orbit; `onPick(xPx, yPx)` in CSS pixels of the canvas. */
-  constructor(canvas, orbit, { onMove, onPick }) {
-    Object.assign(this, { canvas, orbit, onMove, onPick });
+  /**
+   * `onMove()` after each change of the orbit; `onPick(xPx, yPx)` and `onFocus(xPx, yPx, {isDoubleClick})` in CSS
+   * pixels of the canvas.
+   */
+  constructor(canvas, orbit, { onMove, onPick, onFocus }) {
+    Object.assign(this, { canvas, orbit, onMove, onPick, onFocus });
     this.pointers = new Map();
     this.movedPx = 0;
     canvas.addEventListener('pointerdown', (event) => this.down(event));
@@ -42,7 +48,8 @@ export class Controls {
     if (other) {
       // each of two fingers reports on its own, so that half of its displacement is that of their middle
       const distance = (p) => Math.max(Math.hypot(p.x - other.x, p.y - other.y), 1);
-      this.orbit.zoom(distance(now) / distance(before));
+      const place = this.placeOf((now.x + other.x) / 2, (now.y + other.y) / 2);
+      this.orbit.zoom(distance(now) / distance(before), place.x, place.y);
       this.orbit.pan(x / 2, y / 2);
     } else if (event.buttons & 2 || event.buttons & 4 || event.shiftKey) {
       this.orbit.pan(x, y);
@@ -55,14 +62,26 @@ export class Controls {
   up(event, clicked) {
     if (!this.pointers.delete(event.pointerId) || !clicked) return;
     if (this.pointers.size > 0 || this.movedPx >= kClickPx || event.button !== 0) return;
+    const { x, y } = this.placeOf(event.clientX, event.clientY);
+    const nowMs = performance.now();
+    const { last } = this;
+    const second = last && nowMs - last.ms < kDoubleMs && Math.hypot(x - last.x, y - last.y) < kDoublePx;
+    this.last = second ? null : { x, y, ms: nowMs };
+    if (second) this.onFocus(x, y, { isDoubleClick: true });
+    else this.onPick(x, y);
+  }
+
+  /** A place of the window as one of the canvas. */
+  placeOf(clientX, clientY) {
     const box = this.canvas.getBoundingClientRect();
-    this.onPick(event.clientX - box.left, event.clientY - box.top);
+    return { x: clientX - box.left, y: clientY - box.top };
   }
 
   wheel(event) {
     event.preventDefault();
     const px = event.deltaY * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 30 : 1);
-    this.orbit.zoom(Math.exp(-px * 0.0015));
+    const { x, y } = this.placeOf(event.clientX, event.clientY);
+    this.orbit.zoom(Math.exp(-px * 0.0015), x, y);
     this.onMove();
   }
 
@@ -76,6 +95,7 @@ export class Controls {
     else if (event.key === '+' || event.key === '=') orbit.zoom(kZoomPerKey);
     else if (event.key === '-') orbit.zoom(1 / kZoomPerKey);
     else if (event.key === 'Enter') this.onPick(orbit.width / 2, orbit.height / 2);
+    else if (event.key === 'f') this.onFocus(orbit.width / 2, orbit.height / 2, { isDoubleClick: false });
     else return;
     event.preventDefault();
     this.onMove();

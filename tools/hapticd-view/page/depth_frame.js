@@ -11,16 +11,16 @@ const kMaxPixelsPerSide = 4096;
 const numbers = (view, offset, count) =>
   Array.from({ length: count }, (_, i) => view.getFloat64(offset + 8 * i, true));
 
-/** One depth frame; throws an Error that says why the bytes are none. */
+/** One depth frame; throws an Error that says why the bytes are not one. */
 export class DepthFrame {
   /** `buffer` holds the header at `offset`, the image behind it. */
   constructor(buffer, offset) {
     const view = new DataView(buffer, offset);
     if (view.byteLength < kHeaderBytes || view.getUint32(0, true) !== kMagic) {
-      throw new Error('a message of the bridge is no depth frame');
+      throw new Error('a message of the bridge is not a depth frame');
     }
     if (view.getUint16(4, true) !== kVersion || view.getUint16(6, true) !== kHeaderBytes) {
-      throw new Error('depth frames have another version than this page: load the page again');
+      throw new Error('the bridge sends another version of depth frames than this page reads: reload the page');
     }
     this.width = view.getUint32(8, true);
     this.height = view.getUint32(12, true);
@@ -29,7 +29,7 @@ export class DepthFrame {
       this.height <= kMaxPixelsPerSide && strideBytes % 2 === 0 && strideBytes >= 2 * this.width &&
       view.byteLength >= kHeaderBytes + strideBytes * this.height;
     if (!possible || view.getUint8(20) !== 0 || view.getUint8(21) > 1) {
-      throw new Error('a depth frame has an impossible header');
+      throw new Error('the header of a depth frame is invalid');
     }
     /** Pixels from one row to the next. */
     this.stride = strideBytes / 2;
@@ -72,30 +72,31 @@ export class DepthFrame {
     return add(rotate(this.rotation, pointInCamera), this.position);
   }
 
-  /**
-   * Median depth in metres, and the height above which 98 % of the points are; of every 16th pixel both ways. Null
-   * where too little was measured.
-   */
-  extent() {
-    const depths = [];
-    const heights = [];
+  /** {z, world} of every 16th pixel both ways that was measured. */
+  samples() {
+    const found = [];
     for (let row = 8; row < this.height; row += 16) {
       for (let column = 8; column < this.width; column += 16) {
         const z = this.depthOf(this.rawAt(column, row));
-        if (z === 0) continue;
-        depths.push(z);
-        heights.push(this.pointInWorld(column, row)[1]);
+        if (z > 0) found.push({ z, world: this.pointInWorld(column, row) });
       }
     }
-    if (depths.length < 8) return null;
-    depths.sort((a, b) => a - b);
-    heights.sort((a, b) => a - b);
+    return found;
+  }
+
+  /** What most of the points span: depths and heights in metres. Null where too little was measured. */
+  extent() {
+    const samples = this.samples();
+    if (samples.length < 8) return null;
+    const depths = samples.map(({ z }) => z).sort((a, b) => a - b);
+    const heights = samples.map(({ world }) => world[1]).sort((a, b) => a - b);
+    const quantile = (sorted, share) => sorted[Math.floor(share * sorted.length)];
     return {
-      nearM: depths[Math.floor(0.02 * depths.length)],
-      medianM: depths[Math.floor(depths.length / 2)],
-      farM: depths[Math.floor(0.98 * depths.length)],
-      lowestM: heights[Math.floor(0.02 * heights.length)],
-      highestM: heights[Math.floor(0.98 * heights.length)],
+      nearM: quantile(depths, 0.02),
+      medianM: quantile(depths, 0.5),
+      farM: quantile(depths, 0.98),
+      lowestM: quantile(heights, 0.02),
+      highestM: quantile(heights, 0.98),
     };
   }
 }

@@ -23,7 +23,7 @@ export const isGuidance = (kind) => kind === 'path' || kind === 'point';
 
 /**
  * The shape of a definition (its members are those of the configuration) in the world: {kind, ...}, or null where it has
- * none: a stand-off is wherever the surface is, and what rests in the camera's frame needs a depth frame first.
+ * none yet: what is fixed to the camera needs a depth frame first. A stand-off is wherever the surface is.
  */
 export function shapeOf(definition, frame) {
   const inCamera = definition.frame === 'camera';
@@ -36,6 +36,7 @@ export function shapeOf(definition, frame) {
     case 'plane': return { kind, at, axis: unit(turn(definition.normal ?? [0, 0, 1])) };
     case 'sphere': return { kind, at, radiusM: definition.radius_m };
     case 'point': return { kind, at };
+    case 'standoff': return { kind, clearanceM: definition.clearance_m ?? 0 };
     case 'path': return { kind, points: (definition.points_m ?? []).map(place) };
     case 'capsule': return { kind, at, end: place(definition.end_m ?? [0, 0, 0]), radiusM: definition.radius_m };
     case 'cone': return {
@@ -51,11 +52,51 @@ export function shapeOf(definition, frame) {
   }
 }
 
-function toSegment(p, a, b) {
+/** Where on the line from `a` to `b` it is nearest to `p`, as a share of it. */
+function shareAlong(p, a, b) {
   const along = subtract(b, a);
   const square = dot(along, along);
-  const share = square > 0 ? Math.min(1, Math.max(0, dot(subtract(p, a), along) / square)) : 0;
-  return norm(subtract(p, add(a, scale(along, share))));
+  return square > 0 ? Math.min(1, Math.max(0, dot(subtract(p, a), along) / square)) : 0;
+}
+
+const between = (a, b, share) => add(a, scale(subtract(b, a), share));
+
+const toSegment = (p, a, b) => norm(subtract(p, between(a, b, shareAlong(p, a, b))));
+
+/**
+ * How far `p` has come along a path: {lengthM of the path, atM, index of the segment, point on it}. Null for a path of
+ * fewer than two points.
+ */
+export function progressOn(points, p) {
+  let best = null;
+  let lengthM = 0;
+  for (let index = 0; index + 1 < points.length; index++) {
+    const [a, b] = [points[index], points[index + 1]];
+    const share = shareAlong(p, a, b);
+    const point = between(a, b, share);
+    const besideM = norm(subtract(p, point));
+    const segmentM = norm(subtract(b, a));
+    if (!best || besideM < best.besideM) best = { besideM, atM: lengthM + share * segmentM, index, point };
+    lengthM += segmentM;
+  }
+  return best && { lengthM, ...best };
+}
+
+/** Places at even distances along a path, with the direction there; none at its ends. */
+export function arrowsOn(points, count) {
+  const lengths = points.slice(1).map((point, i) => norm(subtract(point, points[i])));
+  const stepM = lengths.reduce((sum, value) => sum + value, 0) / (count + 1);
+  const arrows = [];
+  let passedM = 0;
+  for (let i = 0; i < lengths.length; i++) {
+    while (arrows.length < count && (arrows.length + 1) * stepM <= passedM + lengths[i]) {
+      const share = ((arrows.length + 1) * stepM - passedM) / lengths[i];
+      arrows.push({
+        at: between(points[i], points[i + 1], share), along: unit(subtract(points[i + 1], points[i])) });
+    }
+    passedM += lengths[i];
+  }
+  return arrows;
 }
 
 /** Signed distance of `p` from the boundary of a shape, positive outside; of a path or point its distance. */
@@ -150,8 +191,9 @@ function boxLines({ at, half, axes }) {
   return lines;
 }
 
-/** Where the name of a shape stands. */
+/** Where the name of a shape stands; null: beside the hand, since the shape is all around. */
 export const middleOf = (shape) => {
+  if (shape.kind === 'standoff') return null;
   if (shape.kind === 'path') return shape.points[Math.floor(shape.points.length / 2)];
   return shape.kind === 'capsule' ? scale(add(shape.at, shape.end), 0.5) : shape.at;
 };

@@ -34,8 +34,8 @@ export class Lines {
     for (let i = 1; i < points.length; i++) this.add(points[i - 1], points[i], colour);
   }
 
-  /** Draws what was added since the last time, and forgets it. */
-  draw(orbit, pixelRatio, widthPx) {
+  /** Draws what was added since the last time, and forgets it. `onTop`: whatever is in front of it. */
+  draw(orbit, pixelRatio, widthPx, onTop = false) {
     if (this.segments.length === 0) return;
     const { gl } = this;
     const { program, uniforms } = this.program;
@@ -46,7 +46,9 @@ export class Lines {
     gl.bindVertexArray(this.array);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.buffer);
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(this.segments), gl.STREAM_DRAW);
+    if (onTop) gl.disable(gl.DEPTH_TEST);
     gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, this.segments.length / kNumbersPerSegment);
+    gl.enable(gl.DEPTH_TEST);
     gl.bindVertexArray(null);
     this.segments = [];
   }

@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wires the page: messages of the bridge into the picture, the panel and the charts; buttons and keys to what they do.
+// Wires the page: messages of the bridge into the picture, the panel and the charts; commands.js has buttons and keys.
 
 import { Additions } from './additions.js';
 import { Charts } from './charts.js';
-import { kColourings } from './cloud.js';
-import { Controls } from './controls.js';
-import { kViews, Orbit } from './orbit.js';
+import { connectCommands } from './commands.js';
+import { Orbit } from './orbit.js';
 import { Notices } from './notices.js';
 import { Panel } from './panel.js';
-import { pick, PickList } from './picking.js';
 import { Bridge } from './protocol.js';
 import { arrowScale, Picture } from './scene.js';
 import { Theme } from './themes.js';
 import { isVector, norm } from './vectors.js';
+import { kViews } from './views.js';
 import { isLawOfPoints } from './words.js';
 
 const kTrailNs = 4e9;
-/** Depth frames a second at most. */
-const kDepthHz = 30;
 /** Share by which the range of the colours follows a frame; all at once they would flicker. */
 const kFollow = 0.1;
-const kNoticeMs = 100;
+/** Texts and charts are shown so often: nobody reads faster, and each time costs a layout. */
+const kTextMs = 100;
+/** After a depth frame so long the next one is expected. */
+const kDepthComesMs = 150;
 const kLeastGuidanceN = 0.005;
 
 const element = (id) => document.getElementById(id);
@@ -55,9 +55,10 @@ const scene = {
   theme: null,
 };
 const counters = { depthFrames: 0, windows: 0, states: 0, events: 0 };
-const known = { parameters: {}, law: '', distanceM: 1.2, hasExtent: false, touched: false };
+const known = { parameters: {}, law: '', distanceM: 1.2, hasExtent: false, touched: false, depthMs: -Infinity };
 let paused = false;
-let chartsDue = false;
+/** The newest window of ticks that the texts do not show yet. */
+let unshown = null;
 
 const orbit = new Orbit();
 const notices = new Notices();
@@ -69,19 +70,10 @@ let bridge = null;
 
 const redraw = () => picture?.request();
 
-function drawCharts() {
-  if (chartsDue) return;
-  chartsDue = true;
-  requestAnimationFrame(() => {
-    chartsDue = false;
-    charts.draw();
-  });
-}
-
 const theme = new Theme((colours) => {
   scene.theme = colours;
   redraw();
-  drawCharts();
+  charts.draw();
 });
 
 try {
@@ -121,10 +113,15 @@ function takeWindow(window_) {
   if (last && (window_.timeNs < last.timeNs || window_.timeNs - last.timeNs > kTrailNs)) trail.length = 0;
   if (scene.hip) trail.push({ at: scene.hip, timeNs: window_.timeNs });
   while (trail.length > 0 && window_.timeNs - trail[0].timeNs > kTrailNs) trail.shift();
-  panel.showWindow(window_, forceN);
+  unshown = { window_, forceN };
   charts.add(window_);
-  drawCharts();
-  redraw();
+  redrawHand();
+}
+
+/** Where the CPU draws, a picture for the hand alone would take the turn of the next depth frame. */
+function redrawHand() {
+  const depthComes = performance.now() - known.depthMs < kDepthComesMs;
+  if (!(picture?.budget.software && depthComes)) redraw();
 }
 
 /** What a window says of fixtures; a bridge of an older version says nothing. */
@@ -133,12 +130,13 @@ function takeFixtures(window_) {
   const guidanceN = scene.guidance ? norm(scene.guidance) : 0;
   scene.guidanceText = guidanceN >= kLeastGuidanceN ? `${guidanceN.toFixed(2)} N guidance` : '';
   scene.fixtureProxy = isVector(window_.fixtureProxy) ? window_.fixtureProxy : null;
-  scene.additions = additions.follow(window_, scene.frame, known.parameters['fixtures.warning_m']);
+  scene.additions = additions.follow(window_, scene.frame);
 }
 
 function takeState({ status, ageMs }) {
   counters.states++;
   notices.gotData(ageMs);
+  picture?.budget.hearCamera(status.scene?.frameRateHz);
   panel.show(status);
   const centre = status.scene?.ballCentreMInWorld;
   const radiusM = status.scene?.ballRadiusM;
@@ -169,10 +167,10 @@ function takeDepth(frame) {
     return;
   }
   scene.frame = frame;
+  known.depthMs = performance.now();
   follow(frame);
   redraw();
-  // after the redraw, which was asked for before
-  requestAnimationFrame(() => bridge.drawn());
+  if (!picture) bridge.drawn();
 }
 
 function takeHello() {
@@ -203,6 +201,16 @@ function showNotices() {
   if (!notices.hearsBox) panel.forgetMode();
 }
 
+function showTexts() {
+  if (unshown) {
+    panel.showWindow(unshown.window_, unshown.forceN);
+    additions.show(unshown.window_, known.parameters['fixtures.warning_m']);
+    charts.draw();
+    unshown = null;
+  }
+  showNotices();
+}
+
 bridge = new Bridge({
   onMessage: (message) => kTakers[message.type]?.(message),
   onDepth: takeDepth,
@@ -216,10 +224,21 @@ bridge = new Bridge({
     console.error(text);
   },
 });
-setInterval(showNotices, kNoticeMs);
+setInterval(showTexts, kTextMs);
+
+/** A page that nobody sees takes no depth. */
+function followBudget() {
+  bridge.setDepthHz(document.hidden || !picture ? 0 : picture.budget.depthHz);
+  element('cost').textContent = picture?.budget.note ?? '';
+}
+
+if (picture) {
+  picture.onDrawing = () => bridge.drawn();
+  picture.onBudget = followBudget;
+}
+followBudget();
 document.addEventListener('visibilitychange', () => {
-  // a page that nobody sees takes no depth
-  bridge.setDepthHz(document.hidden ? 0 : kDepthHz);
+  followBudget();
   if (!document.hidden) bridge.retryNow();
 });
 window.addEventListener('online', () => bridge.retryNow());
@@ -227,102 +246,21 @@ window.addEventListener('online', () => bridge.retryNow());
 // --- from the person
 
 function look(name) {
-  kViews[name](orbit, { frame: scene.frame, hip: scene.hip, distanceM: known.distanceM });
+  kViews[name](orbit, { frame: scene.frame, hip: scene.hip, limitsM: scene.limitsM, distanceM: known.distanceM });
   redraw();
 }
 
-function setPaused(wanted) {
-  paused = wanted;
-  notices.paused = paused;
-  const button = element('pause');
-  button.setAttribute('aria-pressed', String(paused));
-  button.textContent = paused ? 'Go on' : 'Pause';
-  notices.show();
-}
-
-function togglePause() {
-  setPaused(!paused);
-}
-
-function setColouring(name) {
-  scene.colouring = name;
-  element('colouring').value = name;
-  redraw();
-}
-
-async function savePng() {
-  const blob = await picture?.png();
-  if (!blob) return;
-  const link = document.createElement('a');
-  link.href = URL.createObjectURL(blob);
-  link.download = `hapticd-view-${new Date().toISOString().replace(/[:.]/g, '-')}.png`;
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
-}
-
-const picks = new PickList({
-  list: element('picks'), distance: element('pick-distance'), command: element('pick-command'),
-  note: element('pick-note'), copy: element('pick-copy'), clear: element('pick-clear'),
-  use: element('pick-use'), useField: element('pick-use-field'),
-}, orbit, (list) => {
-  scene.picks = list;
-  redraw();
-});
-
-new Controls(element('view'), orbit, {
+connectCommands({
+  scene, orbit, picture, theme, redraw, look,
   onMove: () => {
     known.touched = true;
     redraw();
   },
-  onPick: (xPx, yPx) => {
-    const found = scene.frame && pick(scene.frame, orbit, scene.limitsM, xPx, yPx);
-    element('announce').textContent = found ? '' : 'No measured point there.';
-    if (found) picks.add(found);
+  onPause: (wanted) => {
+    paused = wanted;
+    notices.paused = wanted;
+    notices.show();
   },
-});
-
-new ResizeObserver(() => {
-  const canvas = element('view');
-  element('crosshair').style.left = `${canvas.offsetLeft + canvas.clientWidth / 2}px`;
-  element('crosshair').style.top = `${canvas.offsetTop + canvas.clientHeight / 2}px`;
-}).observe(element('view'));
-
-for (const button of document.querySelectorAll('[data-view]')) {
-  button.addEventListener('click', () => look(button.dataset.view));
-}
-for (const box of document.querySelectorAll('[data-layer]')) {
-  box.addEventListener('change', () => {
-    scene.layers[box.dataset.layer] = box.checked;
-    redraw();
-  });
-}
-element('full-detail').addEventListener('change', (event) => picture?.detail.force(event.target.checked));
-element('colouring').addEventListener('change', (event) => setColouring(event.target.value));
-element('pause').addEventListener('click', togglePause);
-element('png').addEventListener('click', savePng);
-element('theme').addEventListener('click', () => theme.toggle());
-element('help').addEventListener('click', () => element('keys').showModal());
-
-const kKeys = {
-  0: () => look('overview'),
-  1: () => look('camera'),
-  2: () => look('hand'),
-  3: () => look('above'),
-  c: () => setColouring(kColourings[(kColourings.indexOf(scene.colouring) + 1) % kColourings.length]),
-  p: savePng,
-  ' ': togglePause,
-  '?': () => element('keys').showModal(),
-};
-document.addEventListener('keydown', (event) => {
-  if (event.ctrlKey || event.altKey || event.metaKey || element('keys').open) return;
-  // what has the focus takes its own keys first: Space presses a button, digits choose in a list
-  if (event.target.closest('input, select, summary, textarea, button')) {
-    if (event.key === ' ' || event.target.closest('select, textarea')) return;
-  }
-  const action = kKeys[event.key];
-  if (!action) return;
-  event.preventDefault();
-  action();
 });
 
 /** For tests and for looking into a problem from the browser's console; changes nothing. */
@@ -350,7 +288,15 @@ window.hapticdView = Object.freeze({
   },
   /** 1: each pixel of the depth frame is drawn; n: every n-th both ways. */
   get every() {
-    return picture.detail.every;
+    return picture.budget.every;
+  },
+  /** The level of the budget and what the page says of it. */
+  get budget() {
+    return { level: picture.budget.level, note: picture.budget.note };
+  },
+  /** The point that the eye turns about. */
+  get target() {
+    return [...orbit.target];
   },
   get pixelRatio() {
     return picture.pixelRatio;

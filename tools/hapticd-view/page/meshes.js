@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Triangles of the solids that the picture is made of. Each corner: position and normal, six numbers.
 
-const kTurns = 48;
-const kRings = 24;
+const kTurns = 32;
+const kRings = 16;
 
 /** A surface of revolution about y, as a grid of `rings` by kTurns corners; `at(share)` is {y, r, ny, nr}. */
 function revolved(rings, at) {

@@ -52,25 +52,25 @@ export class Notices {
   current() {
     const ageS = this.ageS(this.dataMs);
     const noData = ageS === null ? 'No data yet' : `No data for ${ageS.toFixed(1)} s`;
-    if (this.fault) return { level: 'wrong', chip: 'Fault', title: 'The page has a fault', text: this.fault };
+    if (this.fault) return { level: 'wrong', chip: 'Page error', title: 'Page error', text: this.fault };
     if (this.connection.state === 'unauthorised') {
       return {
         level: 'wrong', chip: 'Not authorised', title: 'Not authorised',
-        text: "Run 'hapticctl view' on the box and open the address that it prints.",
+        text: "Run 'hapticctl view' on the box and open the address it prints.",
       };
     }
     if (this.connection.state !== 'open') {
       const waits = this.dataMs === null && performance.now() - this.openMs < kStaleMs;
       return {
         level: waits ? 'quiet' : 'wrong', chip: waits ? 'Connecting' : 'No connection', title: waits ? '' : noData,
-        text: "hapticd-view does not answer. The page tries again by itself; 'ssh -L' or its unit may have ended.",
+        text: "Retrying. Check the SSH tunnel and hapticd-view.",
       };
     }
     if (!this.box.reachable) {
       return { level: 'wrong', chip: 'Box not reachable', title: noData, text: this.box.reason };
     }
     if (this.stale) {
-      return { level: 'wrong', chip: 'Stale', title: noData, text: 'What is shown is old. The page goes on by itself.' };
+      return { level: 'wrong', chip: 'Stale', title: noData, text: 'The data shown is old. The page resumes automatically.' };
     }
     return this.lesser();
   }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The eye of the view: it looks at a target from a distance, up is the world's +y. Mouse, touch and keyboard move it.
+// The eye of the view: it looks at a target from a distance, up is the world's +y. Mouse, touch and keyboard move it;
+// views.js has the named views.
 
-import { add, cross, dot, multiply, norm, perspective, rotate, scale, subtract, unit, viewOf } from './vectors.js';
+import { add, cross, dot, multiply, perspective, scale, subtract, unit, viewOf } from './vectors.js';
 
 const kUp = [0, 1, 0];
 const kSteepestRad = Math.PI / 2 - 1e-4;
@@ -9,9 +10,11 @@ const kNearestM = 0.05;
 const kFarthestM = 30;
 const kClipNearM = 0.01;
 const kClipFarM = 60;
-/** The image of a depth camera of this angle fits into the view whatever the window's shape. */
-const kVerticalAngleRad = (46 * Math.PI) / 180;
-const kHorizontalAngleRad = (59 * Math.PI) / 180;
+/** Half the width and half the height at a distance of 1 that always fit into the view: of most depth cameras. */
+const kUsualLens = [Math.tan((29.5 * Math.PI) / 180), Math.tan((23 * Math.PI) / 180)];
+const kWidestRad = 2.4;
+/** A focused point is looked at from no farther than this. */
+const kFocusM = 0.6;
 
 export class Orbit {
   constructor() {
@@ -20,6 +23,7 @@ export class Orbit {
     this.pitchRad = -0.35;
     this.rollRad = 0;
     this.distanceM = 1.6;
+    this.lens = kUsualLens;
     this.resize(1, 1);
   }
 
@@ -27,11 +31,17 @@ export class Orbit {
   resize(width, height) {
     this.width = Math.max(width, 1);
     this.height = Math.max(height, 1);
-    const forWidth = 2 * Math.atan((Math.tan(kHorizontalAngleRad / 2) * this.height) / this.width);
-    this.verticalAngleRad = Math.min(Math.max(kVerticalAngleRad, forWidth), 2.4);
+    const half = Math.max(this.lens[1], (this.lens[0] * this.height) / this.width);
+    this.verticalAngleRad = Math.min(2 * Math.atan(half), kWidestRad);
     /** Pixels by which something is large that is 1 m large at 1 m. */
     this.focalPx = this.height / 2 / Math.tan(this.verticalAngleRad / 2);
     this.update();
+  }
+
+  /** Half the width and half the height at a distance of 1 that are to fit into the view; what is usual without. */
+  setLens(lens = kUsualLens) {
+    this.lens = lens;
+    this.resize(this.width, this.height);
   }
 
   update() {
@@ -81,8 +91,21 @@ export class Orbit {
     this.update();
   }
 
-  zoom(factor) {
-    this.distanceM = Math.min(Math.max(this.distanceM / factor, kNearestM), kFarthestM);
+  /** Towards a place of the view, its middle where none is given: what is there at the target's distance stays there. */
+  zoom(factor, xPx = this.width / 2, yPx = this.height / 2) {
+    const distanceM = Math.min(Math.max(this.distanceM / factor, kNearestM), kFarthestM);
+    const metres = (this.distanceM - distanceM) / this.focalPx;
+    const right = scale(this.right, (xPx - this.width / 2) * metres);
+    const up = scale(this.up, (this.height / 2 - yPx) * metres);
+    this.target = add(this.target, add(right, up));
+    this.distanceM = distanceM;
+    this.update();
+  }
+
+  /** Brings a point to the middle, from the same side, and closer where it is far. */
+  focus(point) {
+    this.target = point;
+    this.distanceM = Math.min(this.distanceM, kFocusM);
     this.update();
   }
 
@@ -105,37 +128,3 @@ export class Orbit {
     return unit(add(this.forward, add(scale(this.right, x), scale(this.up, y))));
   }
 }
-
-/** The named views. `scene` has the depth frame or null, the HIP or null, and the distance of what is seen. */
-export const kViews = {
-  camera: (orbit, { frame, distanceM }) => {
-    if (!frame) return;
-    orbit.lookAlong(frame.position, rotate(frame.rotation, [0, 0, -1]), rotate(frame.rotation, [0, 1, 0]), distanceM);
-  },
-  hand: (orbit, { frame, hip }) => {
-    if (!hip) return;
-    // over the shoulder of somebody who stands beside the camera
-    const axes = frame ? frame.rotation : [1, 0, 0, 0, 1, 0, 0, 0, 1];
-    const forward = unit(rotate(axes, [-0.55, -0.45, -1]));
-    orbit.lookAlong(subtract(hip, scale(forward, 0.5)), forward, kUp, 0.5);
-  },
-  above: (orbit, { frame, distanceM }) => {
-    const axes = frame ? frame.rotation : [1, 0, 0, 0, 1, 0, 0, 0, 1];
-    const ahead = rotate(axes, [0, 0, -1]);
-    const origin = frame ? frame.position : [0, 0, 0];
-    const middle = add(origin, scale(ahead, distanceM));
-    const heading = norm([ahead[0], 0, ahead[2]]) > 1e-3 ? [ahead[0], 0, ahead[2]] : [0, 0, -1];
-    const heightM = 1.1 * distanceM;
-    orbit.lookAlong(add(middle, [0, heightM, 0]), [0, -1, 0], unit(heading), heightM);
-  },
-  overview: (orbit, { frame, hip, distanceM }) => {
-    const axes = frame ? frame.rotation : [1, 0, 0, 0, 1, 0, 0, 0, 1];
-    const origin = frame ? frame.position : [0, 0, 0];
-    const middle = add(origin, rotate(axes, [0, 0, -0.92 * distanceM]));
-    // between the hand and what the camera sees, so that both are in the picture
-    const target = hip ? add(scale(middle, 0.4), scale(hip, 0.6)) : middle;
-    const forward = unit(rotate(axes, [-0.8, -0.42, -1]));
-    const from = 0.72 * distanceM;
-    orbit.lookAlong(subtract(target, scale(forward, from)), forward, kUp, from);
-  },
-};

@@ -2,7 +2,7 @@
 // The state of the box for people: what is wrong first, then mode, force, health and events.
 
 import { isVector, norm } from './vectors.js';
-import { causeInWords, contactInWords, duration, fixed, lawInWords, modeInWords, upTime } from './words.js';
+import { causeInWords, contactInWords, counted, duration, fixed, lawInWords, modeInWords, upTime } from './words.js';
 
 const kMostEvents = 200;
 
@@ -113,7 +113,7 @@ export class Panel {
     if (state) {
       const damaged = at(status, 'camera.damagedFrames');
       const text = [`${state}, ${fixed(at(status, 'scene.frameRateHz'), 1)} frames/s`];
-      if (damaged > 0) text.push(`${damaged} damaged`);
+      if (damaged > 0) text.push(`${counted(damaged, 'frame')} damaged`);
       this.health.set('Camera', text.join(', '), {
         level: state === 'streaming' ? '' : 'wrong',
         detail: [at(status, 'camera.identity'), at(status, 'camera.advice')].filter(Boolean).join('. '),
@@ -121,12 +121,12 @@ export class Panel {
     }
     const models = at(status, 'scene.models');
     if (models === undefined) return;
-    const points = at(status, 'law.chosen') === 'surface' ? 'all pixels' : `${at(status, 'scene.points')} points`;
+    const points = at(status, 'law.chosen') === 'surface' ? 'all pixels' : counted(at(status, 'scene.points'), 'point');
     const full = at(status, 'scene.pointsOverCapacity');
     const skipped = at(status, 'scene.skippedFrames');
     this.health.set('Scene', `${points}, modelled in ${duration(at(status, 'scene.lastModelNs'))}`, {
       detail: [
-        full > 0 ? `${full} points beyond grid.point_capacity` : '', skipped > 0 ? `${skipped} frames skipped` : '',
+        full > 0 ? `${counted(full, 'point')} beyond grid.point_capacity` : '', skipped > 0 ? `${counted(skipped, 'frame')} skipped` : '',
       ].filter(Boolean).join(', '),
     });
   }
@@ -137,7 +137,7 @@ export class Panel {
     const text = [state];
     if (at(status, 'handle.exertsForce') === false) text.push('exerts no force');
     const rejected = at(status, 'handle.rejected');
-    if (rejected > 0) text.push(`${rejected} measurements rejected`);
+    if (rejected > 0) text.push(`${counted(rejected, 'measurement')} rejected`);
     this.health.set('Handle', text.join(', '), {
       level: state === 'present' ? '' : 'wrong',
       detail: [at(status, 'handle.identity'), at(status, 'handle.advice')].filter(Boolean).join('. '),
@@ -148,10 +148,10 @@ export class Panel {
     const loop = at(status, 'loop');
     if (loop) {
       const counters = loop.counters ?? {};
-      const realtime = loop.realtimeScheduling ? 'real time' : 'no real time';
+      const realtime = loop.realtimeScheduling ? 'real-time scheduling' : 'no real-time scheduling';
       this.health.set('Force loop', `${fixed(loop.rateHz, 0)} Hz, ${realtime}`, {
-        detail: `${counters.overruns ?? 0} of ${counters.ticks ?? 0} ticks late; wake-up p99.9 ` +
-          `${duration(loop.wakeupLatency?.p999Ns)}, longest ${duration(loop.wakeupLatency?.maxNs)}`,
+        detail: `${counters.overruns ?? 0} of ${counters.ticks ?? 0} ticks late; wake-up latency p99.9 ` +
+          `${duration(loop.wakeupLatency?.p999Ns)}, max ${duration(loop.wakeupLatency?.maxNs)}`,
       });
     }
     const trace = at(status, 'trace.state');
@@ -166,12 +166,12 @@ export class Panel {
   /** The newest window of ticks. */
   showWindow(window_, forceN) {
     setText(this.elements.force, fixed(forceN, 2));
-    const share = window_.ticks > 0 ? ` (${Math.round((100 * window_.contactTicks) / window_.ticks)} % of the ticks)` : '';
+    const share = window_.ticks > 0 ? ` (${Math.round((100 * window_.contactTicks) / window_.ticks)} % of ticks)` : '';
     const contact = window_.contact ? contactInWords(window_.contact) : window_.contactTicks > 0 ? 'in contact' : 'free';
     this.force.set('Contact', contact + (window_.contactTicks > 0 ? share : ''));
     this.force.set('Gain', fixed(window_.gain, 2));
-    this.showPart('Of fixtures', window_.fixtureForce);
-    this.showPart('Of guidance', window_.guidanceForce);
+    this.showPart('From fixtures', window_.fixtureForce);
+    this.showPart('From guidance', window_.guidanceForce);
   }
 
   /** A part of the force on its own; shown from the first time on that it is there. */

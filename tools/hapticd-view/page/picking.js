@@ -2,7 +2,7 @@
 // Reads points off the depth frame: which pixel lies nearest to a place of the view, and where it is.
 
 import { cross, dot, norm, scale, subtract, unit } from './vectors.js';
-import { coordinates, fixed } from './words.js';
+import { coordinates, counted, fixed } from './words.js';
 
 /** So far beside the place that was chosen a pixel may be, in CSS pixels. */
 const kReachPx = 12;
@@ -94,9 +94,12 @@ export class PickList {
     this.show();
   }
 
+  /** Returns the name of the new pick. */
   add(found) {
-    this.picks.push({ name: `p${++this.made}`, ...found });
+    const name = `p${++this.made}`;
+    this.picks.push({ name, ...found });
     this.show();
+    return name;
   }
 
   remove(name) {
@@ -118,14 +121,14 @@ export class PickList {
     command.hidden = !any;
     copy.hidden = !any;
     clear.hidden = !any;
-    note.textContent = any ? this.noteFor(forFixtures) : 'Click or tap a point of the cloud, or press Enter for the point at the crosshair.';
+    note.textContent = any ? this.noteFor(forFixtures) : 'Click or tap a point of the surface, or press Enter for the point at the crosshair.';
     this.onChange(this.picks);
   }
 
   noteFor(forFixtures) {
-    if (forFixtures) return 'Each line adds a fixture: give it a name.';
+    if (forFixtures) return 'Each line adds one fixture. Replace NAME.';
     const missing = kFewestLandmarks - this.picks.length;
-    return missing > 0 ? `To register the camera, pick ${missing} more.` : 'Touch each with the handle when asked:';
+    return missing > 0 ? `To register the camera, pick ${counted(missing, 'more point')}.` : 'Run this on the box and touch each point with the handle when asked:';
   }
 
   row(one) {

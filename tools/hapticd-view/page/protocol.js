@@ -29,7 +29,7 @@ export class Bridge {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
-  /** Reports that the newest depth frame has been drawn: only then the bridge sends the next one, so none grows old. */
+  /** Reports that the newest depth frame is being drawn: only then the bridge sends the next one, so none grows old. */
   drawn() {
     this.send({ type: 'drawn' });
   }

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Draws the picture: cloud, hand, force, fixtures, camera, grid. Draws only when something has changed.
 
-import { Cloud, kColourings } from './cloud.js';
-import { Detail, isSoftware } from './detail.js';
-import { coneEnd, kPlaneHalfM, middleOf, outlineOf } from './fixtures.js';
+import { Budget, isSoftware } from './budget.js';
+import { addOutlines, drawFixtures } from './fixture_picture.js';
 import { Labels } from './labels.js';
+import { Legend } from './legend.js';
 import { Lines } from './lines.js';
 import { Solids } from './solids.js';
+import { kColourings, Surface } from './surface.js';
 import { add, perpendiculars, scale, subtract, unit } from './vectors.js';
 
-/** A phone with three times the pixels would draw nine times as much, and nobody would see it. */
-const kMostPixelRatio = 2;
+/** The screen's own rhythm is not exact: a picture that is due this much later is drawn now. */
+const kEarlyMs = 6;
 const kCircleCorners = 72;
 /** The largest permitted force is an arrow of this length. */
 const kLongestArrowM = 0.4;
@@ -20,8 +21,8 @@ const kCameraM = 0.12;
 const kFrustumM = 4;
 const kAxisM = 0.15;
 const kGridHalfM = 3;
-const kGuidanceKnotM = 0.006;
-const kPlaneThicknessM = 0.0005;
+/** The tip of an arrow is at least so far from the picture's edge. */
+const kEdgePx = 28;
 
 export class Picture {
   /** `scene` is what is drawn, see main.js; `labelFolder` the element that holds the labels. */
@@ -30,15 +31,23 @@ export class Picture {
     this.orbit = orbit;
     this.scene = scene;
     this.labels = new Labels(labelFolder);
+    this.legend = new Legend();
     this.renders = 0;
     this.contextsLost = 0;
     this.scheduled = false;
+    this.drawnMs = 0;
+    /** Called with each depth frame when its picture is about to be drawn. */
+    this.onDrawing = () => {};
     // without a graphics card smooth edges cost more than everything else together
     const software = isSoftware();
     const antialias = !software;
     this.gl = canvas.getContext('webgl2', { antialias, alpha: false, powerPreference: 'low-power' });
-    if (!this.gl) throw new Error('This browser has no WebGL2: the picture cannot be drawn.');
-    this.detail = new Detail(software ? 2 : 1, () => this.request());
+    if (!this.gl) throw new Error('This browser does not support WebGL2, so the 3D view cannot be drawn.');
+    this.budget = new Budget(software, () => {
+      this.resize();
+      this.onBudget();
+    });
+    this.onBudget = () => {};
     this.create();
     canvas.addEventListener('webglcontextlost', (event) => {
       event.preventDefault(); // asks the browser to restore it
@@ -55,10 +64,9 @@ export class Picture {
 
   create() {
     const { gl } = this;
-    this.cloud = new Cloud(gl);
+    this.surface = new Surface(gl);
     this.lines = new Lines(gl);
     this.solids = new Solids(gl);
-    this.uploaded = null;
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.LEQUAL);
     gl.enable(gl.BLEND);
@@ -67,7 +75,7 @@ export class Picture {
   }
 
   resize() {
-    this.pixelRatio = Math.min(window.devicePixelRatio || 1, kMostPixelRatio);
+    this.pixelRatio = Math.min(window.devicePixelRatio || 1, this.budget.pixels);
     const { clientWidth, clientHeight } = this.canvas;
     this.canvas.width = Math.max(1, Math.round(clientWidth * this.pixelRatio));
     this.canvas.height = Math.max(1, Math.round(clientHeight * this.pixelRatio));
@@ -75,24 +83,33 @@ export class Picture {
     this.request();
   }
 
-  /** Draws with the next picture of the screen. */
+  /** Draws with the next picture of the screen that the budget allows. */
   request() {
     if (this.scheduled) return;
     this.scheduled = true;
-    requestAnimationFrame(() => {
-      this.scheduled = false;
-      this.detail.measure();
-      this.render();
-    });
+    requestAnimationFrame(() => this.drawWhenDue());
+  }
+
+  drawWhenDue() {
+    const nowMs = performance.now();
+    if (nowMs - this.drawnMs < 1000 / this.budget.hz - kEarlyMs) {
+      requestAnimationFrame(() => this.drawWhenDue());
+      return;
+    }
+    this.scheduled = false;
+    this.drawnMs = nowMs;
+    this.budget.measure();
+    const { frame } = this.scene;
+    // before the work, so that the next frame is on its way meanwhile
+    if (frame && frame !== this.reported) this.onDrawing(frame);
+    this.reported = frame;
+    this.render();
   }
 
   render() {
     if (!this.ready || this.gl.isContextLost()) return;
-    const { gl, orbit, pixelRatio, scene, cloud } = this;
-    if (scene.frame && scene.frame !== this.uploaded) {
-      cloud.upload(scene.frame);
-      this.uploaded = scene.frame;
-    }
+    const { gl, orbit, pixelRatio, scene, surface } = this;
+    if (scene.frame) surface.take(scene.frame, scene.limitsM, this.budget.every);
     gl.viewport(0, 0, this.canvas.width, this.canvas.height);
     gl.clearColor(...scene.theme.background, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
@@ -101,26 +118,31 @@ export class Picture {
     if (scene.layers.camera) this.addCamera();
     this.lines.draw(orbit, pixelRatio, 1);
     if (scene.layers.cloud) {
-      cloud.draw(orbit, pixelRatio, {
-        every: this.detail.every,
+      surface.draw(orbit, pixelRatio, {
         colouring: kColourings.indexOf(scene.colouring),
+        reversed: this.reversed,
         rangeM: scene.rangeM,
-        ramp: scene.theme.ramp,
+        plain: scene.theme.plain,
         accent: scene.theme.accent,
         ball: scene.layers.model ? scene.ball : null,
-        limitsM: scene.limitsM,
       });
     }
     if (scene.layers.axes) this.addAxes();
     if (scene.layers.model && scene.ball) this.addBall();
     if (scene.layers.trail) this.addTrail();
     this.addPicks();
-    if (scene.layers.fixtures) this.addOutlines();
+    if (scene.layers.fixtures) addOutlines(this);
     this.lines.draw(orbit, pixelRatio, 2);
-    if (scene.layers.fixtures) this.drawFixtures();
+    if (scene.layers.fixtures) drawFixtures(this);
     if (scene.layers.hand) this.drawHand();
     this.labels.end();
+    this.legend.show(orbit, { colouring: scene.colouring, rangeM: scene.rangeM, reversed: this.reversed });
     this.renders++;
+  }
+
+  /** What is near stands out from the background, and so does what is high. */
+  get reversed() {
+    return (this.scene.colouring === 'depth') === this.scene.theme.isDark;
   }
 
   addGrid() {
@@ -203,60 +225,18 @@ export class Picture {
     this.lines.add(a.world, b.world, [...theme.ink, 0.9]);
   }
 
-  /** Outlines and names of fixtures and tissue regions: bright in contact, faint while disabled. */
-  addOutlines() {
-    const { theme } = this.scene;
-    for (const { name, group, shape, enabled, inContact } of this.scene.additions) {
-      if (!shape) continue;
-      const alpha = inContact ? 1 : enabled ? 0.55 : 0.15;
-      for (const line of outlineOf(shape, this.orbit.eye)) this.lines.addStrip(line, [...theme[group], alpha]);
-      this.labels.put(`${group}-${name}`, middleOf(shape), name, `fixture ${group}`);
-    }
-  }
-
-  drawFixtures() {
-    const { additions, fixtureProxy, radii, theme } = this.scene;
-    this.solids.begin(this.orbit);
-    for (const { group, shape, enabled, inContact } of additions) {
-      if (!shape) continue;
-      const alpha = (inContact ? 0.3 : 0.16) * (enabled ? 1 : 0.3);
-      const look = { colour: theme[group], alpha, rim: 0.3 * alpha, shade: 0.3, throughCloud: false };
-      switch (shape.kind) {
-        case 'sphere': this.solids.drawSphere(shape.at, shape.radiusM, look); break;
-        case 'box': this.solids.drawBox(shape.at, shape.half, shape.axes, look); break;
-        case 'capsule': this.solids.drawCapsule(shape.at, shape.end, shape.radiusM, look); break;
-        case 'plane': this.solids.drawBox(
-          shape.at, [kPlaneHalfM, kPlaneHalfM, kPlaneThicknessM], [...perpendiculars(shape.axis), shape.axis], look);
-          break;
-        case 'cone': {
-          const { centre, radiusM } = coneEnd(shape);
-          this.solids.drawCone(shape.at, centre, radiusM, look);
-          break;
-        }
-        // what leads the hand is small: opaque, so that it is seen
-        default:
-          for (const knot of shape.points ?? [shape.at]) {
-            this.solids.drawSphere(knot, kGuidanceKnotM, { colour: theme[group], alpha: enabled ? 0.9 : 0.3, shade: 0.3 });
-          }
-      }
-    }
-    if (fixtureProxy) {
-      this.solids.drawSphere(fixtureProxy, radii.proxyM, { colour: theme.forbidden, alpha: 0.55, rim: 0.45, shade: 0.35 });
-    }
-  }
-
   drawHand() {
     const { hip, proxy, force, guidance, radii, theme, layers, arrowMPerN, forceText, guidanceText } = this.scene;
     if (!hip) return;
     this.solids.begin(this.orbit);
     this.solids.drawSphere(hip, Math.min(kCoreM, radii.hipM), { colour: theme.accent, shade: 0.25 });
     if (force && layers.force) {
-      const vector = scale(force, arrowMPerN);
+      const vector = this.insidePicture(hip, scale(force, arrowMPerN));
       this.solids.drawArrow(hip, vector, kThicknessM, { colour: theme.force, shade: 0.3 });
       if (forceText) this.labels.put('force', add(hip, vector), forceText, 'force');
     }
     if (guidanceText && layers.force) {
-      const vector = scale(guidance, arrowMPerN);
+      const vector = this.insidePicture(hip, scale(guidance, arrowMPerN));
       this.solids.drawArrow(hip, vector, kThicknessM, { colour: theme.guidance, shade: 0.3 });
       this.labels.put('guidance-force', add(hip, vector), guidanceText, 'force guidance');
     }
@@ -264,6 +244,24 @@ export class Picture {
       this.solids.drawSphere(proxy, radii.proxyM, { colour: theme.ink, alpha: 0.55, rim: 0.45, shade: 0.35 });
     }
     this.solids.drawSphere(hip, radii.hipM, { colour: theme.accent, alpha: 0.22, rim: 0.75, shade: 0.1 });
+  }
+
+  /** The longest part of a vector from `tail` whose tip is in the picture; all of it where its tail is not. */
+  insidePicture(tail, vector) {
+    const { orbit } = this;
+    const shows = (point) => {
+      const place = orbit.project(point);
+      return place && place.x >= kEdgePx && place.x <= orbit.width - kEdgePx &&
+        place.y >= kEdgePx && place.y <= orbit.height - kEdgePx;
+    };
+    if (!shows(tail) || shows(add(tail, vector))) return vector;
+    let [inside, outside] = [0, 1];
+    for (let step = 0; step < 12; step++) {
+      const share = (inside + outside) / 2;
+      if (shows(add(tail, scale(vector, share)))) inside = share;
+      else outside = share;
+    }
+    return scale(vector, inside);
   }
 
   /** The picture as PNG; null where the context is lost. */

@@ -1,89 +1,68 @@
 // SPDX-License-Identifier: Apache-2.0
 // The WebGL2 programs of the picture. Colours are not linearised: what a theme says is what is drawn.
 
+import { kRamp } from './ramp.js';
+
 const kHead = '#version 300 es\nprecision highp float;\nprecision highp int;\n';
 
-/** The cloud: one point for each pixel, or each n-th both ways, un-projected here (docs/cameras.md), shaded by its slope. */
-const kCloudVertex = `${kHead}
-precision highp usampler2D;
-uniform usampler2D image;
-uniform ivec2 size;
-uniform int every;
-uniform uint rawNone;
-uniform bool isLinear;
-uniform vec2 law;
-uniform vec2 limitsM;
+/** The surface of a depth frame: corners on a grid of its pixels, un-projected here (docs/cameras.md), with normals. */
+const kSurfaceVertex = `${kHead}
+layout(location = 0) in float inverseDepth;
+layout(location = 1) in vec3 cornerNormal;
+uniform int columns;
+uniform float every;
 uniform vec4 intrinsics;
 uniform mat3 rotation;
 uniform vec3 position;
 uniform mat4 worldToClip;
-uniform float focalPx;
+uniform float pointPx;
 uniform float largestPx;
+uniform float offsetM;
 uniform int colouring;
 uniform vec4 rangeM;
-uniform vec3 ramp[3];
-uniform vec4 ball;
+uniform vec3 ramp[${kRamp.length}];
+uniform vec3 plain;
 uniform vec3 accent;
+uniform vec4 ball;
 out vec3 colour;
 
-float depthAt(ivec2 pixel) {
-  uint raw = texelFetch(image, clamp(pixel, ivec2(0), size - 1), 0).r;
-  if (raw == rawNone) return 0.0;
-  float value = law.x * float(raw) + law.y;
-  float z = isLinear ? value : 1.0 / value;
-  return value > 0.0 && z >= limitsM.x && z <= limitsM.y ? z : 0.0;
-}
-
-vec3 pointAt(ivec2 pixel, float z) {
-  vec2 slope = (vec2(pixel) - intrinsics.zw) / intrinsics.xy;
-  return vec3(slope.x * z, -slope.y * z, -z);
-}
-
-/** From the point to what is so many pixels beside it; nothing where a step lies between them. */
-vec3 towards(ivec2 pixel, ivec2 reach, vec3 p) {
-  float z = depthAt(pixel + reach);
-  return z > 0.0 && abs(z + p.z) < 0.04 * -p.z ? pointAt(pixel + reach, z) - p : vec3(0.0);
-}
-
-float lightOn(ivec2 pixel, vec3 p) {
-  // towards the middle of the image, where there is a neighbour
-  ivec2 reach = 6 * (1 - 2 * ivec2(greaterThan(pixel * 2, size)));
-  vec3 normal = cross(towards(pixel, ivec2(0, reach.y), p), towards(pixel, ivec2(reach.x, 0), p));
-  float area = length(normal);
-  if (area < 1e-9) return 0.8;
-  normal *= float(sign(reach.x * reach.y)) / area;
-  return 0.42 + 0.58 * clamp(dot(normal, normalize(vec3(-0.35, 0.55, 0.75))), 0.0, 1.0);
-}
-
 vec3 rampAt(float share) {
-  float s = clamp(share, 0.0, 1.0);
-  return s < 0.5 ? mix(ramp[0], ramp[1], 2.0 * s) : mix(ramp[1], ramp[2], 2.0 * s - 1.0);
+  float place = clamp(share, 0.0, 1.0) * float(ramp.length() - 1);
+  int below = min(int(place), ramp.length() - 2);
+  return mix(ramp[below], ramp[below + 1], place - float(below));
+}
+
+/** A light over the camera's left shoulder, a weak one from its right, and some from everywhere. */
+float lightOn(vec3 normal) {
+  float key = max(dot(normal, normalize(vec3(-0.5, 0.65, 0.6))), 0.0);
+  float fill = max(dot(normal, normalize(vec3(0.75, -0.1, 0.45))), 0.0);
+  return 0.3 + 0.72 * key + 0.2 * fill;
 }
 
 void main() {
-  int columns = size.x / every;
-  ivec2 pixel = every * ivec2(gl_VertexID % columns, gl_VertexID / columns);
-  float z = depthAt(pixel);
-  if (z == 0.0) {
-    gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
-    gl_PointSize = 1.0;
-    return;
-  }
-  vec3 p = pointAt(pixel, z);
-  vec3 world = rotation * p + position;
+  vec2 pixel = vec2(gl_VertexID % columns, gl_VertexID / columns) * every + 0.5 * (every - 1.0);
+  float z = 1.0 / inverseDepth;
+  vec3 normal = normalize(cornerNormal);
+  vec2 slope = (pixel - intrinsics.zw) / intrinsics.xy;
+  vec3 world = rotation * (vec3(slope.x * z, -slope.y * z, -z) + offsetM * normal) + position;
   gl_Position = worldToClip * vec4(world, 1.0);
-  gl_PointSize = clamp(1.4 * float(every) * focalPx * z / (intrinsics.x * gl_Position.w), 1.0, largestPx);
-  bool modelled = ball.w > 0.0 && distance(world, ball.xyz) <= ball.w;
-  vec3 base = colouring == 1 ? rampAt((world.y - rangeM.z) / (rangeM.w - rangeM.z))
-    : colouring == 2 ? mix(ramp[1], ramp[2], 0.55) : rampAt((z - rangeM.x) / (rangeM.y - rangeM.x));
-  if (modelled) base = mix(base, accent, colouring == 2 ? 0.85 : 0.3);
-  colour = base * lightOn(pixel, p);
+  gl_PointSize = clamp(1.4 * every * pointPx * z / (intrinsics.x * gl_Position.w), 1.0, largestPx);
+  // as fine as the camera measures: what is near gets most of the scale
+  vec3 base = colouring == 0 ? rampAt((inverseDepth - 1.0 / rangeM.x) / (1.0 / rangeM.y - 1.0 / rangeM.x))
+    : colouring == 1 ? rampAt((world.y - rangeM.z) / (rangeM.w - rangeM.z)) : plain;
+  // fades out, so that nothing pops when the ball follows the hand
+  float modelled = ball.w > 0.0 ? 1.0 - smoothstep(0.8 * ball.w, ball.w, distance(world, ball.xyz)) : 0.0;
+  base = mix(base, accent, modelled * (colouring == 2 ? 0.85 : 0.3));
+  // a little more than the product: the dark end of the scale has a shape too
+  float light = lightOn(normal);
+  colour = base * light + 0.07 * light;
 }`;
 
-const kCloudFragment = `${kHead}
+const kSurfaceFragment = `${kHead}
 in vec3 colour;
+uniform float alpha;
 out vec4 fragment;
-void main() { fragment = vec4(colour, 1.0); }`;
+void main() { fragment = vec4(colour * alpha, alpha); }`;
 
 /** Line segments of a width in pixels: one instance each, its quad is spread out on the screen. */
 const kLineVertex = `${kHead}
@@ -177,6 +156,6 @@ function programOf(gl, vertex, fragment) {
   return { program, uniforms };
 }
 
-export const cloudProgram = (gl) => programOf(gl, kCloudVertex, kCloudFragment);
+export const surfaceProgram = (gl) => programOf(gl, kSurfaceVertex, kSurfaceFragment);
 export const lineProgram = (gl) => programOf(gl, kLineVertex, kLineFragment);
 export const solidProgram = (gl) => programOf(gl, kSolidVertex, kSolidFragment);

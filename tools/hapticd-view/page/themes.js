@@ -5,11 +5,11 @@ const rgb = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 25
 
 const kThemes = {
   dark: {
+    isDark: true,
     background: rgb('#12161c'),
     grid: rgb('#46515f'),
     frustum: rgb('#8896a8'),
-    // near to far, or high to low
-    ramp: [rgb('#f3e4c3'), rgb('#9b8f8c'), rgb('#454d66')],
+    plain: rgb('#c9c2b4'),
     accent: rgb('#35c3f3'),
     force: rgb('#ff9f2e'),
     forbidden: rgb('#ff6b6b'),
@@ -20,10 +20,11 @@ const kThemes = {
     axes: [rgb('#e5707a'), rgb('#7cc36b'), rgb('#6f9df0')],
   },
   light: {
+    isDark: false,
     background: rgb('#f1f3f6'),
     grid: rgb('#b6bfca'),
     frustum: rgb('#66717e'),
-    ramp: [rgb('#8a6a4a'), rgb('#a49a95'), rgb('#c3cad6')],
+    plain: rgb('#b9b2a6'),
     accent: rgb('#0079ad'),
     force: rgb('#b84a00'),
     forbidden: rgb('#b3261e'),

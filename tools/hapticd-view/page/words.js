@@ -1,57 +1,57 @@
 // SPDX-License-Identifier: Apache-2.0
-// The words of the status interface in sentences for people, each with the remedy. Unknown words, of a newer
+// The words of the status interface in sentences for people, each with its remedy. Unknown words, from a newer
 // hapticd, are shown as they are.
 
 const kModes = {
-  starting: { title: 'Starting', text: 'The force loop has not run yet.' },
+  starting: { title: 'Starting', text: 'The force loop has not started yet.' },
   idle: { title: 'Idle', text: 'Running; no force is commanded.' },
   engaged: { title: 'Engaged', text: 'Forces act on the hand.' },
-  holding: { title: 'Holding', text: 'Engaged, but the force is kept at zero or on its way there.' },
-  unheard: { title: 'Unknown', text: 'Nothing is heard from the box: forces may still act on the hand.' },
-  faulted: { title: 'Faulted', text: 'The force is off until somebody has looked.' },
+  holding: { title: 'Holding', text: 'Engaged, but the force is zero or ramping down to zero.' },
+  unheard: { title: 'Unknown', text: 'No data from the box: forces may still act on the hand.' },
+  faulted: { title: 'Faulted', text: 'Force off until the fault is cleared.' },
 };
 
 const kCauses = {
-  no_scene: ['No depth frame has been modelled yet.', 'Ends with the first frame; see the camera below.'],
-  depth_stale: ['The newest depth frame is too old.', 'Ends with the next frame; check the camera and its cable.'],
-  handle_stale: ['The handle has stopped measuring.', 'Check its cable or network; if it was lost, engage again.'],
-  handle_invalid: ["The handle's position is impossible.", 'Ends with a valid position; calibrate the handle if not.'],
+  no_scene: ['No depth frame has been modelled yet.', 'Clears with the first frame; see Camera below.'],
+  depth_stale: ['The latest depth frame is too old.', 'Clears with the next frame; check the camera and its cable.'],
+  handle_stale: ['The handle has stopped sending measurements.', 'Check its cable or network. If it was lost, engage again.'],
+  handle_invalid: ['The handle reports an impossible position.', 'Clears with a valid position; if it does not, calibrate the handle.'],
   force_not_finite: [
-    'The force law computed a number that is not finite.',
-    'Look at the trace of the fault, then run: hapticctl clear-fault',
+    'The force law returned a value that is not finite.',
+    'Inspect the trace of the fault, then run: hapticctl clear-fault',
   ],
   handle_too_fast: [
-    'The hand seems to move faster than safety.max_handle_speed_m_per_s.',
-    'Ends by itself 0.1 s after the last leap.',
+    'The handle appears to move faster than safety.max_handle_speed_m_per_s.',
+    'Clears 0.1 s after the last jump.',
   ],
-  handle_clutched: ['The clutch is held.', 'Release the button of the handle.'],
-  handle_not_calibrated: ['The handle is not calibrated yet.', "Follow its calibration; 'hapticctl status' says how."],
-  handle_replaced: ['The handle was lost and came back.', 'When it is safe, run: hapticctl engage'],
+  handle_clutched: ['The clutch is pressed.', 'Release the button on the handle.'],
+  handle_not_calibrated: ['The handle is not calibrated yet.', "Calibrate it; 'hapticctl status' explains how."],
+  handle_replaced: ['The handle was disconnected and has come back.', 'When it is safe, run: hapticctl engage'],
   outside_workspace: ['The handle is outside safety.workspace_radius_m.', 'Move it back inside.'],
   inside_surface: [
-    'Engaging was refused: the handle would be in contact at once.',
-    'Move it out of the surface, then run: hapticctl engage (or hapticctl engage --inside)',
+    'Engaging was refused: the handle is in contact, so a force would act at once.',
+    'Move it out of the surface, then run: hapticctl engage (to engage anyway: hapticctl engage --inside)',
   ],
-  overrun_burst: ['Too many ticks ended late.', 'Ends a second after the burst; if it comes again, the warnings say what helps.'],
+  overrun_burst: ['Too many ticks ran late.', 'Clears one second after the burst; if it recurs, see the warnings.'],
   surface_too_near: [
-    'The surface in contact is nearer than the camera can measure.',
-    'Move the camera away from it, or release contact.',
+    'The surface in contact is closer than the camera can measure.',
+    'Move the camera away, or release contact.',
   ],
   handle_inconsistent: [
-    'The device claims a velocity that its positions contradict.',
-    'Ends when the two agree again; check the device, its driver and its firmware.',
+    'The velocity that the device reports contradicts its positions.',
+    'Clears when the two agree; check the device, its driver and its firmware.',
   ],
   energy_debt: [
-    'The hand got more energy from the box than it gave: the loop is unstable.',
-    'Lower the stiffness, or shorten the delay of the handle.',
+    'The hand received more energy from the box than it put in: the loop is unstable.',
+    'Reduce the stiffness or the delay of the handle.',
   ],
 };
 
 /** Causes that leave a box engaged: what goes on, instead of what has stopped. */
 const kEngagedCauses = {
-  depth_stale: ['The camera is lost: only the fixtures act that go on without depth.', kCauses.depth_stale[1]],
+  depth_stale: ['Camera lost: only fixtures that work without depth are active.', kCauses.depth_stale[1]],
   surface_too_near: [
-    'The surface is too near for the camera: only the fixtures act that go on without depth.',
+    'The surface is too close to the camera: only fixtures that work without depth are active.',
     kCauses.surface_too_near[1],
   ],
 };
@@ -71,8 +71,8 @@ export function causeInWords(mode, cause) {
 const kContacts = {
   free: 'free',
   contact: 'in contact',
-  entrenched: 'entrenched: a moving surface passed over the hand',
-  behind: 'behind what the camera sees',
+  entrenched: 'hand inside the surface; holding it at the last contact',
+  behind: 'behind the visible surface',
 };
 export const contactInWords = (contact) => kContacts[contact] ?? contact ?? '';
 
@@ -86,6 +86,9 @@ export const lawInWords = (law) => kLaws[law] ?? law ?? '';
 
 /** Whether the law acts on all points within a radius; the others hold a proxy at the surface. */
 export const isLawOfPoints = (law) => law === 'nearest_springs' || law === 'smooth_springs';
+
+/** "1 frame", "3 frames" */
+export const counted = (count, word) => `${count} ${word}${count === 1 ? '' : 's'}`;
 
 /** A number with a fixed count of digits, or a dash where it is not known. */
 export const fixed = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits) : '–');
