@@ -12,6 +12,7 @@
 #include <system_error>
 #include <vector>
 
+#include "config/base/counted.h"
 #include "config/base/error.h"
 #include "config/base/file_content.h"
 #include "config/base/program.h"
@@ -166,6 +167,7 @@ struct Options {
   std::string hip;
   std::string fixtures;
   std::string out;
+  base::IfExists if_exists = base::IfExists::refuse;  ///< of `out`
   Stage stage = Stage::law;
   double handle_delay_ms = 0;
   bool full_model = false;
@@ -193,7 +195,14 @@ std::optional<base::Error> timeGoesBack(const std::vector<HipSample>& samples) {
   return std::nullopt;
 }
 
-base::Result<std::string> forcesOf(Replay& replay, const std::vector<HipSample>& samples) {
+/// The forces at positions.
+struct Forces {
+  std::string csv;
+  bool any = false;  ///< whether one of them is not zero
+};
+
+base::Result<Forces> forcesOf(Replay& replay, const std::vector<HipSample>& samples) {
+  Forces forces;
   fmt::memory_buffer text;
   fmt::format_to(std::back_inserter(text), "t_s,x_m,y_m,z_m,fx_n,fy_n,fz_n,points,frame\n");
   for (const HipSample& sample : samples) {
@@ -203,8 +212,10 @@ base::Result<std::string> forcesOf(Replay& replay, const std::vector<HipSample>&
     const rt::Vec3& f = felt->force_n_in_world;
     fmt::format_to(std::back_inserter(text), "{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{},{}\n",
                    sample.time_s, p.x, p.y, p.z, f.x, f.y, f.z, felt->points_used, felt->frame);
+    forces.any = forces.any || f != rt::Vec3{};
   }
-  return fmt::to_string(text);
+  forces.csv = fmt::to_string(text);
+  return forces;
 }
 
 /// Adds the fixtures and regions of a file to those of the settings.
@@ -230,6 +241,8 @@ std::vector<base::Error> addFrom(const std::string& file, config::SceneAdditions
 }
 
 int replayFile(const Options& options) {
+  if (const auto may = base::mayWrite(options.out, options.if_exists); !may)
+    return fail({may.error()}, EX_CANTCREAT);
   auto settings = config::loadSettings(options.config, options.overrides);
   if (!settings) return fail(settings.error(), EX_CONFIG);
   if (!options.fixtures.empty()) {
@@ -255,19 +268,31 @@ int replayFile(const Options& options) {
     labels = std::move(*loaded);
   }
   Replay replay(*settings, *source, options.stage, options.handle_delay_ms * 1e-3, labels);
-  const auto text = forcesOf(replay, *samples);
-  if (!text) return fail({text.error()}, EX_DATAERR);
+  const auto forces = forcesOf(replay, *samples);
+  if (!forces) return fail({forces.error()}, EX_DATAERR);
   for (const std::string& problem : replay.depthProblems()) {
     std::fputs(fmt::format("haptic-replay: warning: {}: {}\n", options.depth, problem).c_str(), stderr);
   }
-  const auto written = base::writeWholeFile(options.out, *text, base::IfExists::replace);
+  if (!forces->any) {
+    std::fputs(fmt::format("haptic-replay: warning: {}: no position touches the scene, all forces are zero\n",
+                           options.hip)
+                   .c_str(),
+               stderr);
+  }
+  const auto written = base::writeWholeFile(options.out, forces->csv, options.if_exists);
   if (!written) return fail({written.error()}, EX_CANTCREAT);
-  std::fputs(fmt::format("{} forces, {} scenes modelled\n", samples->size(), replay.models()).c_str(),
+  std::fputs(fmt::format("{}, {}\n", base::counted(samples->size(), "force(s)"),
+                         base::counted(replay.models(), "scene(s) modelled"))
+                 .c_str(),
              stdout);
   return EX_OK;
 }
 
 int replayTrace(const Options& options) {
+  if (!options.out.empty()) {
+    if (const auto may = base::mayWrite(options.out, options.if_exists); !may)
+      return fail({may.error()}, EX_CANTCREAT);
+  }
   auto replay = TraceReplay::open(options.trace);
   if (!replay) return fail({replay.error()}, EX_NOINPUT);
   ForceTable table;
@@ -278,7 +303,7 @@ int replayTrace(const Options& options) {
   const auto comparison = replay->run(on_tick);
   if (!comparison) return fail({comparison.error()}, EX_DATAERR);
   if (!options.out.empty()) {
-    const auto written = base::writeWholeFile(options.out, table.text(), base::IfExists::replace);
+    const auto written = base::writeWholeFile(options.out, table.text(), options.if_exists);
     if (!written) return fail({written.error()}, EX_CANTCREAT);
   }
   std::fputs(comparisonText(*comparison).c_str(), stdout);
@@ -360,6 +385,9 @@ int run(int argc, char** argv) {
   CLI::Option* const hip =
       app.add_option("--hip", options.hip, "HIP positions in the world frame: t_s,x_m,y_m,z_m")
           ->type_name("CSV");
+  app.add_flag_callback(
+      "--force", [&options] { options.if_exists = base::IfExists::replace; },
+      "replace the file of --out if it exists");
   app.add_option("--out", options.out, "where the forces go; needed without --trace")
       ->type_name("CSV")
       ->check(endsIn(".csv"));

@@ -81,7 +81,7 @@ def replayed(samples, depth, times):
         f"{t:.9f}," + ",".join(repr(sample["status"]["tick"]["hipMInWorld"][axis]) for axis in "xyz") + "\n"
         for sample, t in zip(samples, times)))
     must("haptic-replay", "--config", CONFIGURATION, "--depth", depth, "--hip", "/tmp/hip.csv", "--out", "/tmp/force.csv",
-         timeout=120)
+         "--force", timeout=120)
     with open("/tmp/force.csv") as file:
         return [tuple(float(row[name]) for name in ("fx_n", "fy_n", "fz_n")) for row in csv.DictReader(file)]
 

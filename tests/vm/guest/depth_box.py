@@ -161,7 +161,7 @@ def replayed_recording(recording, least_in_contact):
         for number, (hip, _, frame) in enumerate(forces):
             file.write(f"{(stamps[frame] - stamps[0]) * 1e-9 + 0.0001 + number * 1e-9:.9f},{','.join(hip)}\n")
     must("haptic-replay", "--config", CONFIGURATION, "--depth", recording.folder, "--hip", WORK + "/hip.csv", "--out",
-         WORK + "/forces.csv", timeout=1200)
+         WORK + "/forces.csv", "--force", timeout=1200)
     computed = rows_of(WORK + "/forces.csv")
     expect(len(computed) == len(forces), f"{len(computed)} of {len(forces)} forces")
     worst, in_contact = 0.0, 0
