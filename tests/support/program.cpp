@@ -12,6 +12,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <filesystem>
@@ -28,9 +29,10 @@ namespace {
 constexpr int kCouldNotStart = 127;
 
 std::vector<std::string> environmentOf(const ProgramOptions& options) {
-  // Comes first, because the first of two equal names takes effect.
   std::vector<std::string> all = options.environment;
-  all.emplace_back("PATH=/usr/bin:/bin");
+  // of two equal names the C library takes the first one and bash the last one
+  const auto isPath = [](const std::string& variable) { return variable.starts_with("PATH="); };
+  if (std::ranges::none_of(all, isPath)) all.emplace_back("PATH=/usr/bin:/bin");
   for (char** variable = environ; *variable != nullptr; ++variable) {
     for (const std::string_view kept :
          {"ASAN_OPTIONS=", "LSAN_OPTIONS=", "UBSAN_OPTIONS=", "TSAN_OPTIONS=", "HAPTICD_TEST_PATIENCE_S="}) {

@@ -194,7 +194,7 @@ std::string heldLines(const Json& pending) {
 
 std::string reloadText(const Json& reply) {
   const Json& changes = listAt(reply, "changes");
-  std::string text = changes.empty() ? "nothing has changed\n"
+  std::string text = changes.empty() ? "nothing changed\n"
                                      : base::counted(changes.size(), "change(s)") + "\n" + linesOf(changes);
   if (const Json& waiting = listAt(reply, "waiting"); !waiting.empty())
     text += "at the next start only (systemctl restart hapticd):\n" + linesOf(waiting);
@@ -284,8 +284,7 @@ void addControlCommands(CommandLine& line) {
   const auto to_show = std::make_shared<std::vector<std::string>>();
   const auto table = [](const Json& rows) { return parameterTableText(rows, terminalSize().columns); };
   addParameterWords(
-      line.add("params",
-               "Show what parameters mean, and what is allowed; words that name none are searched for",
+      line.add("params", "Show what parameters mean and allow, or search them for words",
                [=, &options] { return showParameters(options, rowsFound(options, *to_show), table); }),
       *to_show);
 }

@@ -113,10 +113,10 @@ void ProfileMethods::listProfiles(const Call& call, const Caller& caller, Replie
 }
 
 void ProfileMethods::saveProfile(const Call& call, const Caller& caller, Replies& replies) {
-  const auto name = requiredText(call, "name");
-  if (!name) return replies.finish(caller.connection, name.error());
   const auto replace = flagField(call, "replace");
   if (!replace) return replies.finish(caller.connection, replace.error());
+  const auto name = requiredText(call, "name");
+  if (!name) return replies.finish(caller.connection, name.error());
   const auto if_exists = replace->value_or(true) ? base::IfExists::replace : base::IfExists::refuse;
   answerWhenDone(call, caller, replies,
                  [folder = folder_, name = *name, settings = context_.box.settings(), if_exists]() -> Done {

@@ -18,7 +18,7 @@ TEST(NumberWithUnit, IsThatInTheUnitOfTheParameter) {
 
 TEST(NumberWithUnit, LeavesOtherTextToTheDaemon) {
   for (const char* text :
-       {"", "800", "1e-3", "text", "info", "nanometres", "N/m", "1,5", "1.5.2", "true", "-"})
+       {"", "800", "1e-3", "text", "info", "nanometres", "N/m", "1,5", "1.5.2", "0x10", "1,5 m", "true", "-"})
     EXPECT_EQ(inUnit(text, "N/m"), text);
   EXPECT_EQ(inUnit("800 ", "N/m"), "800");
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <numbers>
@@ -48,7 +49,8 @@ std::expected<std::string, std::string> inUnit(std::string_view text, std::strin
   std::string_view suffix = text.substr(length);
   while (suffix.starts_with(' ')) suffix.remove_prefix(1);
   if (suffix.empty()) return std::string(number);
-  if (std::isalpha(static_cast<unsigned char>(suffix.front())) == 0) return std::string(text);
+  const auto isInUnits = [](unsigned char c) { return std::isalpha(c) != 0 || c == '/' || c == ' '; };
+  if (!std::ranges::all_of(suffix, isInUnits)) return std::string(text);
   if (suffix == unit && !unit.empty()) return std::string(number);
   std::vector<std::string_view> others;
   for (const Conversion& conversion : kConversions) {
