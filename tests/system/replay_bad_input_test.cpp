@@ -2,6 +2,7 @@
 // haptic-replay on wrong input: the exit status listed in its --help, a message with the problem and its
 // place, and no output file.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -152,7 +153,7 @@ TEST_F(ReplayBadInput, DamagedFramesOfARecordingAreSkippedCountedAndNamed) {
     recording.writeIndex();
     std::ofstream(recording.path() / "INDEX.txt", std::ios::app) << "d-15000";
     write("hip.csv", "t_s,x_m,y_m,z_m\n0,0,0,-0.98\n0.0005,0,0,-0.98\n0.001,0,0,-0.98\n");
-    const Finished finished = replay({"--depth=" + recording.path().string()});
+    const Finished finished = replay({"--depth=" + recording.path().string(), "--force"});
     EXPECT_EQ(finished.ending, exitedWith(0)) << finished.errors;
     EXPECT_TRUE(contains(finished.errors, "1 of 3 frames cannot be read and were skipped"));
     EXPECT_TRUE(contains(finished.errors, first_is_damaged ? "d-1500000000.1000-1.pgm: has 17 bytes"
@@ -182,9 +183,13 @@ TEST_F(ReplayBadInput, DepthWithoutAUsablePixelIsSaid) {
   EXPECT_TRUE(contains(nothing.errors, "warning: "));
   EXPECT_TRUE(contains(nothing.errors, "nothing was measured in the frame, so that no force comes"));
   write("wall.pgm", test::pgmBytes(test::wallImage(10)));
-  EXPECT_TRUE(contains(replay().errors, "no pixel of the frame lies between camera.near_m and camera.far_m"));
+  EXPECT_TRUE(contains(replay({"--force"}).errors,
+                       "no pixel of the frame lies between camera.near_m and camera.far_m"));
   write("wall.pgm", test::pgmBytes(test::wallImage(760)));
-  EXPECT_EQ(replay().errors, "");
+  std::string into_contact = "t_s,x_m,y_m,z_m\n";
+  for (int i = 0; i < 40; ++i) into_contact += fmt::format("{},0,0,{}\n", 0.001 * i, -0.99 - 0.0005 * i);
+  write("hip.csv", into_contact);
+  EXPECT_EQ(replay({"--force"}).errors, "");
 }
 
 TEST_F(ReplayBadInput, AFullDiskLeavesNoTruncatedOutput) {
@@ -228,8 +233,27 @@ TEST_F(ReplayBadInput, APartThatIsNoneIsRefusedWithItsName) {
 TEST_F(ReplayBadInput, AnOldOutputStaysAsItWasWhenTheReplayFails) {
   write("out.csv", "old");
   write("wall.pgm", "nothing");
-  EXPECT_EQ(replay().ending, exitedWith(kBadData));
+  EXPECT_EQ(replay({"--force"}).ending, exitedWith(kBadData));
   EXPECT_EQ(std::filesystem::file_size(path("out.csv")), 3U);
+}
+
+TEST_F(ReplayBadInput, AnOldOutputIsReplacedOnRequestOnly) {
+  write("out.csv", "old");
+  const Finished refused = replay();
+  EXPECT_EQ(refused.ending, exitedWith(kCannotCreate));
+  EXPECT_TRUE(
+      contains(refused.errors, "out.csv: exists already (give another name, or --force to replace it)"));
+  EXPECT_EQ(test::contentOf(path("out.csv")), "old");
+  EXPECT_EQ(replay({"--force"}).ending, exitedWith(0));
+  EXPECT_NE(test::contentOf(path("out.csv")), "old");
+}
+
+TEST_F(ReplayBadInput, PositionsThatTouchNothingAreNamed) {
+  write("hip.csv", "t_s,x_m,y_m,z_m\n0,0,0,-0.5\n");
+  const Finished finished = replay();
+  EXPECT_EQ(finished.ending, exitedWith(0));
+  EXPECT_TRUE(contains(finished.errors, "hip.csv: no position touches the scene, all forces are zero"));
+  EXPECT_TRUE(contains(finished.output, "1 force, 1 scene modelled"));
 }
 
 }  // namespace
