@@ -1,25 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page gives way: it asks for less and draws less where pictures are slow, where nobody looks, and where the box suffers.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import { Browser, hasFrames, kLimitMs, pageFolder, until } from './browser.mjs';
-import { FakeBridge } from './fake_bridge.mjs';
+import { test } from 'node:test';
+import { setTimeout } from 'node:timers/promises';
+import { kLimitMs, until } from './browser.mjs';
+import { withFakeBridge } from './fake_bridge.mjs';
 
 let fake;
-let browser;
 let page;
 
-before(async () => {
-  fake = new FakeBridge(pageFolder);
-  browser = await Browser.start();
-  page = await browser.open(await fake.start());
-  await hasFrames(page, 1);
-}, { timeout: kLimitMs });
-
-after(async () => {
-  await browser?.stop();
-  await fake?.stop();
-});
+withFakeBridge((opened) => { ({ fake, page } = opened); });
 
 test('without a graphics card the page says what it spares', async () => {
   const { note, shown } = await page.evaluate(() => ({
@@ -38,17 +28,25 @@ test('a camera that loses frames makes the page cheaper, and the bridge is asked
   fake.status.scene.frameRateHz = 30;
 });
 
+/** Waits until the page asks for a rate of depth frames of which `condition` holds. */
+async function isAsked(condition) {
+  const begunMs = performance.now();
+  while (!condition(fake.depthHz)) {
+    assert(performance.now() - begunMs < kLimitMs, `still asked for ${fake.depthHz} frames/s`);
+    await setTimeout(10);
+  }
+}
+
 test('a page that nobody sees takes no depth, and takes it again when it is seen', async () => {
-  const { depthHz } = fake;
   const show = (hidden) => page.evaluate((value) => {
     Object.defineProperty(document, 'hidden', { configurable: true, value });
     document.dispatchEvent(new Event('visibilitychange'));
   }, hidden);
   await show(true);
   await until(page, () => document.hidden);
-  while (fake.depthHz !== 0) await page.evaluate(() => new Promise((resolve) => { setTimeout(resolve, 10); }));
+  await isAsked((hz) => hz === 0);
   await show(false);
-  while (fake.depthHz !== depthHz) await page.evaluate(() => new Promise((resolve) => { setTimeout(resolve, 10); }));
+  await isAsked((hz) => hz > 0);
 });
 
 test('slow pictures in succession make the next ones cheaper, a single one does not; after calm it tries again', async () => {

@@ -5,6 +5,8 @@ import { createReadStream, existsSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { basename, extname, join } from 'node:path';
 import { WebSocketServer } from 'ws';
+import { after, before } from 'node:test';
+import { Browser, hasFrames, kLimitMs, pageFolder } from './browser.mjs';
 
 const kTypes = { '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css', '.svg': 'image/svg+xml' };
 const kWidth = 640;
@@ -194,4 +196,24 @@ export class FakeBridge {
 // `node fake_bridge.mjs FOLDER PORT` serves it by hand
 if (process.argv[1]?.endsWith('fake_bridge.mjs') && process.argv.length === 4) {
   console.log(await new FakeBridge(process.argv[2]).start(Number(process.argv[3])));
+}
+
+/**
+ * Opens the page of a fake bridge before the tests of a file, with its first depth frame, and ends both after them.
+ * `use({ fake, page })` takes them; `options` as of Browser.open().
+ */
+export function withFakeBridge(use, options) {
+  let fake;
+  let browser;
+  before(async () => {
+    fake = new FakeBridge(pageFolder);
+    browser = await Browser.start();
+    const page = await browser.open(await fake.start(), options);
+    await hasFrames(page, 1);
+    await use({ fake, page });
+  }, { timeout: kLimitMs });
+  after(async () => {
+    await browser?.stop();
+    await fake?.stop();
+  });
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Virtual fixtures and tissue regions are drawn where they are and listed; picked points become commands that add some.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import { assertNear, Browser, hasFrames, kLimitMs, pageFolder, until } from './browser.mjs';
-import { FakeBridge, kHip } from './fake_bridge.mjs';
+import { test } from 'node:test';
+import { assertNear, until } from './browser.mjs';
+import { kHip, withFakeBridge } from './fake_bridge.mjs';
 
 const kBall = [-0.2, 0.15, -0.9];
 const kAdditions = {
@@ -22,20 +22,9 @@ const kAdditions = {
 };
 
 let fake;
-let browser;
 let page;
 
-before(async () => {
-  fake = new FakeBridge(pageFolder);
-  browser = await Browser.start();
-  page = await browser.open(await fake.start());
-  await hasFrames(page, 1);
-}, { timeout: kLimitMs });
-
-after(async () => {
-  await browser?.stop();
-  await fake?.stop();
-});
+withFakeBridge((opened) => { ({ fake, page } = opened); });
 
 /** Mean colour of a few pixels where a point of the world is seen. */
 const colourAt = (point) => page.evaluate((p) => {

@@ -2,9 +2,9 @@
 // Finding one's way in the picture: zoom to the pointer, centre a point, come back; what explains and labels it.
 import assert from 'node:assert/strict';
 import { readdir } from 'node:fs/promises';
-import { after, before, test } from 'node:test';
-import { assertNear, Browser, hasFrames, kLimitMs, pageFolder, until } from './browser.mjs';
-import { FakeBridge, kHip, kSphere } from './fake_bridge.mjs';
+import { test } from 'node:test';
+import { assertNear, pageFolder, until } from './browser.mjs';
+import { kHip, kSphere, withFakeBridge } from './fake_bridge.mjs';
 
 const kPole = [kSphere.centre[0], kSphere.centre[1], kSphere.centre[2] + kSphere.radiusM];
 /** The corners of the image of the fake camera, as directions at 1 m: fx, fy, cx and cy of its 640 by 480 pixels. */
@@ -14,22 +14,13 @@ const kCorners = [[-0.5, -0.5], [639.5, -0.5], [639.5, 479.5], [-0.5, 479.5]].ma
 const kTolerancePx = 2;
 
 let fake;
-let browser;
 let page;
 let canvas;
 
-before(async () => {
-  fake = new FakeBridge(pageFolder);
-  browser = await Browser.start();
-  page = await browser.open(await fake.start(), { viewport: { width: 1280, height: 800 } });
-  await hasFrames(page, 1);
+withFakeBridge(async (opened) => {
+  ({ fake, page } = opened);
   canvas = await page.locator('#view').boundingBox();
-}, { timeout: kLimitMs });
-
-after(async () => {
-  await browser?.stop();
-  await fake?.stop();
-});
+}, { viewport: { width: 1280, height: 800 } });
 
 const project = (point) => page.evaluate((p) => window.hapticdView.project(...p), point);
 const isInside = ({ x, y }) => x >= 0 && y >= 0 && x <= canvas.width && y <= canvas.height;

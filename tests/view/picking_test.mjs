@@ -1,29 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Picked points are where the sphere of the test is; what is to be pasted into a shell is what hapticctl takes.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import { assertNear, Browser, hasFrames, kLimitMs, pageFolder, until } from './browser.mjs';
-import { FakeBridge, kSphere, sphereDepth } from './fake_bridge.mjs';
+import { test } from 'node:test';
+import { assertNear, kLimitMs, until } from './browser.mjs';
+import { kSphere, sphereDepth, withFakeBridge } from './fake_bridge.mjs';
 
 // depths are whole millimetres, coordinates are shown to the millimetre, and a pixel at 1 m is 1.7 mm wide
 const kToleranceM = 0.003;
 const kOnSlopeM = 0.006;
 
-let fake;
-let browser;
 let page;
 
-before(async () => {
-  fake = new FakeBridge(pageFolder);
-  browser = await Browser.start();
-  page = await browser.open(await fake.start());
-  await hasFrames(page, 1);
-}, { timeout: kLimitMs });
-
-after(async () => {
-  await browser?.stop();
-  await fake?.stop();
-});
+withFakeBridge((opened) => { ({ page } = opened); });
 
 /** Clicks where a point of the world is seen; returns what the list then says of it. */
 async function pickAt(point) {

@@ -241,8 +241,6 @@ std::vector<base::Error> addFrom(const std::string& file, config::SceneAdditions
 }
 
 int replayFile(const Options& options) {
-  if (const auto may = base::mayWrite(options.out, options.if_exists); !may)
-    return fail({may.error()}, EX_CANTCREAT);
   auto settings = config::loadSettings(options.config, options.overrides);
   if (!settings) return fail(settings.error(), EX_CONFIG);
   if (!options.fixtures.empty()) {
@@ -289,10 +287,6 @@ int replayFile(const Options& options) {
 }
 
 int replayTrace(const Options& options) {
-  if (!options.out.empty()) {
-    if (const auto may = base::mayWrite(options.out, options.if_exists); !may)
-      return fail({may.error()}, EX_CANTCREAT);
-  }
   auto replay = TraceReplay::open(options.trace);
   if (!replay) return fail({replay.error()}, EX_NOINPUT);
   ForceTable table;
@@ -433,6 +427,10 @@ int run(int argc, char** argv) {
   if (!options.traces.empty()) return replayFolder(options);
   if (!options.json.empty())
     return fail({{"--json", "is only for --traces and --join", "--out writes the forces"}}, EX_USAGE);
+  if (!options.out.empty()) {  // before the work, which may be long
+    if (const auto may = base::mayWrite(options.out, options.if_exists); !may)
+      return fail({may.error()}, EX_CANTCREAT);
+  }
   if (!options.trace.empty()) return replayTrace(options);
   for (const auto& [name, given] : {std::pair{"--config", options.config},
                                     {"--depth", options.depth},

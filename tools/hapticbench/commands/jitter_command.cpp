@@ -187,7 +187,7 @@ Json loadJson(const LoadJitter& load) {
           {"last_hop", countsJson(ours.last_hop, "commands")},
           {"ratio_p999", load.ratio()},
           {"ratio_limit", kMaxLatencyRatio},
-          {"kept", load.met()},
+          {"met", load.met()},
           {"round_ratios_p999", std::move(ratios)}};
 }
 

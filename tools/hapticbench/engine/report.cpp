@@ -83,7 +83,7 @@ Columns<Requirement> requirementColumns() {
           {"/at_least", "", 0, &R::at_least},
           {"/cases", "cases", 0, &R::cases},
           {"/violated", "violated", 0, &R::violated},
-          {"/kept", "", 0, [](const R& r) { return r.met(); }},
+          {"/met", "", 0, [](const R& r) { return r.met(); }},
           {"/worst", "worst case", 0, &R::worst}};
 }
 

@@ -186,7 +186,7 @@ TEST(JitterReport, GivesProgramsTheWholeHistograms) {
   const auto& load = document.at("loads").at(1);
   EXPECT_EQ(load.at("load"), "stress");
   EXPECT_EQ(load.at("ratio_p999"), 1.5);
-  EXPECT_EQ(load.at("kept"), false);
+  EXPECT_EQ(load.at("met"), false);
   EXPECT_EQ(load.at("hapticd").at("histogram_us"), (nlohmann::json{{"5", 1980}, {"10", 10}, {"30", 10}}));
   EXPECT_EQ(load.at("cyclictest").at("p999_us"), 20);
   EXPECT_EQ(load.at("last_hop").at("commands"), 804);
