@@ -81,6 +81,7 @@ async function picture(browser, name, file, colorScheme, sizes) {
   const box = new RealBox();
   try {
     const url = await box.start(scene.box);
+    await box.control('status');  // the bridge asks the daemon whether visitors need a token
     await scene.prepare?.(box);
     for (const [width, height] of sizes) {
       const page = await browser.open(url, { viewport: { width, height }, colorScheme });
