@@ -11,6 +11,7 @@
 #include "config/additions/addition_fields.h"
 #include "config/settings/parameter_table.h"
 #include "daemon/control/base/addition_change.h"
+#include "daemon/control/base/change_history.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -108,26 +109,6 @@ std::string joined(const std::vector<config::Loosening>& loosenings) {
 
 bool areConsistent(const config::Settings& settings) {
   return config::checkTogether(settings).empty() && config::checkTogether(settings.additions).empty();
-}
-
-/// A parameter whose value changes.
-struct ParameterChange {
-  std::string name;
-  std::string old_value;
-  std::string new_value;
-
-  std::string text() const { return fmt::format("sets {} from {} to {}", name, old_value, new_value); }
-};
-
-std::vector<ParameterChange> changesBetween(const config::Settings& before, const config::Settings& after) {
-  std::vector<ParameterChange> changes;
-  for (const config::Parameter& parameter : config::allParameters()) {
-    const config::Value old_value = parameter.get(before);
-    const config::Value new_value = parameter.get(after);
-    if (old_value == new_value) continue;
-    changes.push_back({std::string(parameter.name), config::toText(old_value), config::toText(new_value)});
-  }
-  return changes;
 }
 
 }  // namespace
@@ -241,15 +222,12 @@ void Reloader::logLoosening(const std::vector<config::Loosening>& loosenings) co
 }
 
 ReloadReport Reloader::change(const Reload& reload, const config::Settings& target) {
-  const auto parameters = changesBetween(box_.settings(), target);
+  const auto parameters = parameterDifferences(box_.settings(), target);
   const auto additions = differencesOf(box_.additions(), target.additions);
   ReloadReport report{box_.apply(target), {}, {reload.waiting.begin(), reload.waiting.end()}, reload.hidden};
-  for (const ParameterChange& change : parameters) {
-    report.changes.push_back(change.text());
-    report_({Priority::notice,
-             "reload " + change.text(),
-             EventKind::parameter,
-             {{"PARAMETER", change.name}, {"OLD", change.old_value}, {"NEW", change.new_value}}});
+  for (const ParameterDifference& difference : parameters) {
+    report.changes.push_back(difference.text());
+    report_({Priority::notice, "reload " + difference.text(), EventKind::parameter, difference.fields()});
   }
   for (const AdditionDifference& difference : additions) {
     report.changes.push_back(difference.text());

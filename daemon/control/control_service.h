@@ -71,6 +71,7 @@ class ControlService final : public CallHandler {
   ProfileMethods profiles_;
   CalibrationMethods calibration_;
   ReloadMethods reloads_;
+  UndoMethod undo_;
   std::vector<Method> methods_;
 };
 

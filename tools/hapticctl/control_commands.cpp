@@ -252,6 +252,25 @@ void addReload(CommandLine& line) {
                 "while the box is engaged");
 }
 
+std::string undoText(const Json& reply, bool preview) {
+  return (preview ? "would undo:\n" : "undone:\n") + linesOf(listAt(reply, "changes"));
+}
+
+void addUndo(CommandLine& line) {
+  const CommandOptions& options = line.options();
+  const auto preview = std::make_shared<bool>(false);
+  const auto loosen = std::make_shared<bool>(false);
+  CLI::App& command = line.add(
+      "undo", "Undo the last change of parameters, fixtures or regions, then the one before", [=, &options] {
+        const Json parameters = {{"preview", *preview}, {"loosen", *loosen}};
+        return callAndPrint(options, {"io.hapticd.Control.Undo", parameters, true},
+                            [=](const Json& reply) { return undoText(reply, *preview); });
+      });
+  command.add_flag("--preview", *preview, "Only show what would change");
+  command.add_flag("--loosen", *loosen,
+                   "Undo it although the box is engaged and it loosens a limit or takes a fixture away");
+}
+
 }  // namespace
 
 void addControlCommands(CommandLine& line) {
@@ -280,6 +299,7 @@ void addControlCommands(CommandLine& line) {
   line.add("clear-fault", "Clear a fault; refused if there is none", [&] {
     return callAndPrint(options, {"io.hapticd.Control.ClearFault", Json::object(), true}, modeLine);
   });
+  addUndo(line);
   addReload(line);
   const auto to_show = std::make_shared<std::vector<std::string>>();
   const auto table = [](const Json& rows) { return parameterTableText(rows, terminalSize().columns); };

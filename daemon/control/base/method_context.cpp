@@ -7,7 +7,6 @@
 #include <array>
 #include <utility>
 
-#include "config/settings/parameter_table.h"
 #include "daemon/control/base/addition_change.h"
 
 namespace hapticd::daemon {
@@ -91,16 +90,10 @@ std::vector<std::string> logParameters(const MethodContext& context, const Calle
                                        const std::string& change, const config::Settings& before,
                                        const config::Settings& after) {
   std::vector<std::string> changed;
-  for (const config::Parameter& parameter : config::parameterTable()) {
-    const config::Value old_value = parameter.get(before);
-    const config::Value new_value = parameter.get(after);
-    if (parameter.effect != config::Effect::live || old_value == new_value) continue;
-    const std::string old_text = config::toText(old_value);
-    const std::string new_text = config::toText(new_value);
-    changed.emplace_back(parameter.name);
-    logChange(context, caller, fmt::format("{} {} from {} to {}", change, parameter.name, old_text, new_text),
-              config::EventKind::parameter,
-              {{"PARAMETER", std::string(parameter.name)}, {"OLD", old_text}, {"NEW", new_text}});
+  for (const ParameterDifference& difference : parameterDifferences(before, after)) {
+    logChange(context, caller, (change.empty() ? "" : change + " ") + difference.text(),
+              config::EventKind::parameter, difference.fields());
+    changed.push_back(difference.name);
   }
   return changed;
 }

@@ -17,6 +17,7 @@
 #include "config/settings/settings.h"
 #include "daemon/base/box.h"
 #include "daemon/base/journal_entry.h"
+#include "daemon/control/base/change_history.h"
 #include "daemon/control/server/listening_socket.h"
 #include "daemon/control/server/varlink_message.h"
 #include "daemon/control/server/varlink_server.h"
@@ -114,6 +115,7 @@ struct MethodContext {
   std::chrono::milliseconds apply_timeout{};
   std::function<void(const JournalEntry&)> log = {};  ///< may be empty
   PendingAnswers pending = {};
+  ChangeHistory history = {};
 };
 
 /// Logs a change as an event; `fields`: of the entry, in addition to those that identify the caller.
@@ -121,7 +123,7 @@ void logChange(const MethodContext& context, const Caller& caller, const std::st
                config::EventKind event, JournalFields fields);
 
 /// Logs each live parameter whose value in `after` differs from that in `before`, and returns their names.
-/// `change`: the verb of the log entry ("sets", "profile soft sets").
+/// `change`: stands before the verb of each entry ("by profile soft,"); may be empty.
 std::vector<std::string> logParameters(const MethodContext& context, const Caller& caller,
                                        const std::string& change, const config::Settings& before,
                                        const config::Settings& after);

@@ -239,6 +239,7 @@ void AdditionMethods::apply(AdditionList list, const AdditionChange& change, con
     for (const base::Error& conflict : conflicts) problems.push_back({"", "", conflict});
     return replies.finish(caller.connection, refusal(list, problems));
   }
+  context_.history.record(context_.box.settings(), settings);
   const std::uint64_t directive = context_.box.applyAdditions(*after);
   logAdditions(context_, caller, "", before, *after);
   context_.pending.add(call, caller, replies, PendingAnswers::Unawaited::forget,

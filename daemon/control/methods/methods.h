@@ -153,6 +153,19 @@ class ReloadMethods {
   Reloads* const reloads_;
 };
 
+/// The method that takes back the last change of live parameters, fixtures and regions.
+/// Thread: control thread only.
+class UndoMethod {
+ public:
+  explicit UndoMethod(MethodContext& context) : context_(context) {}
+  std::vector<Method> methods();
+
+ private:
+  void undo(const Call&, const Caller&, Replies&);
+
+  MethodContext& context_;
+};
+
 /// Starting, finishing, listing, keeping, noting, marking and deleting traces.
 /// Thread: control thread only.
 class TraceMethods {

@@ -231,7 +231,8 @@ void ParameterMethods::setParameters(const Call& call, const Caller& caller, Rep
     return replies.finish(caller.connection, invalidParameter("parameters"));
   const auto settings = changedSettings(context_.box.settings(), *changes);
   if (!settings) return replies.finish(caller.connection, settings.error());
-  logParameters(context_, caller, "sets", context_.box.settings(), *settings);
+  logParameters(context_, caller, "", context_.box.settings(), *settings);
+  context_.history.record(context_.box.settings(), *settings);
   OrderedJson done = changesJson(*changes, context_.box.settings(), *settings);
   const std::uint64_t generation = context_.box.apply(*settings);
   answerWhenApplied(call, caller, replies, generation, [generation, done = std::move(done)]() mutable {

@@ -197,8 +197,8 @@ std::expected<PendingAnswers::Poll, Reply> ProfileMethods::apply(const Caller& c
   if (const auto errors = config::checkTogether(settings); !errors.empty()) {
     return std::unexpected(failed(kFailed, textOf(errors)));
   }
-  std::vector<std::string> changed = logParameters(
-      context_, caller, fmt::format("sets, by profile {},", name), context_.box.settings(), settings);
+  std::vector<std::string> changed =
+      logParameters(context_, caller, fmt::format("by profile {},", name), context_.box.settings(), settings);
   logAdditions(context_, caller, fmt::format("by profile {}", name), context_.box.additions(),
                settings.additions);
   logChange(context_, caller, fmt::format("loads profile {}: {} parameters changed", name, changed.size()),
@@ -206,6 +206,7 @@ std::expected<PendingAnswers::Poll, Reply> ProfileMethods::apply(const Caller& c
   const config::SceneAdditions& before = context_.box.additions();
   if (before.fixtures != settings.additions.fixtures) changed.emplace_back("fixtures");
   if (before.regions != settings.additions.regions) changed.emplace_back("regions");
+  context_.history.record(context_.box.settings(), settings);
   const std::uint64_t generation = context_.box.apply(settings);
   return whenApplied(context_, generation, [generation, changed] {
     return Reply{"", {{"generation", generation}, {"changed", OrderedJson(changed)}}};

@@ -120,6 +120,11 @@ std::string replyText(const ClientError& error) {
     for (const Json& problem : listAt(parameters, "problems")) text += "\n  " + valueText(problem);
     return text;
   }
+  if (name == "io.hapticd.Control.WouldLoosen") {
+    std::string text = "nothing was undone: the box is engaged, and this would loosen";
+    for (const Json& loosening : listAt(parameters, "loosens")) text += "\n  " + valueText(loosening);
+    return text + "\n'hapticctl undo --loosen' does it all the same, or 'hapticctl disengage' first";
+  }
   if (name == "io.hapticd.Control.FixtureRefused") return additionText("fixture", parameters);
   if (name == "io.hapticd.Control.RegionRefused") return additionText("region", parameters);
   if (name == "io.hapticd.Control.RestartRequired") return restartText(parameters);
@@ -133,7 +138,8 @@ std::string replyText(const ClientError& error) {
   if (name == "org.varlink.service.InvalidParameter") {
     return olderDaemonText(fmt::format("the field '{}' of this call", textAt(parameters, "parameter")));
   }
-  // NoFrame, MalformedCall, TraceFailed, ProfileFailed, CalibrationFailed carry a text of the daemon
+  // NoFrame, MalformedCall, NothingToUndo, TraceFailed, ProfileFailed, CalibrationFailed carry a text of the
+  // daemon
   if (fieldAt(parameters, "reason")) return textAt(parameters, "reason");
   const std::string shown = parameters.dump(-1, ' ', false, Json::error_handler_t::replace);
   return fmt::format(
