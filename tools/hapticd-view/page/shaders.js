@@ -64,7 +64,7 @@ uniform float alpha;
 out vec4 fragment;
 void main() { fragment = vec4(colour * alpha, alpha); }`;
 
-/** Line segments of a width in pixels: one instance each, its quad is spread out on the screen. */
+/** Line segments of a width in pixels: four corners each, a quad that is spread out on the screen. */
 const kLineVertex = `${kHead}
 layout(location = 0) in vec3 from;
 layout(location = 1) in vec3 to;
