@@ -4,6 +4,7 @@
 // told in the scene `contact`, one parameter a line.
 import { writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
+import { setTimeout } from 'node:timers/promises';
 import { Browser, hasFrames, until } from './browser.mjs';
 import { palettePng } from './palette_png.mjs';
 import { RealBox } from './real_box.mjs';
@@ -14,8 +15,9 @@ const kForceN = 0.5;
 const kRecording = (process.env.HAPTICD_SETTINGS ?? '').split('\n').filter(Boolean);
 
 /** A picture takes a while without a graphics card, and what it is to show may be over by then. */
-const kTries = 3;
+const kTries = 5;
 const kPatienceMs = 15_000;
+const kAsks = 20;
 
 /** What must hold in the page, and its argument. */
 const presses = [(least) => document.querySelector('#mode').dataset.mode === 'engaged' &&
@@ -23,6 +25,17 @@ const presses = [(least) => document.querySelector('#mode').dataset.mode === 'en
 const isInMode = (mode) => [(wanted) => document.querySelector('#mode').dataset.mode === wanted, mode];
 const touches = (name) => [(wanted) => [...document.querySelectorAll('#fixtures li')]
   .some((row) => row.textContent.startsWith(wanted) && row.textContent.includes('in contact')), name];
+
+/** Asks to engage until the handle is in contact and the box refuses to. */
+async function beRefused(box) {
+  for (let i = 0; i < kAsks; i++) {
+    await setTimeout(1000);
+    const mode = await box.tell('engage').then(() => 'engaged', ({ stderr }) => stderr);
+    if (mode.includes('in contact')) return;
+    await box.tell('disengage');
+  }
+  throw new Error(`the box engaged ${kAsks} times`);
+}
 
 /** `box`: how it is started; `prepare`: what is done to it; `ready`: when the picture can be taken; `view`. */
 const kScenes = {
@@ -44,6 +57,15 @@ const kScenes = {
       await box.control('region', 'add', 'nodule', '--shape', 'sphere', '--position-m', '0.015,0,-0.852', '--radius-m', '0.01',
         '--model', 'layered', '--stiffness-n-per-m', '300', '--lower-stiffness-n-per-m', '1200', '--layer-m', '0.002');
     },
+  },
+  refused: {
+    // the hand sinks into the ball while no force acts, slowly enough to stay in contact for all pictures
+    box: {
+      configuration: 'demo-fixtures.yaml',
+      settings: ['control.engage_at_start=false', 'simulated_handle.start_z_m=-0.849', 'simulated_handle.speed_m_per_s=0.001'],
+    },
+    view: 'hand', prepare: beRefused,
+    ready: [(wanted) => document.querySelector('#cause').textContent.includes(wanted), 'Engaging was refused'],
   },
   idle: { box: { settings: ['control.engage_at_start=false'] }, view: 'overview', ready: isInMode('idle') },
   gone: {
