@@ -114,9 +114,7 @@ try {
   console.log(`load average ${loadavg().map((value) => value.toFixed(2)).join(' ')}; ${width}x${height}, ${seconds} s each`);
   await measure('no page', box);
   const open = async () => {
-    const page = await browser.open('about:blank', { viewport: { width, height } });
-    await page.addInitScript(observe);
-    await page.goto(url);
+    const page = await browser.open(url, { viewport: { width, height }, first: observe });
     await until(page, () => window.observed.firstDepthMs !== null);
     return page;
   };
