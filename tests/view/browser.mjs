@@ -26,11 +26,15 @@ export class Browser {
     return browser;
   }
 
-  /** Opens the page; `options` as those of a context of Playwright. `complaints` of the result: what it must not say. */
-  async open(url, options = {}) {
+  /**
+   * Opens the page; `options` as those of a context of Playwright, and `first`, a function that runs in it before its own
+   * scripts. `complaints` of the result: what it must not say.
+   */
+  async open(url, { first, ...options } = {}) {
     const context = await this.chromium.newContext({ viewport: { width: 1100, height: 700 }, ...options });
     context.setDefaultTimeout(kLimitMs);
     const page = await context.newPage();
+    if (first) await page.addInitScript(first);
     page.complaints = [];
     page.on('pageerror', (error) => page.complaints.push(error.message));
     page.on('console', (message) => {

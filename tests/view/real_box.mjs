@@ -53,12 +53,17 @@ export class RealBox {
   async control(...words) {
     for (const lastMs = Date.now() + kLimitMs; ;) {
       try {
-        return await promisify(execFile)(join(bin, 'hapticctl'), ['--socket', join(this.folder, 'Control'), ...words]);
+        return await this.tell(...words);
       } catch (error) {
         if (Date.now() > lastMs) throw error;
         await new Promise((resolve) => { setTimeout(resolve, 200); });
       }
     }
+  }
+
+  /** Runs hapticctl once; what it refuses is an error with its `stderr`. */
+  tell(...words) {
+    return promisify(execFile)(join(bin, 'hapticctl'), ['--socket', join(this.folder, 'Control'), ...words]);
   }
 
   async token() {

@@ -4,6 +4,7 @@
 // told in the scene `contact`, one parameter a line.
 import { writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
+import { setTimeout } from 'node:timers/promises';
 import { Browser, hasFrames, until } from './browser.mjs';
 import { palettePng } from './palette_png.mjs';
 import { RealBox } from './real_box.mjs';
@@ -13,16 +14,28 @@ const kSizes = [[1280, 800], [1920, 1080], [390, 844]];
 const kForceN = 0.5;
 const kRecording = (process.env.HAPTICD_SETTINGS ?? '').split('\n').filter(Boolean);
 
-/** A picture takes a while without a graphics card, and what it is to show may be over by then. */
-const kTries = 3;
-const kPatienceMs = 15_000;
+/** So long a scene may take to show what it is about, without a notice over the picture. */
+const kPatienceMs = 90_000;
+const kAsks = 20;
 
-/** What must hold in the page, and its argument. */
-const presses = [(least) => document.querySelector('#mode').dataset.mode === 'engaged' &&
+/** What must hold in the page, and its argument. A warning that this machine is busy is waited for to go, for a minute. */
+const presses = [(least) => document.querySelector('#notice').hidden &&
+  (document.querySelector('#warnings').hidden || performance.now() > 60_000) && document.querySelector('#mode').dataset.mode === 'engaged' &&
   Number(document.querySelector('#force-number').textContent) >= least, kForceN];
 const isInMode = (mode) => [(wanted) => document.querySelector('#mode').dataset.mode === wanted, mode];
-const touches = (name) => [(wanted) => [...document.querySelectorAll('#fixtures li')]
+const touches = (name) => [(wanted) => document.querySelector('#notice').hidden && [...document.querySelectorAll('#fixtures li')]
   .some((row) => row.textContent.startsWith(wanted) && row.textContent.includes('in contact')), name];
+
+/** Asks to engage until the handle is in contact and the box refuses to. */
+async function beRefused(box) {
+  for (let i = 0; i < kAsks; i++) {
+    await setTimeout(1000);
+    const mode = await box.tell('engage').then(() => 'engaged', ({ stderr }) => stderr);
+    if (mode.includes('in contact')) return;
+    await box.tell('disengage');
+  }
+  throw new Error(`the box engaged ${kAsks} times`);
+}
 
 /** `box`: how it is started; `prepare`: what is done to it; `ready`: when the picture can be taken; `view`. */
 const kScenes = {
@@ -45,6 +58,15 @@ const kScenes = {
         '--model', 'layered', '--stiffness-n-per-m', '300', '--lower-stiffness-n-per-m', '1200', '--layer-m', '0.002');
     },
   },
+  refused: {
+    // the hand sinks into the ball while no force acts, slowly enough to stay in contact for all pictures
+    box: {
+      configuration: 'demo-fixtures.yaml',
+      settings: ['control.engage_at_start=false', 'simulated_handle.start_z_m=-0.849', 'simulated_handle.speed_m_per_s=0.001'],
+    },
+    view: 'hand', prepare: beRefused,
+    ready: [(wanted) => document.querySelector('#cause').textContent.includes(wanted), 'Engaging was refused'],
+  },
   idle: { box: { settings: ['control.engage_at_start=false'] }, view: 'overview', ready: isInMode('idle') },
   gone: {
     box: { settings: [] }, view: 'overview',
@@ -53,24 +75,39 @@ const kScenes = {
   },
 };
 
-/** A moment with every pixel of the depth frame, in at most 256 colours. */
+/** In the page, before its own scripts: while `window.frozen` holds nothing arrives and no text changes. */
+function letFreeze() {
+  const every = window.setInterval;
+  window.setInterval = (call, ms) => every(() => { if (!window.frozen) call(); }, ms);
+  const Socket = window.WebSocket;
+  window.WebSocket = class extends Socket {
+    set onmessage(call) {
+      super.onmessage = (event) => { if (!window.frozen) call(event); };
+    }
+  };
+}
+
+/** A moment for which `ready` holds with every pixel of the depth frame, in at most 256 colours. */
 async function take(page, ready, file, isTall) {
-  for (let i = 0; i < kTries; i++) {
-    await page.waitForFunction(...ready, { timeout: kPatienceMs }).catch(() => {});
-    await page.evaluate(() => {
-      const [pause, full] = ['#pause', '#full-detail'].map((name) => document.querySelector(name));
-      pause.click();
-      if (!full.checked) full.click();
+  // one turn of the page from the condition to the picture: what is pressed now may be free in the next
+  const holds = await page.evaluate(`new Promise((resolve) => {
+    const lastMs = performance.now() + ${kPatienceMs};
+    const look = () => {
+      const holds = (${ready[0]})(${JSON.stringify(ready[1])});
+      if (!holds && performance.now() < lastMs) return requestAnimationFrame(look);
+      window.frozen = true;
+      document.querySelector('#full-detail').click();
       window.hapticdView.readPixels(0, 0, 1, 1);
-      pause.click();
-    });
-    const png = await page.screenshot({ fullPage: isTall });
-    const holds = await page.evaluate(ready[0], ready[1]);
-    await page.evaluate(() => document.querySelector('#full-detail').click());
-    await writeFile(file, await palettePng(page, png));
-    if (holds) return;
-  }
-  throw new Error(`${file}: none of ${kTries} pictures shows what the scene is about`);
+      resolve(holds);
+    };
+    look();
+  })`);
+  await writeFile(file, await palettePng(page, await page.screenshot({ fullPage: isTall })));
+  await page.evaluate(() => {
+    document.querySelector('#full-detail').click();
+    window.frozen = false;
+  });
+  if (!holds) throw new Error(`${file}: within ${kPatienceMs / 1000} s nothing was to be seen of what the scene is about`);
 }
 
 async function picture(browser, name, file, colorScheme, sizes) {
@@ -81,7 +118,7 @@ async function picture(browser, name, file, colorScheme, sizes) {
     await box.control('status');  // the bridge asks the daemon whether visitors need a token
     await scene.prepare?.(box);
     for (const [width, height] of sizes) {
-      const page = await browser.open(url, { viewport: { width, height }, colorScheme });
+      const page = await browser.open(url, { viewport: { width, height }, colorScheme, first: letFreeze });
       await hasFrames(page, 5);
       await until(page, (ms) => performance.now() > ms, 1000 * (sizes.length > 1 ? 4 : scene.seconds ?? 4));
       await scene.leave?.(box);

@@ -6,13 +6,14 @@ const kLevels = [
   { every: 2, pixels: 2, hz: 60 },
   { every: 2, pixels: 1, hz: 30 },
   { every: 3, pixels: 1, hz: 30 },
+  { every: 4, pixels: 1, hz: 30 },
   { every: 4, pixels: 0.75, hz: 30 },
   { every: 4, pixels: 0.75, hz: 15 },
   { every: 5, pixels: 0.5, hz: 10 },
   { every: 6, pixels: 0.5, hz: 5 },
 ];
 /** Where the CPU draws, it is likely to be the box's own: it begins here and never gets finer. */
-const kSoftwareLevel = 2;
+const kSoftwareLevel = 3;
 const kMostDepthHz = 30;
 /** A picture is slow that takes longer than this, or than its turn where that is longer. */
 const kSlowMs = 60;

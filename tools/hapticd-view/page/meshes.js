@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Triangles of the solids that the picture is made of. Each corner: position and normal, six numbers.
+// The solids that the picture is made of: {corners, indices}. Each corner: position and normal, six numbers; three indices
+// make a triangle.
 
 const kTurns = 32;
 const kRings = 16;
@@ -16,16 +17,15 @@ function revolved(rings, at) {
       corners.push([r * c, y, r * s, nr * c, ny, nr * s]);
     }
   }
-  const triangles = [];
+  const indices = [];
   const row = kTurns + 1;
   for (let ring = 0; ring < rings; ring++) {
     for (let turn = 0; turn < kTurns; turn++) {
       const a = ring * row + turn;
-      triangles.push(corners[a], corners[a + row], corners[a + 1]);
-      triangles.push(corners[a + 1], corners[a + row], corners[a + row + 1]);
+      indices.push(a, a + row, a + 1, a + 1, a + row, a + row + 1);
     }
   }
-  return new Float32Array(triangles.flat());
+  return { corners: new Float32Array(corners.flat()), indices: new Uint16Array(indices) };
 }
 
 /** Radius 1 around the origin. */
@@ -43,6 +43,7 @@ export const cone = () => revolved(1, (share) => ({ y: share, r: 1 - share, ny: 
 /** From -1 to 1 along each axis. */
 export const cube = () => {
   const corners = [];
+  const indices = [];
   for (const axis of [0, 1, 2]) {
     for (const side of [-1, 1]) {
       const at = (u, v) => {
@@ -54,8 +55,9 @@ export const cube = () => {
         normal[axis] = side;
         return [...place, ...normal];
       };
-      corners.push(at(-1, -1), at(1, -1), at(1, 1), at(-1, -1), at(1, 1), at(-1, 1));
+      indices.push(...[0, 1, 2, 0, 2, 3].map((corner) => corners.length + corner));
+      corners.push(at(-1, -1), at(1, -1), at(1, 1), at(-1, 1));
     }
   }
-  return new Float32Array(corners.flat());
+  return { corners: new Float32Array(corners.flat()), indices: new Uint16Array(indices) };
 };

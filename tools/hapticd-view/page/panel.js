@@ -77,6 +77,8 @@ export class Panel {
     setText(elements.mode, words.title);
     elements.mode.dataset.mode = mode;
     setText(elements.cause, why.text || words.text);
+    // idle for a reason: not as requested, but because engaging was refused or has ended
+    elements.cause.dataset.level = mode === 'idle' && why.text ? 'doubtful' : '';
     setText(elements.remedy, why.remedy);
     const text = [`Mode: ${words.title}.`, why.text, why.remedy].filter(Boolean).join(' ');
     if (text === this.announced) return;

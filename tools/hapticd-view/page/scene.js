@@ -21,7 +21,7 @@ const kCameraM = 0.12;
 const kFrustumM = 4;
 const kAxisM = 0.15;
 const kGridHalfM = 3;
-/** The tip of an arrow is at least so far from the picture's edge. */
+/** The tip of an arrow is at least so far from the picture's edge, and from the controls above it. */
 const kEdgePx = 28;
 
 export class Picture {
@@ -80,6 +80,8 @@ export class Picture {
     this.canvas.width = Math.max(1, Math.round(clientWidth * this.pixelRatio));
     this.canvas.height = Math.max(1, Math.round(clientHeight * this.pixelRatio));
     this.orbit.resize(clientWidth, clientHeight);
+    this.topPx = Math.max(0, ...[...this.canvas.parentElement.querySelectorAll('.controls')]
+      .map(({ offsetTop, offsetHeight }) => offsetTop + offsetHeight));
     this.request();
   }
 
@@ -252,7 +254,7 @@ export class Picture {
     const shows = (point) => {
       const place = orbit.project(point);
       return place && place.x >= kEdgePx && place.x <= orbit.width - kEdgePx &&
-        place.y >= kEdgePx && place.y <= orbit.height - kEdgePx;
+        place.y >= this.topPx + kEdgePx && place.y <= orbit.height - kEdgePx;
     };
     if (!shows(tail) || shows(add(tail, vector))) return vector;
     let [inside, outside] = [0, 1];

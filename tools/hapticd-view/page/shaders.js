@@ -26,10 +26,12 @@ uniform vec3 accent;
 uniform vec4 ball;
 out vec3 colour;
 
+/** Each step of the scale adds its part: an index that differs from corner to corner is slow without a graphics card. */
 vec3 rampAt(float share) {
-  float place = clamp(share, 0.0, 1.0) * float(ramp.length() - 1);
-  int below = min(int(place), ramp.length() - 2);
-  return mix(ramp[below], ramp[below + 1], place - float(below));
+  float place = share * float(ramp.length() - 1);
+  vec3 sum = ramp[0];
+  for (int i = 1; i < ramp.length(); i++) sum += clamp(place - float(i - 1), 0.0, 1.0) * (ramp[i] - ramp[i - 1]);
+  return sum;
 }
 
 /** A light over the camera's left shoulder, a weak one from its right, and some from everywhere. */
@@ -64,7 +66,7 @@ uniform float alpha;
 out vec4 fragment;
 void main() { fragment = vec4(colour * alpha, alpha); }`;
 
-/** Line segments of a width in pixels: one instance each, its quad is spread out on the screen. */
+/** Line segments of a width in pixels: four corners each, a quad that is spread out on the screen. */
 const kLineVertex = `${kHead}
 layout(location = 0) in vec3 from;
 layout(location = 1) in vec3 to;

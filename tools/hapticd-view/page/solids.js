@@ -18,7 +18,7 @@ export class Solids {
     this.cube = this.mesh(cube());
   }
 
-  mesh(corners) {
+  mesh({ corners, indices }) {
     const { gl } = this;
     const array = gl.createVertexArray();
     gl.bindVertexArray(array);
@@ -28,8 +28,10 @@ export class Solids {
       gl.enableVertexAttribArray(place);
       gl.vertexAttribPointer(place, 3, gl.FLOAT, false, 24, 12 * place);
     }
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
     gl.bindVertexArray(null);
-    return { array, count: corners.length / 6 };
+    return { array, count: indices.length };
   }
 
   begin(orbit) {
@@ -50,13 +52,13 @@ export class Solids {
       gl.depthMask(false);
       gl.uniform1f(uniforms.rim, rim * kHiddenShare);
       gl.uniform4f(uniforms.colour, ...colour, alpha * kHiddenShare);
-      gl.drawArrays(gl.TRIANGLES, 0, mesh.count);
+      gl.drawElements(gl.TRIANGLES, mesh.count, gl.UNSIGNED_SHORT, 0);
       gl.depthFunc(gl.LEQUAL);
     }
     gl.depthMask(alpha === 1);
     gl.uniform1f(uniforms.rim, rim);
     gl.uniform4f(uniforms.colour, ...colour, alpha);
-    gl.drawArrays(gl.TRIANGLES, 0, mesh.count);
+    gl.drawElements(gl.TRIANGLES, mesh.count, gl.UNSIGNED_SHORT, 0);
     gl.depthMask(true);
     gl.bindVertexArray(null);
   }
