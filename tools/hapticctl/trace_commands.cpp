@@ -45,19 +45,19 @@ struct DeleteWords {
 
 /// Accepts a date and time, or an age.
 CLI::Validator isTime() {
-  return {
-      [](std::string& text) {
-        if (timeFrom(text, realtimeNow_ns())) return std::string();
-        return base::inQuotes(text) +
-               " is no time in UTC (2026-03-04, \"2026-03-04 05:06\") and no age (90s, 45min, 12h, 30d, 2w)";
-      },
-      ""};
+  return {[](std::string& text) {
+            if (timeFrom(text, realtimeNow_ns())) return std::string();
+            return base::inQuotes(text) +
+                   " is neither a time in UTC (2026-03-04, \"2026-03-04 05:06\") nor an age (90s, 45min, "
+                   "12h, 30d, 2w)";
+          },
+          ""};
 }
 
 CLI::Validator isAge() {
   return {[](std::string& text) {
             if (secondsOfAge(text)) return std::string();
-            return base::inQuotes(text) + " is no age (90s, 45min, 12h, 30d, 2w)";
+            return base::inQuotes(text) + " is not an age (90s, 45min, 12h, 30d, 2w)";
           },
           ""};
 }
@@ -77,7 +77,7 @@ int runList(const CommandOptions& options, ListWords& words) {
   if (!reply) return report(reply.error(), options.json);
   const Json traces = chosenTraces(*reply, words.options);
   if (words.names_only) {
-    fmt::print("{}", namesText({{"traces", traces}}, "traces"));
+    showNames({{"traces", traces}}, "traces", options.json);
   } else if (options.json) {
     (*reply)["traces"] = traces;
     printJson(*reply);
@@ -161,8 +161,8 @@ int deleteSeveral(const CommandOptions& options, const DeleteWords& words) {
 
 int runDelete(const CommandOptions& options, const DeleteWords& words) {
   if (words.names.empty() == words.older_than.empty()) {
-    base::printUsageError("hapticctl trace delete", "either names of traces or --older-than is required");
-    return kUsage;
+    return reportUsage("hapticctl trace delete", "either names of traces or --older-than is required",
+                       options.json);
   }
   // a single trace is deleted as it is named, without a look at the others
   if (words.names.size() == 1) return deleteAll(options, Json::array({{{"name", words.names.front()}}}));
@@ -215,10 +215,12 @@ void addKeep(CommandLine& line, CLI::App& group) {
   const auto undo = std::make_shared<bool>(false);
   CLI::App& keep = line.add(group, "keep", "Mark a trace so that nothing deletes it", [&options, name, undo] {
     const Json parameters{{"name", *name}, {"keep", !*undo}};
-    return callAndPrint(
-        options, {"io.hapticd.Control.KeepTrace", parameters, true, kDiskLimit}, [&](const Json&) {
-          return fmt::format("{} is {}\n", printable(*name), *undo ? "no longer kept" : "kept");
-        });
+    return callAndPrint(options, {"io.hapticd.Control.KeepTrace", parameters, true, kDiskLimit},
+                        [&](const Json&) {
+                          return fmt::format("{} is {}\n", printable(*name),
+                                             *undo ? "no longer kept" : "kept");
+                        },
+                        {{"name", *name}, {"kept", !*undo}});
   });
   keep.add_option("NAME", *name, "Name of the trace")->type_name("TRACE")->required();
   keep.add_flag("--undo", *undo, "Remove the mark");
@@ -231,11 +233,13 @@ void addNote(CommandLine& line, CLI::App& group) {
   CLI::App& note = line.add(
       group, "note", "Attach a line of text to a trace, which list and info show", [&options, name, text] {
         const Json parameters{{"name", *name}, {"text", *text}};
-        return callAndPrint(
-            options, {"io.hapticd.Control.NoteTrace", parameters, true, kDiskLimit}, [&](const Json&) {
-              return text->empty() ? fmt::format("removed the note of {}\n", printable(*name))
-                                   : fmt::format("noted for {}: {}\n", printable(*name), printable(*text));
-            });
+        return callAndPrint(options, {"io.hapticd.Control.NoteTrace", parameters, true, kDiskLimit},
+                            [&](const Json&) {
+                              return text->empty() ? fmt::format("removed the note of {}\n", printable(*name))
+                                                   : fmt::format("noted for {}: {}\n", printable(*name),
+                                                                 printable(*text));
+                            },
+                            {{"name", *name}, {"note", *text}});
       });
   note.add_option("NAME", *name, "Name of the trace")->type_name("TRACE")->required();
   note.add_option("TEXT", *text, "The note, at most 200 bytes; it replaces an earlier one. Empty: remove it")
@@ -305,10 +309,12 @@ void addMark(CommandLine& line, CLI::App& group) {
   const auto text = std::make_shared<std::string>();
   line.add(group, "mark", "Put a mark of the experimenter into the trace that is being written",
            [&options, text] {
-             return callAndPrint(
-                 options, {"io.hapticd.Control.MarkTrace", {{"text", *text}}, true}, [&](const Json& reply) {
-                   return fmt::format("marked {}: {}\n", textAt(reply, "name"), printable(*text));
-                 });
+             return callAndPrint(options, {"io.hapticd.Control.MarkTrace", {{"text", *text}}, true},
+                                 [&](const Json& reply) {
+                                   return fmt::format("marked {}: {}\n", textAt(reply, "name"),
+                                                      printable(*text));
+                                 },
+                                 {{"text", *text}});
            })
       .add_option("TEXT", *text, "Text of the mark, at most 200 bytes; the plot shows it")
       ->type_name("TEXT")

@@ -111,9 +111,10 @@ TEST_F(HapticctlWork, NumbersMayHaveAUnit) {
             "force.stiffness_n_per_m: 500 -> 800 N/m\nforce.radius_m: 0.04 -> 0.03 m\n");
   const auto wrong = home.control({"set", "force.stiffness_n_per_m=800kg"});
   EXPECT_EQ(wrong.ending, exitedWith(2));
-  EXPECT_TRUE(contains(wrong.errors,
-                       "force.stiffness_n_per_m: \"800kg\": \"kg\" is not a unit of it; write the number in "
-                       "N/m, or with N/mm"));
+  EXPECT_TRUE(
+      contains(wrong.errors,
+               "force.stiffness_n_per_m: \"800kg\": \"kg\" is not a unit that it takes; write the number in "
+               "N/m, or with N/mm"));
 }
 
 TEST_F(HapticctlWork, ParametersAreFoundByWordsOfTheirMeaning) {

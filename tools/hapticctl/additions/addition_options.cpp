@@ -244,12 +244,32 @@ const AdditionList kRegions{"region",
                             regionListText,
                             definitionsIn<&config::SceneAdditions::regions>};
 
+namespace {
+
+/// The names that a change adds, changes or removes.
+Json namesIn(const Json& parameters) {
+  Json names = Json::object();
+  const auto add = [&](const char* member, const char* done) {
+    if (fieldAt(parameters, member) == nullptr) return;
+    names[done] = Json::array();
+    for (const Json& item : listAt(parameters, member))
+      names[done].push_back(item.is_object() ? textAt(item, "name") : valueText(item));
+  };
+  add("remove", "removed");
+  add("add", "added");
+  add("change", "changed");
+  return names;
+}
+
+}  // namespace
+
 int changeList(const CommandOptions& options, const AdditionList& list, const Json& parameters,
                const std::string& done, const Json& document) {
   const auto reply = callOnce(options, {list.change_method, parameters, true});
   if (!reply) return report(reply.error(), options.json);
   if (options.json) {
     Json all = *reply;
+    all.update(namesIn(parameters));
     all.update(document);
     printJson(all);
   } else {

@@ -204,8 +204,8 @@ void show(const Measured& found) {
 int touchFixture(const CommandOptions& options, const TouchOptions& requested, const Json& members) {
   const bool counted = requested.kind == "plane" || requested.kind == "sphere";
   if (requested.points > 0 && !counted) {
-    base::printUsageError("hapticctl fixture touch", "--points belongs to the kinds plane and sphere");
-    return kUsage;
+    return reportUsage("hapticctl fixture touch", "--points belongs to the kinds plane and sphere",
+                       options.json);
   }
   Json definition = members;
   definition["name"] = requested.name;
