@@ -26,15 +26,17 @@ struct DoctorOptions {
 };
 
 /// Returns 0 if the configuration names a device, else 1.
-int answerNamed(const DoctorOptions& doctor) {
+int answerNamed(const CommandOptions& options, const DoctorOptions& doctor) {
   Examination box{Machine(doctor.root), {}, std::nullopt, {}, readConfiguration(doctor.root)};
   if (doctor.root == "/") box.gpio_label = gpioLabelOf;
-  return isNamedDevice(box, doctor.named) ? 0 : 1;
+  const bool is_named = isNamedDevice(box, doctor.named);
+  if (options.json) printJson({{"device", doctor.named}, {"named", is_named}});
+  return is_named ? 0 : 1;
 }
 
 /// Prints what is right and wrong with this machine; returns 0, or 1 when something fails.
 int runDoctor(const CommandOptions& options, const DoctorOptions& doctor) {
-  if (!doctor.named.empty()) return answerNamed(doctor);
+  if (!doctor.named.empty()) return answerNamed(options, doctor);
   const bool this_machine = doctor.root == "/";
   Examination box{Machine(doctor.root), thisCaller(), std::nullopt, {}, {}};
   if (this_machine) {

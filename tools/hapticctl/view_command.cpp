@@ -37,7 +37,9 @@ struct ViewOptions {
 ClientError notServed(int error) {
   ClientError result;
   result.what = fmt::format("no live picture is served on this machine ({})", std::strerror(error));
-  result.remedy = "start it with 'systemctl enable --now hapticd-view.socket', or run hapticd-view";
+  result.remedy =
+      "start it with 'systemctl enable --now hapticd-view.socket', or run hapticd-view by hand\n"
+      "--port and --token-file name those of one that uses others";
   return result;
 }
 

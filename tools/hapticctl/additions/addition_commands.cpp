@@ -177,14 +177,19 @@ void addChanging(CommandLine& line, CLI::App& group, const AdditionList& list) {
   const CommandOptions& options = line.options();
   const auto name = std::make_shared<std::string>();
   const auto members = std::make_shared<Json>(Json::object());
-  CLI::App& command =
-      line.add(group, "change", fmt::format("Change members of a {}; it keeps the others", list.noun),
-               [=, &options, &list] {
-                 Json changed = *members;
-                 changed["name"] = *name;
-                 return changeList(options, list, {{"change", Json::array({std::move(changed)})}},
-                                   "changed " + printable(*name));
-               });
+  CLI::App& command = line.add(
+      group, "change", fmt::format("Change members of a {}; it keeps the others", list.noun),
+      [=, &options, &list] {
+        if (members->empty()) {
+          return reportUsage(fmt::format("hapticctl {} change", list.noun),
+                             "nothing to change: give the members that change, such as --enabled false",
+                             options.json);
+        }
+        Json changed = *members;
+        changed["name"] = *name;
+        return changeList(options, list, {{"change", Json::array({std::move(changed)})}},
+                          "changed " + printable(*name));
+      });
   addName(command, list, *name, false);
   list.addMembers(command, members);
 }

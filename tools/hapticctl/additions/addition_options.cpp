@@ -73,7 +73,7 @@ struct Form {
   std::string type;
   std::vector<std::string> words;  ///< of a choice; empty: it is none
   std::optional<Json> (*value)(const std::string& text);
-  const char* example;  ///< of a right value, for errors
+  std::string example;  ///< of a right value, for errors
 };
 
 /// What the help shows; the daemon checks the range, with all other members.
@@ -84,6 +84,8 @@ std::string helpRangeOf(const config::AdditionField<Owner>& field) {
 
 template <typename Owner>
 Form formOf(const config::AdditionField<Owner>& field) {
+  const std::string without_unit =
+      field.unit.empty() ? "" : fmt::format("; it is in {}, and written without the unit", field.unit);
   const auto text_value = [](const std::string& text) -> std::optional<Json> { return text; };
   return std::visit(
       config::Overloaded{
@@ -100,13 +102,13 @@ Form formOf(const config::AdditionField<Owner>& field) {
             return {helpRangeOf(field),
                     {},
                     [](const std::string& text) { return jsonOf(base::numberFrom<int>(text)); },
-                    "a whole number"};
+                    "a whole number" + without_unit};
           },
           [&](double Owner::*) -> Form {
             return {helpRangeOf(field),
                     {},
                     [](const std::string& text) { return jsonOf(numberIn(text)); },
-                    "a number"};
+                    "a number" + without_unit};
           },
           [&](std::vector<rt::Vec3> Owner::*) -> Form {
             return {"POINTS", {}, pointsIn, "a list of points, such as \"0,0,-0.8 0.1,0,-0.8\""};

@@ -122,7 +122,7 @@ std::string usageText(const CLI::App& app, const CLI::ParseError& error) {
   }
   if (const std::size_t missing = text.find(": 1 required "); missing != std::string::npos) {
     const std::size_t type = missing + std::string_view(": 1 required ").size();
-    return fmt::format("{}: its value {} is missing", part(0, missing), part(type, text.rfind(" missing")));
+    return fmt::format("{}: its value is missing ({})", part(0, missing), part(type, text.rfind(" missing")));
   }
   if (const std::size_t outside = text.find(" not in {"); outside != std::string::npos) {
     const std::size_t value = text.find(": ") + 2;

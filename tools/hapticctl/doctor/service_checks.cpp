@@ -116,13 +116,15 @@ Finding stateFinding(const UnitProperties& unit) {
 
 }  // namespace
 
+constexpr const char* kByHand = "/usr/libexec/hapticd/hapticd --config /etc/hapticd/hapticd.yaml";
+
 Findings checkService(const Examination& box) {
   if (!box.unit && runsByHand(box)) {
     return {good("service", "systemd cannot be queried here; the hapticd that responds was started by hand")};
   }
   if (!box.unit) {
     return {warning("service", "systemd cannot be queried here",
-                    "start hapticd by hand: /usr/libexec/hapticd/hapticd --config FILE")};
+                    fmt::format("start hapticd by hand: {}", kByHand))};
   }
   if (!isInstalled(box.unit)) {
     const std::string state = property(*box.unit, "LoadState");
@@ -154,7 +156,9 @@ Findings checkConfiguration(const Examination& box) {
 Findings checkDaemon(const Examination& box) {
   if (!box.daemon.answers) {
     return {warning("daemon", "does not respond: " + box.daemon.problem,
-                    box.daemon.remedy.empty() ? "systemctl start hapticd" : box.daemon.remedy)};
+                    !box.daemon.remedy.empty() ? box.daemon.remedy
+                    : box.unit                 ? "systemctl start hapticd"
+                                               : kByHand)};
   }
   Findings findings;
   for (const std::string& text : box.daemon.warnings) findings.push_back(warning("daemon", text, ""));
