@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "drivers/camera/v4l2/camera_report.h"
 #include "made_up_machine.h"
 #include "tests/support/program.h"
 #include "tests/support/video/made_up_sysfs.h"
