@@ -70,7 +70,7 @@ TEST_F(HapticctlWork, ATraceIsWrittenMarkedNotedKeptAndDeleted) {
   EXPECT_EQ(output({"trace", "list", "--names"}), "");
   const Finished bad = home.control({"trace", "list", "--since", "yesterday"});
   EXPECT_EQ(bad.ending, exitedWith(2));
-  EXPECT_TRUE(contains(bad.errors, "hapticctl: --since: \"yesterday\" is no time in UTC"));
+  EXPECT_TRUE(contains(bad.errors, "hapticctl: --since: \"yesterday\" is neither a time in UTC"));
   EXPECT_TRUE(contains(bad.errors, "Run 'hapticctl trace list --help' for more information."));
 }
 
