@@ -63,10 +63,10 @@ void addWatch(CommandLine& line) {
       .add_option("--interval", watch->interval_ms, "Time between two states, 20 to 60000 ms (default 200)")
       ->type_name("MS")
       ->check(within(20, 60000));
-  command.add_option("--count", watch->count, "End after that many states")
+  command.add_option("--count", watch->count, "End after this many states")
       ->type_name("N")
       ->check(within(1, 1'000'000'000));
-  command.add_option("--seconds", watch->seconds, "End after that time")
+  command.add_option("--seconds", watch->seconds, "End after this many seconds")
       ->type_name("N")
       ->check(within(1, 1'000'000));
   command

@@ -174,14 +174,14 @@ void addList(CommandLine& line, CLI::App& group) {
   const auto words = std::make_shared<ListWords>();
   CLI::App& list = line.add(group, "list", "List the traces with their age and size, the oldest first",
                             [&options, words] { return runList(options, *words); });
-  list.add_option("--label", words->options.label, "Only traces with that text in their label")
+  list.add_option("--label", words->options.label, "Only traces with this text in their label")
       ->type_name("TEXT");
   list.add_option(
           "--since", words->since,
-          "Only traces begun since then: a time in UTC (2026-03-04, \"2026-03-04 05:06\") or an age (12h)")
+          "Only traces started since then: a time in UTC (2026-03-04, \"2026-03-04 05:06\") or an age (12h)")
       ->type_name("TIME")
       ->check(isTime());
-  list.add_option("--until", words->until, "Only traces begun until then, given likewise")
+  list.add_option("--until", words->until, "Only traces started until then; takes the same forms")
       ->type_name("TIME")
       ->check(isTime());
   list.add_option("--state", words->options.state, "Only traces that are being written, finished or kept")
@@ -336,10 +336,10 @@ CLI::App& addForFile(CommandLine& line, CLI::App& group, const char* name, const
 }
 
 void addTimes(CLI::App& command, trace::TraceSelection& selection) {
-  command.add_option("--from", selection.from_s, "Begin that many seconds after the first tick")
+  command.add_option("--from", selection.from_s, "Begin this many seconds after the first tick")
       ->type_name("S")
       ->check(within(0.0, kMaxTrace_s));
-  command.add_option("--to", selection.to_s, "End that many seconds after the first tick")
+  command.add_option("--to", selection.to_s, "End this many seconds after the first tick")
       ->type_name("S")
       ->check(within(0.0, kMaxTrace_s));
 }
@@ -373,7 +373,7 @@ void addFiles(CommandLine& line, CLI::App& group) {
   addForce(exported, requested->if_exists);
   exported
       .add_option("--rows", requested->selection.most_ticks,
-                  "Export at most that many ticks; all peaks of the force are kept")
+                  "Export at most this many ticks; all peaks of the force are kept")
       ->type_name("N")
       ->check(within(2, 1'000'000'000));
   addTimes(exported, requested->selection);

@@ -21,7 +21,8 @@ namespace hapticd::tools {
 namespace {
 
 constexpr const char* kViewFooter =
-    "The address holds a secret word: whoever knows it may see the scene. It stays the same until the next "
+    "The address contains a secret token: anyone who has it can see the scene. It stays the same until the "
+    "next "
     "boot.\n"
     "Exit status: 0 done, 1 the token cannot be read, 2 wrong usage, 3 no picture is served on this "
     "machine.\n";

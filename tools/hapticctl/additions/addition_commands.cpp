@@ -280,9 +280,10 @@ void addStiffness(CommandLine& line, CLI::App& group) {
   command.add_option("VALUE", values->stiffness_n_per_m, "Newtons per metre")
       ->type_name("NUMBER")
       ->required();
-  *damping = command.add_option("--damping-n-s-per-m", values->damping_n_s_per_m, "Its damping too (N s/m)")
-                 ->type_name("NUMBER")
-                 ->check(within(0.0, 50.0));
+  *damping =
+      command.add_option("--damping-n-s-per-m", values->damping_n_s_per_m, "Also set its damping (N s/m)")
+          ->type_name("NUMBER")
+          ->check(within(0.0, 50.0));
 }
 
 }  // namespace

@@ -74,7 +74,7 @@ namespace {
 constexpr const char* kFooter =
     "Times are in UTC, as in the names of traces. On a terminal tables are fitted to\n"
     "its width; piped into a file or a program they are not shortened.\n"
-    "Commands that act on nothing may be shortened: 'hapticctl tr li'.\n"
+    "Commands that only show or record may be shortened: 'tr li' for 'trace list'.\n"
     "Exit status: 0 done, 1 refused by the daemon or failed, 2 wrong usage, 3 no\n"
     "connection to the daemon.\n"
     "Socket: --socket, else HAPTICD_SOCKET, else /run/hapticd/io.hapticd.Control;\n"
@@ -231,7 +231,7 @@ void addHelpCommand(CommandLine& line) {
   const auto words = std::make_shared<std::vector<std::string>>();
   line.add("help", "Show the help of hapticctl, or of a command",
            [&line, words] { return runHelp(line.options(), line.app(), *words); })
-      .add_option("COMMAND", *words, "The command, such as: trace list")
+      .add_option("COMMAND", *words, "The command, such as trace list")
       ->type_name("COMMAND");
 }
 
