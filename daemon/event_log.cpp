@@ -6,6 +6,7 @@
 #include <cctype>
 #include <utility>
 
+#include "config/base/counted.h"
 #include "daemon/base/journal_entry.h"
 
 namespace hapticd::daemon {
@@ -132,8 +133,8 @@ void EventLog::logTrace(const TraceStatus& trace) {
     log(Priority::notice, fmt::format("flight recorder written to {}", trace.last_dump), trace.last_dump);
   }
   if (trace.recovered != trace_.recovered) {
-    log(Priority::warning, fmt::format("{} traces that a crash had left open were finished", trace.recovered),
-        "");
+    log(Priority::warning,
+        fmt::format("finished after a crash: {}", base::counted(trace.recovered, "trace(s)")), "");
   }
   for (const TraceNews& news : trace.news) {
     if (news.number <= trace_news_) continue;

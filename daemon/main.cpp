@@ -103,7 +103,7 @@ base::Result<std::unique_ptr<FaultInjector>> injectorFor(const std::string& scri
   if (!settings.control.allow_fault_injection) {
     return std::unexpected(
         base::Error{"--inject", "the configuration does not allow fault injection",
-                    "set control.allow_fault_injection to true where nobody holds the handle"});
+                    "set control.allow_fault_injection to true, and let no one hold the handle"});
   }
   auto faults = readFaultScript(script);
   if (!faults) return std::unexpected(faults.error());

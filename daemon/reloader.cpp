@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "config/additions/addition_fields.h"
+#include "config/base/counted.h"
 #include "config/settings/parameter_table.h"
 #include "daemon/control/base/addition_change.h"
 #include "daemon/control/base/change_history.h"
@@ -192,7 +193,7 @@ std::optional<config::Settings> Reloader::applicable(const config::Settings& tar
 std::vector<config::Loosening> Reloader::heldOf(const config::Settings& target) const {
   auto held = config::looseningsOf(box_.settings(), target);
   if (!held.empty() && !applicable(target))
-    held.push_back({"", "all other changes of the file, which make no sense beside what stays"});
+    held.push_back({"", "all other changes in the file, which depend on those held back"});
   return held;
 }
 
@@ -211,8 +212,9 @@ void Reloader::noteWhatIsNotInUse(const Reload& reload) {
 
 void Reloader::logReload(const ReloadReport& report) const {
   report_({Priority::notice,
-           fmt::format("configuration reloaded from {}: {} changes, {} parameters wait for the next start",
-                       source_.file.string(), report.changes.size(), report.waiting.size()),
+           fmt::format("configuration reloaded from {}: {}, {} waiting for the next start",
+                       source_.file.string(), base::counted(report.changes.size(), "change(s)"),
+                       base::counted(report.waiting.size(), "parameter(s)")),
            EventKind::reload,
            {}});
 }
@@ -240,8 +242,8 @@ Reloads::Outcome Reloader::refuse(std::vector<base::Error> errors) {
   for (const base::Error& error : errors) {
     report_({Priority::error, "reload refused: " + error.text(), EventKind::reload, {}});
   }
-  notices_ = {fmt::format("the configuration was not reloaded, nothing changed; {} problems, the first: {}",
-                          errors.size(), errors.front().text())};
+  notices_ = {fmt::format("the configuration was not reloaded, nothing changed; {}, the first: {}",
+                          base::counted(errors.size(), "problem(s)"), errors.front().text())};
   return std::unexpected(std::move(errors));
 }
 

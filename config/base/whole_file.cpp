@@ -65,10 +65,10 @@ Result<void> checkEnding(const std::filesystem::path& file, std::span<const std:
   std::string ending = file.extension().string();
   std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
   if (std::ranges::find(endings, ending) != endings.end()) return {};
-  return std::unexpected(Error{
-      file.string(),
-      ending.empty() ? "has no ending that states its format" : "has an ending of no format written here",
-      fmt::format("end the name in {}", fmt::join(endings, " or "))});
+  return std::unexpected(Error{file.string(),
+                               ending.empty() ? "has no ending that states its format"
+                                              : "has an ending of a format that is not written",
+                               fmt::format("end the name in {}", fmt::join(endings, " or "))});
 }
 
 Result<WholeFile> WholeFile::create(const std::filesystem::path& file, IfExists if_exists) {

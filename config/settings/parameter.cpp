@@ -89,8 +89,10 @@ std::string_view nameOfType(const Value& value) {
 
 base::Error wrongType(const Parameter& parameter, const Value& value) {
   const auto* text = std::get_if<std::string>(&value);
-  return refusal(parameter, text != nullptr ? base::inQuotes(*text) : toText(value),
-                 fmt::format("is {}", nameOfType(value)));
+  return refusal(
+      parameter, text != nullptr ? base::inQuotes(*text) : toText(value),
+      fmt::format("is {}{}", nameOfType(value),
+                  parameter.kind == Kind::integer || parameter.kind == Kind::number ? ", not a number" : ""));
 }
 
 }  // namespace

@@ -131,7 +131,7 @@ constexpr auto kCameraRows = std::to_array<Parameter>({
     HAPTICD_PARAMETER(camera.noise_c2_per_m, "1/m", {0, 0.1}, "",
         "part of the noise of Z that grows with the square of the depth, as of every camera that triangulates"),
     HAPTICD_PARAMETER(camera.noise_standing_share, "", {0, 1}, "",
-        "share of the noise's variance that is the same in each frame of a resting scene"),
+        "static share of the noise's variance: what is the same in each frame of a resting scene"),
     HAPTICD_PARAMETER(camera.noise_correlation_px, "px", {1, 32}, "",
         "distance over which the errors of neighbouring pixels are alike; a smaller one expects less noise in means over pixels"),
     HAPTICD_PARAMETER(camera.position_x_m, "m", {-10, 10}, "",

@@ -92,7 +92,7 @@ constexpr auto fieldsOf(std::type_identity<Status>) {
       HAPTICD_FIELD(max_force_n, "Largest magnitude of the commanded force; null without ticks"),
       HAPTICD_FIELD(max_wakeup_latency_ns, "Longest wake-up latency; null without ticks"),
       HAPTICD_FIELD(wakeup_latency,
-                    "From the planned to the actual begin of these ticks; null without ticks"),
+                    "From the planned to the actual start of these ticks; null without ticks"),
       HAPTICD_FIELD(compute_time, "From the begin to the end of these ticks; null without ticks")};
 }
 

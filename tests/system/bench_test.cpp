@@ -162,8 +162,8 @@ TEST(BenchNoise, FindsTheNoiseThatARecordingOfAnotherCameraWasMadeWith) {
   for (const json& at : document.at("noiseAtDepths")) {
     const double depth_m = at.at("depthM");
     const double expected_m = camera.noise.c2_per_m * depth_m * depth_m;
-    EXPECT_NEAR(at.at("changingM").get<double>(), expected_m, 0.1 * expected_m) << at;
-    EXPECT_LT(at.at("standingM").get<double>(), 0.2 * expected_m) << at;
+    EXPECT_NEAR(at.at("temporalM").get<double>(), expected_m, 0.1 * expected_m) << at;
+    EXPECT_LT(at.at("staticM").get<double>(), 0.2 * expected_m) << at;
   }
   EXPECT_NEAR(document.at("noise").at("correlationPx").get<double>(), camera.noise.correlation_px, 1);
 }

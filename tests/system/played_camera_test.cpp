@@ -85,7 +85,7 @@ TEST_P(DaemonWithAPlayedCamera, RecordsTheNoiseThatTheCameraStates) {
   const double sigma_m =
       noise.at("c0M").get<double>() + noise.at("c1").get<double>() + noise.at("c2PerM").get<double>();
   EXPECT_NEAR(sigma_m / camera.noise.sigma_m(1), 1, 0.1) << measured.output;
-  EXPECT_NEAR(noise.at("standingShare").get<double>(), camera.noise.standing_share, 0.1) << measured.output;
+  EXPECT_NEAR(noise.at("staticShare").get<double>(), camera.noise.standing_share, 0.1) << measured.output;
   EXPECT_NEAR(noise.at("correlationPx").get<double>(), camera.noise.correlation_px, 1) << measured.output;
 }
 

@@ -19,6 +19,7 @@
 #include "tools/hapticctl/commands.h"
 #include "tools/hapticctl/doctor/camera_list.h"
 #include "tools/hapticctl/doctor/examination.h"
+#include "tools/hapticctl/running_daemon.h"
 #include "tools/hapticctl/snapshot/depth_picture.h"
 #include "tools/hapticctl/snapshot/snapshot.h"
 #include "tools/hapticctl/text/calibration_text.h"
@@ -30,20 +31,35 @@
 namespace hapticd::tools {
 namespace {
 
+constexpr const char* kCheckIt =
+    "/usr/libexec/hapticd/hapticd --config /etc/hapticd/hapticd.yaml --check lists every problem";
+
 constexpr const char* kListFooter =
     "Each line has 'used', 'usable' (with another configuration) or 'unusable', the\n"
-    "place of a camera, its name, and why hapticd does not use it. The last line\n"
-    "names what hapticd takes with its configuration. Streams nothing, and works\n"
-    "while hapticd runs.\n";
+    "place of a camera, its name, and why hapticd does not use it. The last lines\n"
+    "name what hapticd takes, and the configuration: that of the running hapticd,\n"
+    "else that of the file. Streams nothing, and does not open a camera that the\n"
+    "running hapticd uses.\n";
 
 int runList(const CommandOptions& options, const std::string& root) {
-  const Configuration configuration = readConfiguration(root);
+  const bool this_machine = root == "/";
+  const DaemonView daemon =
+      daemonView(options, this_machine ? askServiceManager() : std::nullopt, this_machine);
+  const Configuration configuration =
+      this_machine ? configurationInUse(daemon, root) : readConfiguration(root);
   if (!configuration.problem.empty()) {
-    return report(base::Error{"", configuration.problem, ""}, options.json);
+    return report(base::Error{"", configuration.problem, kCheckIt}, options.json);
   }
-  const DepthProbe probe = root == "/" ? DepthProbe(depthFormatOf) : DepthProbe();
-  const CameraList list = listCameras(Machine(root), configuration.settings.camera, probe);
-  fmt::print("{}", options.json ? jsonOf(list) : textOf(list));
+  const DepthProbe probe = this_machine ? DepthProbe(depthFormatOf) : DepthProbe();
+  HeldCamera held;
+  if (this_machine) held = {daemon.camera.node, daemon.camera.format};
+  CameraList list = listCameras(Machine(root), configuration.settings.camera, probe, held);
+  list.configuration = configuration.source;
+  if (this_machine && daemon.settings) {
+    list.state = daemon.camera.state;
+    if (!daemon.camera.works && !daemon.camera.detail.empty()) list.problem = daemon.camera.detail;
+  }
+  fmt::print("{}", options.json ? jsonOf(list) : fitted(textOf(list), terminalSize().columns));
   return kOk;
 }
 
@@ -69,29 +85,62 @@ constexpr std::chrono::milliseconds kPatience{6000};
 constexpr const char* kTestFooter =
     "Point the camera at a resting scene with surfaces at the distances that matter.\n"
     "Stop hapticd first, which holds its camera: systemctl stop hapticd.\n"
-    "'changing' is the noise from frame to frame, 'standing' what is the same in\n"
-    "each frame. The last lines go into the configuration.\n";
+    "Temporal noise is the deviation from frame to frame, static noise what is the\n"
+    "same in each frame. The last lines go into the configuration.\n";
 
-int runTest(const CommandOptions& options, const TestOptions& requested) {
-  const Configuration configuration = readConfiguration("/");
+/// The node of a device that is given by its path or its name in /dev/v4l/by-id.
+std::string nodeOf(const std::string& device) {
+  const auto videos = drivers::videoDevices();
+  const auto found = std::ranges::find_if(videos, [&](const drivers::VideoDevice& video) {
+    return video.node == device || std::ranges::any_of(video.links, [&](const std::string& link) {
+             return link == device || "/dev/v4l/by-id/" + link == device;
+           });
+  });
+  return found == videos.end() ? device : found->node;
+}
+
+constexpr const char* kEndHapticd =
+    "end hapticd and repeat: systemctl stop hapticd, or Ctrl-C where it was started by hand";
+
+/// The camera to measure. Errors: it is in use, or its driver cannot be measured.
+base::Result<config::CameraSettings> cameraToTest(const CommandOptions& options,
+                                                  const TestOptions& requested) {
+  const DaemonView daemon = daemonView(options, askServiceManager(), true);
+  const Configuration configuration = configurationInUse(daemon, "/");
   if (!configuration.problem.empty()) {
-    return report(base::Error{"", configuration.problem, ""}, options.json);
+    return std::unexpected(base::Error{"", configuration.problem, kCheckIt});
+  }
+  const std::string& held = daemon.camera.node;
+  if (!held.empty() && (requested.device.empty() || nodeOf(requested.device) == held)) {
+    return std::unexpected(base::Error{
+        "", fmt::format("the running hapticd holds the camera {} ({})", held, daemon.camera.identity),
+        kEndHapticd});
   }
   config::CameraSettings settings = configuration.settings.camera;
+  if (daemon.settings && !daemon.camera.works && settings.driver == "v4l2" && requested.device.empty()) {
+    return std::unexpected(
+        base::Error{"",
+                    fmt::format("the running hapticd, which takes its camera as soon as it can, reports: {}",
+                                daemon.camera.detail.empty() ? daemon.camera.state : daemon.camera.detail),
+                    kEndHapticd});
+  }
   if (!requested.device.empty()) {
     settings.driver = "v4l2";
     settings.of<drivers::V4l2Settings>().device = requested.device;
     settings.serial.clear();
   }
-  if (settings.driver != "v4l2") {
-    return report(
-        base::Error{"",
-                    fmt::format("camera.driver is {}, and only cameras of the driver v4l2 are measured",
-                                settings.driver),
-                    "set camera.driver to v4l2, or name a camera with --device"},
-        options.json);
-  }
-  drivers::V4l2Camera camera(settings);
+  if (settings.driver == "v4l2") return settings;
+  return std::unexpected(base::Error{
+      "",
+      fmt::format("camera.driver is {}, and only cameras of the driver v4l2 are measured; configuration: {}",
+                  settings.driver, configuration.source),
+      "name a camera that 'hapticctl camera list' shows with --device, or set camera.driver to v4l2"});
+}
+
+int runTest(const CommandOptions& options, const TestOptions& requested) {
+  const auto settings = cameraToTest(options, requested);
+  if (!settings) return report(settings.error(), options.json);
+  drivers::V4l2Camera camera(*settings);
   const std::chrono::milliseconds duration(static_cast<std::int64_t>(requested.duration_s * 1000));
   const auto test = testCamera(camera, duration, kPatience);
   if (!test) return report(test.error(), options.json);
@@ -117,7 +166,7 @@ void addTest(CommandLine& line, CLI::App& group) {
 }  // namespace
 
 void addCameraCommands(CommandLine& line) {
-  CLI::App& group = line.addGroup("camera", "Connected cameras; needs no daemon");
+  CLI::App& group = line.addGroup("camera", "Connected cameras, and what they deliver");
   addList(line, group);
   addTest(line, group);
 }
@@ -186,7 +235,8 @@ int calibrate(const CommandOptions& options, const CalibrateOptions& requested) 
     printJson(calibration);
     return kOk;
   }
-  fmt::print("{}", calibrationText(calibration, terminalSize().columns));
+  const std::size_t columns = terminalSize().columns;
+  fmt::print("{}", fitted(calibrationText(calibration, columns), columns));
   if (const Json* applied = fieldAt(calibration, "applied")) {
     for (const auto& [name, value] : applied->items()) fmt::print("{}: {}\n", name, valueText(value));
   }

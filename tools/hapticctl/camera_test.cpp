@@ -139,9 +139,11 @@ base::Result<CameraTest> testCamera(drivers::Camera& camera, std::chrono::millis
   const drivers::CameraStatus status = camera.status();
   camera.stop();
   if (!delivers) {
-    return std::unexpected(
-        base::Error{"", fmt::format("the camera delivers no frames: {}", status.detail),
-                    "hapticctl camera list shows what is connected; while hapticd runs it holds its camera"});
+    // the driver's reason says what to do, where it has one
+    return std::unexpected(base::Error{
+        "",
+        fmt::format("the camera delivers no frames{}{}", status.detail.empty() ? "" : ": ", status.detail),
+        status.detail.empty() ? "unplug the camera and plug it in again; no other program may use it" : ""});
   }
   CameraTest test = sink.result();
   test.status = status;

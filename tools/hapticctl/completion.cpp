@@ -10,6 +10,7 @@
 
 #include "config/settings/parameter_table.h"
 #include "tools/hapticctl/base/calls.h"
+#include "tools/hapticctl/base/command_words.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/lib/client/reply_reader.h"
 
@@ -33,13 +34,8 @@ constexpr NameList kNameLists[] = {{"PROFILE", "io.hapticd.Status.ListProfiles",
                                    {"TRACE", "io.hapticd.Status.ListTraces", "traces"},
                                    {"NAME|FILE", "io.hapticd.Status.ListTraces", "traces"}};
 
-bool isAll(const CLI::App*) {
-  return true;
-}
-
 void addCommands(const CLI::App& group, Candidates& to) {
-  for (const CLI::App* command : group.get_subcommands(isAll))
-    to[command->get_name()] = command->get_description();
+  for (const CLI::App* command : commandsOf(group)) to[command->get_name()] = command->get_description();
 }
 
 void addOptions(const CLI::App& command, Candidates& to) {
@@ -88,20 +84,6 @@ struct Typed {
   CommandOptions daemon;
 };
 
-/// The option of the command, or of those around it.
-const CLI::Option* optionOf(const CLI::App* command, const std::string& name) {
-  for (; command != nullptr; command = command->get_parent()) {
-    if (const CLI::Option* option = command->get_option_no_throw(name)) return option;
-  }
-  return nullptr;
-}
-
-const CLI::App* commandIn(const CLI::App& group, const std::string& name) {
-  const auto commands = group.get_subcommands(isAll);
-  const auto found = std::ranges::find(commands, name, [](const CLI::App* one) { return one->get_name(); });
-  return found == commands.end() ? nullptr : *found;
-}
-
 Typed followed(const CLI::App& app, const std::vector<std::string>& words) {
   Typed typed{&app, nullptr, {}};
   for (const std::string& word : words) {
@@ -111,7 +93,7 @@ Typed followed(const CLI::App& app, const std::vector<std::string>& words) {
     } else if (word.starts_with('-')) {
       const CLI::Option* option = optionOf(typed.command, word);
       if (option != nullptr && option->get_items_expected_max() > 0) typed.option = option;
-    } else if (const CLI::App* command = commandIn(*typed.command, word)) {
+    } else if (const CLI::App* command = commandFor(*typed.command, word)) {
       typed.command = command;
     }
   }
@@ -241,9 +223,17 @@ int printCandidates(const CommandLine& line, const std::vector<std::string>& typ
 
 void addCompletionCommand(CommandLine& line) {
   const auto shell = std::make_shared<std::string>();
+  const CommandOptions& options = line.options();
   line.add("completion", "Print the completion script of a shell: source <(hapticctl completion bash)",
-           [shell] {
-             fmt::print("{}", *shell == "zsh" ? kZshScript : *shell == "fish" ? kFishScript : kBashScript);
+           [&options, shell] {
+             const std::string_view script = *shell == "zsh"    ? kZshScript
+                                             : *shell == "fish" ? kFishScript
+                                                                : kBashScript;
+             if (options.json) {
+               printJson({{"shell", *shell}, {"script", script}});
+             } else {
+               fmt::print("{}", script);
+             }
              return static_cast<int>(kOk);
            })
       .add_option("SHELL", *shell, "bash, zsh or fish")

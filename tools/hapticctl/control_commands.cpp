@@ -8,7 +8,6 @@
 #include <memory>
 
 #include "config/base/counted.h"
-#include "config/base/program.h"
 #include "config/base/value_text.h"
 #include "config/settings/parameter_table.h"
 #include "tools/hapticctl/base/number_with_unit.h"
@@ -23,9 +22,8 @@ namespace {
 
 using Assignments = std::vector<std::pair<std::string, std::string>>;
 
-int usageError(const std::string& text) {
-  base::printUsageError("hapticctl set", text);
-  return kUsage;
+int usageError(const CommandOptions& options, const std::string& text) {
+  return reportUsage("hapticctl set", text, options.json);
 }
 
 std::expected<Assignments, std::string> split(const std::vector<std::string>& texts) {
@@ -33,7 +31,8 @@ std::expected<Assignments, std::string> split(const std::vector<std::string>& te
   for (const std::string& text : texts) {
     const std::size_t equals = text.find('=');
     if (equals == 0 || equals == std::string::npos) {
-      return std::unexpected(fmt::format("{} is not of the form NAME=VALUE", base::inQuotes(text)));
+      return std::unexpected(
+          fmt::format("{} is not of the form NAME=VALUE, such as force.radius_m=0.03", base::inQuotes(text)));
     }
     const std::string name = text.substr(0, equals);
     for (const auto& [other, value] : assignments) {
@@ -80,11 +79,11 @@ Json inOrder(const Assignments& assignments, const Json& changes) {
 
 int runSet(const CommandOptions& options, const std::vector<std::string>& texts) {
   const auto assignments = split(texts);
-  if (!assignments) return usageError(assignments.error());
+  if (!assignments) return usageError(options, assignments.error());
   Json values = Json::object();
   for (const auto& [name, text] : *assignments) {
     auto value = typedValue(name, text);
-    if (!value) return usageError(value.error());
+    if (!value) return usageError(options, value.error());
     values[name] = *std::move(value);
   }
   auto reply = callOnce(options, {"io.hapticd.Control.SetParameters", {{"parameters", values}}, true});

@@ -44,11 +44,10 @@ class EventPrinter {
     } else {
       noteLosses(reply);
       const std::string priority = textAt(reply, "event.priority");
-      fmt::print("{}\n",
-                 painted(fmt::format("{}  {:<7}  {:<10}  {}",
-                                     utcTimeWithMilliseconds(numberAt(reply, "event.timeNs")), priority,
-                                     textAt(reply, "event.kind"), textAt(reply, "event.text")),
-                         colourOf(priority), colours_));
+      const std::string line =
+          fmt::format("{}  {:<7}  {:<10}  {}", utcTimeWithMilliseconds(numberAt(reply, "event.timeNs")),
+                      priority, textAt(reply, "event.kind"), textAt(reply, "event.text"));
+      fmt::print("{}\n", painted(fitted(line, terminalSize().columns), colourOf(priority), colours_));
     }
     return base::flushOutput();
   }

@@ -113,8 +113,16 @@ std::string receiveRequest() {
 }  // namespace
 
 int runMetrics(const CommandOptions& options, MetricsFormat format) {
-  return callAndPrint(options, kGetStatus,
-                      [format](const Json& reply) { return metricsOf(statusIn(reply), format); });
+  const auto reply = callOnce(options, kGetStatus);
+  if (!reply) return report(reply.error(), options.json);
+  const std::string text = metricsOf(statusIn(*reply), format);
+  if (options.json) {
+    printJson(
+        {{"format", format == MetricsFormat::prometheus ? "prometheus" : "openmetrics"}, {"text", text}});
+  } else {
+    fmt::print("{}", text);
+  }
+  return kOk;
 }
 
 int runMetricsOverHttp(const CommandOptions& options) {

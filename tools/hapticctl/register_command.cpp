@@ -5,7 +5,6 @@
 #include <memory>
 #include <numbers>
 
-#include "config/base/program.h"
 #include "tools/hapticctl/additions/handle_touch.h"
 #include "tools/hapticctl/base/command_line.h"
 #include "tools/hapticctl/commands.h"
@@ -175,8 +174,8 @@ int runRegister(const CommandOptions& options, const RegisterOptions& requested)
   if (requested.show) return callAndPrint(options, {"io.hapticd.Status.GetCalibration"}, calibrationText);
   if (requested.reset) return sendPose(options, Json::object(), Json::object());
   if (!requested.points.empty() || !requested.landmarks.empty()) return registerCamera(options, requested);
-  base::printUsageError("hapticctl register", "one of --points, --landmarks, --show and --reset is required");
-  return kUsage;
+  return reportUsage("hapticctl register", "one of --points, --landmarks, --show and --reset is required",
+                     options.json);
 }
 
 }  // namespace

@@ -63,10 +63,10 @@ void addWatch(CommandLine& line) {
       .add_option("--interval", watch->interval_ms, "Time between two states, 20 to 60000 ms (default 200)")
       ->type_name("MS")
       ->check(within(20, 60000));
-  command.add_option("--count", watch->count, "End after that many states")
+  command.add_option("--count", watch->count, "End after this many states")
       ->type_name("N")
       ->check(within(1, 1'000'000'000));
-  command.add_option("--seconds", watch->seconds, "End after that time")
+  command.add_option("--seconds", watch->seconds, "End after this many seconds")
       ->type_name("N")
       ->check(within(1, 1'000'000));
   command
@@ -151,22 +151,22 @@ std::string loadedText(const Json& reply) {
 }
 
 int runProfiles(const CommandOptions& options, const ProfileOptions& requested) {
-  const auto change = [&](const char* method, const Json& name, const std::string& said) {
-    return callAndPrint(options, {method, {{"name", name}}, true}, [&](const Json&) { return said + "\n"; });
+  const auto change = [&](const char* method, const char* done, const Json& name, const std::string& text) {
+    return callAndPrint(options, {method, {{"name", name}}, true}, [&](const Json&) { return text + "\n"; },
+                        {{done, name}});
   };
   if (!requested.remove.empty()) {
-    return change("io.hapticd.Control.DeleteProfile", requested.remove,
+    return change("io.hapticd.Control.DeleteProfile", "deleted", requested.remove,
                   "deleted " + printable(requested.remove));
   }
   if (!requested.boot.empty()) {
-    return change("io.hapticd.Control.SetBootProfile", requested.boot,
+    return change("io.hapticd.Control.SetBootProfile", "boot", requested.boot,
                   printable(requested.boot) + " is loaded at each start");
   }
   if (requested.no_boot)
-    return change("io.hapticd.Control.SetBootProfile", Json(), "no profile is loaded at the start");
-  return callAndPrint(options, {"io.hapticd.Status.ListProfiles"}, [&](const Json& reply) {
-    return requested.names_only ? namesText(reply, "profiles") : profilesText(reply);
-  });
+    return change("io.hapticd.Control.SetBootProfile", "boot", Json(), "no profile is loaded at the start");
+  if (requested.names_only) return printNames(options, {"io.hapticd.Status.ListProfiles"}, "profiles");
+  return callAndPrint(options, {"io.hapticd.Status.ListProfiles"}, profilesText);
 }
 
 }  // namespace

@@ -45,19 +45,19 @@ struct DeleteWords {
 
 /// Accepts a date and time, or an age.
 CLI::Validator isTime() {
-  return {
-      [](std::string& text) {
-        if (timeFrom(text, realtimeNow_ns())) return std::string();
-        return base::inQuotes(text) +
-               " is no time in UTC (2026-03-04, \"2026-03-04 05:06\") and no age (90s, 45min, 12h, 30d, 2w)";
-      },
-      ""};
+  return {[](std::string& text) {
+            if (timeFrom(text, realtimeNow_ns())) return std::string();
+            return base::inQuotes(text) +
+                   " is neither a time in UTC (2026-03-04, \"2026-03-04 05:06\") nor an age (90s, 45min, "
+                   "12h, 30d, 2w)";
+          },
+          ""};
 }
 
 CLI::Validator isAge() {
   return {[](std::string& text) {
             if (secondsOfAge(text)) return std::string();
-            return base::inQuotes(text) + " is no age (90s, 45min, 12h, 30d, 2w)";
+            return base::inQuotes(text) + " is not an age (90s, 45min, 12h, 30d, 2w)";
           },
           ""};
 }
@@ -77,7 +77,7 @@ int runList(const CommandOptions& options, ListWords& words) {
   if (!reply) return report(reply.error(), options.json);
   const Json traces = chosenTraces(*reply, words.options);
   if (words.names_only) {
-    fmt::print("{}", namesText({{"traces", traces}}, "traces"));
+    showNames({{"traces", traces}}, "traces", options.json);
   } else if (options.json) {
     (*reply)["traces"] = traces;
     printJson(*reply);
@@ -161,8 +161,8 @@ int deleteSeveral(const CommandOptions& options, const DeleteWords& words) {
 
 int runDelete(const CommandOptions& options, const DeleteWords& words) {
   if (words.names.empty() == words.older_than.empty()) {
-    base::printUsageError("hapticctl trace delete", "either names of traces or --older-than is required");
-    return kUsage;
+    return reportUsage("hapticctl trace delete", "either names of traces or --older-than is required",
+                       options.json);
   }
   // a single trace is deleted as it is named, without a look at the others
   if (words.names.size() == 1) return deleteAll(options, Json::array({{{"name", words.names.front()}}}));
@@ -174,14 +174,14 @@ void addList(CommandLine& line, CLI::App& group) {
   const auto words = std::make_shared<ListWords>();
   CLI::App& list = line.add(group, "list", "List the traces with their age and size, the oldest first",
                             [&options, words] { return runList(options, *words); });
-  list.add_option("--label", words->options.label, "Only traces with that text in their label")
+  list.add_option("--label", words->options.label, "Only traces with this text in their label")
       ->type_name("TEXT");
   list.add_option(
           "--since", words->since,
-          "Only traces begun since then: a time in UTC (2026-03-04, \"2026-03-04 05:06\") or an age (12h)")
+          "Only traces started since then: a time in UTC (2026-03-04, \"2026-03-04 05:06\") or an age (12h)")
       ->type_name("TIME")
       ->check(isTime());
-  list.add_option("--until", words->until, "Only traces begun until then, given likewise")
+  list.add_option("--until", words->until, "Only traces started until then; takes the same forms")
       ->type_name("TIME")
       ->check(isTime());
   list.add_option("--state", words->options.state, "Only traces that are being written, finished or kept")
@@ -215,10 +215,12 @@ void addKeep(CommandLine& line, CLI::App& group) {
   const auto undo = std::make_shared<bool>(false);
   CLI::App& keep = line.add(group, "keep", "Mark a trace so that nothing deletes it", [&options, name, undo] {
     const Json parameters{{"name", *name}, {"keep", !*undo}};
-    return callAndPrint(
-        options, {"io.hapticd.Control.KeepTrace", parameters, true, kDiskLimit}, [&](const Json&) {
-          return fmt::format("{} is {}\n", printable(*name), *undo ? "no longer kept" : "kept");
-        });
+    return callAndPrint(options, {"io.hapticd.Control.KeepTrace", parameters, true, kDiskLimit},
+                        [&](const Json&) {
+                          return fmt::format("{} is {}\n", printable(*name),
+                                             *undo ? "no longer kept" : "kept");
+                        },
+                        {{"name", *name}, {"kept", !*undo}});
   });
   keep.add_option("NAME", *name, "Name of the trace")->type_name("TRACE")->required();
   keep.add_flag("--undo", *undo, "Remove the mark");
@@ -231,11 +233,13 @@ void addNote(CommandLine& line, CLI::App& group) {
   CLI::App& note = line.add(
       group, "note", "Attach a line of text to a trace, which list and info show", [&options, name, text] {
         const Json parameters{{"name", *name}, {"text", *text}};
-        return callAndPrint(
-            options, {"io.hapticd.Control.NoteTrace", parameters, true, kDiskLimit}, [&](const Json&) {
-              return text->empty() ? fmt::format("removed the note of {}\n", printable(*name))
-                                   : fmt::format("noted for {}: {}\n", printable(*name), printable(*text));
-            });
+        return callAndPrint(options, {"io.hapticd.Control.NoteTrace", parameters, true, kDiskLimit},
+                            [&](const Json&) {
+                              return text->empty() ? fmt::format("removed the note of {}\n", printable(*name))
+                                                   : fmt::format("noted for {}: {}\n", printable(*name),
+                                                                 printable(*text));
+                            },
+                            {{"name", *name}, {"note", *text}});
       });
   note.add_option("NAME", *name, "Name of the trace")->type_name("TRACE")->required();
   note.add_option("TEXT", *text, "The note, at most 200 bytes; it replaces an earlier one. Empty: remove it")
@@ -305,10 +309,12 @@ void addMark(CommandLine& line, CLI::App& group) {
   const auto text = std::make_shared<std::string>();
   line.add(group, "mark", "Put a mark of the experimenter into the trace that is being written",
            [&options, text] {
-             return callAndPrint(
-                 options, {"io.hapticd.Control.MarkTrace", {{"text", *text}}, true}, [&](const Json& reply) {
-                   return fmt::format("marked {}: {}\n", textAt(reply, "name"), printable(*text));
-                 });
+             return callAndPrint(options, {"io.hapticd.Control.MarkTrace", {{"text", *text}}, true},
+                                 [&](const Json& reply) {
+                                   return fmt::format("marked {}: {}\n", textAt(reply, "name"),
+                                                      printable(*text));
+                                 },
+                                 {{"text", *text}});
            })
       .add_option("TEXT", *text, "Text of the mark, at most 200 bytes; the plot shows it")
       ->type_name("TEXT")
@@ -330,10 +336,10 @@ CLI::App& addForFile(CommandLine& line, CLI::App& group, const char* name, const
 }
 
 void addTimes(CLI::App& command, trace::TraceSelection& selection) {
-  command.add_option("--from", selection.from_s, "Begin that many seconds after the first tick")
+  command.add_option("--from", selection.from_s, "Begin this many seconds after the first tick")
       ->type_name("S")
       ->check(within(0.0, kMaxTrace_s));
-  command.add_option("--to", selection.to_s, "End that many seconds after the first tick")
+  command.add_option("--to", selection.to_s, "End this many seconds after the first tick")
       ->type_name("S")
       ->check(within(0.0, kMaxTrace_s));
 }
@@ -367,7 +373,7 @@ void addFiles(CommandLine& line, CLI::App& group) {
   addForce(exported, requested->if_exists);
   exported
       .add_option("--rows", requested->selection.most_ticks,
-                  "Export at most that many ticks; all peaks of the force are kept")
+                  "Export at most this many ticks; all peaks of the force are kept")
       ->type_name("N")
       ->check(within(2, 1'000'000'000));
   addTimes(exported, requested->selection);

@@ -9,8 +9,10 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <iterator>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "daemon/trace/export/csv_export.h"
 #include "daemon/trace/export/recording_export.h"
@@ -145,21 +147,27 @@ Json infoJson(const trace::TraceSummary& summary, bool being_written) {
           {"missingFields", Json(info.missing)}};
 }
 
-void showDurations(const char* name, const trace::TraceDurations& durations) {
-  fmt::print("{:<12} p50 {} us, p99 {} us, p99.9 {} us, max {} us\n", name, fixed(durations.median_us, 1),
-             fixed(durations.p99_us, 1), fixed(durations.p999_us, 1), fixed(durations.max_us, 1));
+/// Adds a line, or a part of one.
+template <typename... Values>
+void add(std::string& text, fmt::format_string<Values...> form, Values&&... values) {
+  fmt::format_to(std::back_inserter(text), form, std::forward<Values>(values)...);
 }
 
-void showPeriods(const trace::TraceSummary& summary) {
+void addDurations(std::string& text, const char* name, const trace::TraceDurations& durations) {
+  add(text, "{:<12} p50 {} us, p99 {} us, p99.9 {} us, max {} us\n", name, fixed(durations.median_us, 1),
+      fixed(durations.p99_us, 1), fixed(durations.p999_us, 1), fixed(durations.max_us, 1));
+}
+
+void addPeriods(std::string& text, const trace::TraceSummary& summary) {
   const trace::EmptyPeriods& periods = summary.empty_periods;
   if (periods.period_ns == 0) return;
-  fmt::print("periods      {} of {}, {} without a tick", periods.periods,
-             duration(static_cast<double>(periods.period_ns)), periods.empty);
+  add(text, "periods      {} of {}, {} without a tick", periods.periods,
+      duration(static_cast<double>(periods.period_ns)), periods.empty);
   if (periods.empty > 0) {
-    fmt::print(" in {} stretches, the longest of {} after tick {}, at {} s", periods.stretches,
-               periods.longest, periods.after_tick, fixed(summary.longest_empty_time_s, 3));
+    add(text, " in {} stretches, the longest of {} after tick {}, at {} s", periods.stretches,
+        periods.longest, periods.after_tick, fixed(summary.longest_empty_time_s, 3));
   }
-  fmt::print("\n");
+  add(text, "\n");
 }
 
 /// Returns a text from a file in printable form, because it may contain anything.
@@ -168,66 +176,66 @@ std::string shown(const std::string& text) {
   return cutTo(printable(text), kMaxTextColumns);
 }
 
-void showLaws(const trace::TraceSummary& summary) {
+void addLaws(std::string& text, const trace::TraceSummary& summary) {
   for (const auto& [law, seconds] : summary.laws_s) {
-    fmt::print("law          {} for {} s\n", law, fixed(seconds, 1));
+    add(text, "law          {} for {} s\n", law, fixed(seconds, 1));
   }
   if (summary.law_without_proxy) {
-    fmt::print(
+    add(text,
         "             contact state and penetration do not apply to a law of springs: it has no proxy\n");
   }
 }
 
-void showInfo(const trace::TraceSummary& summary, bool being_written) {
+std::string infoText(const trace::TraceSummary& summary, bool being_written) {
+  std::string text;
   const trace::TraceInfo& info = summary.info;
-  if (!summary.note.empty()) fmt::print("note         {}\n", summary.note);
-  fmt::print("time         {}{}, {} s\n", utcTime(static_cast<double>(info.first_ns)),
-             info.clock_is_set.value_or(true) ? "" : " (the clock had not been set)",
-             fixed(summary.duration_s, 3));
-  fmt::print("ticks        {} at {} Hz, {} missing in {} gaps, {} overruns\n", info.ticks,
-             fixed(summary.rate_hz, 1), info.ticks_dropped, summary.gaps, summary.overruns);
-  showPeriods(summary);
+  if (!summary.note.empty()) add(text, "note         {}\n", summary.note);
+  add(text, "time         {}{}, {} s\n", utcTime(static_cast<double>(info.first_ns)),
+      info.clock_is_set.value_or(true) ? "" : " (the clock had not been set)", fixed(summary.duration_s, 3));
+  add(text, "ticks        {} at {} Hz, {} missing in {} gaps, {} overruns\n", info.ticks,
+      fixed(summary.rate_hz, 1), info.ticks_dropped, summary.gaps, summary.overruns);
+  addPeriods(text, summary);
   for (const trace::TraceGap& gap : summary.first_gaps) {
-    fmt::print("gap          {} ticks after tick {}, at {} s\n", gap.ticks, gap.after_tick,
-               fixed(gap.time_s, 3));
+    add(text, "gap          {} ticks after tick {}, at {} s\n", gap.ticks, gap.after_tick,
+        fixed(gap.time_s, 3));
   }
-  showDurations("wake-up", summary.wakeup_latency);
-  showDurations("compute", summary.compute_time);
-  fmt::print("force        at most {} N, at {} s; in contact {} % of the time\n",
-             fixed(summary.largest_force_n, 3), fixed(summary.largest_force_time_s, 3),
-             fixed(100 * summary.contact_share, 1));
+  addDurations(text, "wake-up", summary.wakeup_latency);
+  addDurations(text, "compute", summary.compute_time);
+  add(text, "force        at most {} N, at {} s; in contact {} % of the time\n",
+      fixed(summary.largest_force_n, 3), fixed(summary.largest_force_time_s, 3),
+      fixed(100 * summary.contact_share, 1));
   if (summary.fixture_contacts > 0) {
-    fmt::print("fixtures     {} contacts, {} % of the time; at most {} N, guidance at most {} N\n",
-               summary.fixture_contacts, fixed(100 * summary.fixture_contact_share, 1),
-               fixed(summary.largest_fixture_force_n, 3), fixed(summary.largest_guidance_force_n, 3));
+    add(text, "fixtures     {} contacts, {} % of the time; at most {} N, guidance at most {} N\n",
+        summary.fixture_contacts, fixed(100 * summary.fixture_contact_share, 1),
+        fixed(summary.largest_fixture_force_n, 3), fixed(summary.largest_guidance_force_n, 3));
   }
   for (const auto& [mode, seconds] : summary.modes_s) {
-    fmt::print("mode         {} for {} s\n", mode, fixed(seconds, 1));
+    add(text, "mode         {} for {} s\n", mode, fixed(seconds, 1));
   }
-  showLaws(summary);
-  fmt::print("records      {}, {}, {}, {}, {}, {}\n", base::counted(info.models, "model(s)"),
-             base::counted(info.directives, "parameter set(s)"),
-             base::counted(info.additions, "fixture set(s)"), base::counted(info.events, "event(s)"),
-             base::counted(info.snapshots, "snapshot(s)"),
-             base::counted(info.depth_frames, "depth frame(s)"));
-  fmt::print("file         {}, {}, {}\n", bytesText(static_cast<double>(info.bytes)),
-             base::counted(info.chunks, "chunk(s)"), stateText(summary, being_written));
+  addLaws(text, summary);
+  add(text, "records      {}, {}, {}, {}, {}, {}\n", base::counted(info.models, "model(s)"),
+      base::counted(info.directives, "parameter set(s)"), base::counted(info.additions, "fixture set(s)"),
+      base::counted(info.events, "event(s)"), base::counted(info.snapshots, "snapshot(s)"),
+      base::counted(info.depth_frames, "depth frame(s)"));
+  add(text, "file         {}, {}, {}\n", bytesText(static_cast<double>(info.bytes)),
+      base::counted(info.chunks, "chunk(s)"), stateText(summary, being_written));
   for (const auto& [name, value] : info.metadata) {
-    fmt::print("{:<12} {}\n", shown(name), shown(value));
+    add(text, "{:<12} {}\n", shown(name), shown(value));
   }
   if (info.metadata_lost) {
-    fmt::print(
+    add(text,
         "lacks        its metadata, which another program has removed: times are by the first "
         "record\n");
   }
   for (const auto& [topic, fields] : info.missing) {
-    fmt::print("lacks        {} of {}: it is of another version of hapticd\n",
-               shown(fmt::format("{}", fmt::join(fields, ", "))), topic);
+    add(text, "lacks        {} of {}: it is of another version of hapticd\n",
+        shown(fmt::format("{}", fmt::join(fields, ", "))), topic);
   }
   for (const trace::TraceAttachment& attachment : info.attachments) {
-    fmt::print("contains     {} ({})\n", shown(attachment.name),
-               bytesText(static_cast<double>(attachment.data.size())));
+    add(text, "contains     {} ({})\n", shown(attachment.name),
+        bytesText(static_cast<double>(attachment.data.size())));
   }
+  return text;
 }
 
 const char* nameOf(trace::RecoveredTrace::Outcome outcome) {
@@ -270,22 +278,26 @@ std::string whenText(const trace::mcap::Damage& damage) {
   return "";
 }
 
-void showRecovery(const trace::RecoveredTrace& recovered) {
+std::string recoveryText(const trace::RecoveredTrace& recovered) {
+  std::string text;
   const std::string name = printable(recovered.file.string());
   if (recovered.outcome == trace::RecoveredTrace::Outcome::intact) {
-    fmt::print("{}: nothing is wrong with it; nothing was written\n", name);
-    return;
+    add(text, "{}: nothing is wrong with it; nothing was written\n", name);
+    return text;
   }
   for (const trace::mcap::Damage& damage : recovered.damages) {
     const std::string where =
         damage.bytes == 0 ? fmt::format("at byte {}", damage.offset)
                           : fmt::format("bytes {} to {}", damage.offset, damage.offset + damage.bytes - 1);
-    fmt::print("damaged      {}: {}{}\n", where, printable(damage.what), whenText(damage));
+    add(text, "damaged      {}: {}{}\n", where, printable(damage.what), whenText(damage));
   }
-  if (recovered.messages_lost) fmt::print("lost         {} messages\n", *recovered.messages_lost);
-  fmt::print("missing      {} ticks between the first and the last one\n", recovered.ticks_missing);
-  fmt::print("{}: {} chunks kept, {} bytes lost; {} is left as it was\n", name, recovered.chunks,
-             recovered.bytes_lost, printable(recovered.original.string()));
+  if (recovered.messages_lost)
+    add(text, "lost         {}\n", base::counted(*recovered.messages_lost, "message(s)"));
+  add(text, "missing      {} between the first and the last one\n",
+      base::counted(recovered.ticks_missing, "tick(s)"));
+  add(text, "{}: {} kept, {} lost; {} is left as it was\n", name, base::counted(recovered.chunks, "chunk(s)"),
+      base::counted(recovered.bytes_lost, "byte(s)"), printable(recovered.original.string()));
+  return text;
 }
 
 /// The name of the trace with another ending, in the current folder.
@@ -325,7 +337,7 @@ int exportDepth(const CommandOptions& options, const std::filesystem::path& file
   if (options.json) {
     printJson({{"file", folder.string()}, {"frames", *frames}});
   } else {
-    fmt::print("{}: {} depth frames\n", printable(folder.string()), *frames);
+    fmt::print("{}: {}\n", printable(folder.string()), base::counted(*frames, "depth frame(s)"));
   }
   return kOk;
 }
@@ -348,7 +360,7 @@ int runTraceInfo(const CommandOptions& options, const std::filesystem::path& fil
   if (options.json) {
     printJson(infoJson(*summary, being_written));
   } else {
-    showInfo(*summary, being_written);
+    fmt::print("{}", fitted(infoText(*summary, being_written), terminalSize().columns));
   }
   return kOk;
 }
@@ -364,7 +376,7 @@ int runTraceRecover(const CommandOptions& options, const std::filesystem::path& 
   if (options.json) {
     printJson(recoveryJson(*recovered));
   } else {
-    showRecovery(*recovered);
+    fmt::print("{}", fitted(recoveryText(*recovered), terminalSize().columns));
   }
   return kOk;
 }
@@ -386,7 +398,8 @@ int runTraceExport(const CommandOptions& options, const std::filesystem::path& f
   if (options.json) {
     printJson({{"file", out.string()}, {"rows", *rows}, {"settings", settings}});
   } else {
-    fmt::print("{}: {} rows\n{}: the settings\n", printable(out.string()), *rows, printable(settings));
+    fmt::print("{}: {}\n{}: the settings\n", printable(out.string()), base::counted(*rows, "row(s)"),
+               printable(settings));
   }
   return kOk;
 }

@@ -21,7 +21,8 @@ namespace hapticd::tools {
 namespace {
 
 constexpr const char* kViewFooter =
-    "The address holds a secret word: whoever knows it may see the scene. It stays the same until the next "
+    "The address contains a secret token: anyone who has it can see the scene. It stays the same until the "
+    "next "
     "boot.\n"
     "Exit status: 0 done, 1 the token cannot be read, 2 wrong usage, 3 no picture is served on this "
     "machine.\n";
@@ -37,7 +38,9 @@ struct ViewOptions {
 ClientError notServed(int error) {
   ClientError result;
   result.what = fmt::format("no live picture is served on this machine ({})", std::strerror(error));
-  result.remedy = "start it with 'systemctl enable --now hapticd-view.socket', or run hapticd-view";
+  result.remedy =
+      "start it with 'systemctl enable --now hapticd-view.socket', or run hapticd-view by hand\n"
+      "--port and --token-file name those of one that uses others";
   return result;
 }
 

@@ -47,6 +47,10 @@ std::string WatchSummary::text() const {
       latencyText(status_, "loop.wakeupLatency"), latencyText(status_, "loop.computeTime"));
 }
 
+Json WatchSummary::json() const {
+  return {{"summary", {{"minForceN", min_force_n_}, {"maxForceN", max_force_n_}, {"status", status_}}}};
+}
+
 namespace {
 
 constexpr std::array<std::string_view, 9> kBlocks{" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
@@ -351,6 +355,7 @@ int runWatch(const CommandOptions& options, const WatchOptions& watch) {
   auto display = makeDisplay(options, watch);
   const auto failure = followAcrossRestarts(options, watch, std::move(*stream), *display, signals, so_far);
   display.reset();  // gives the terminal back to the shell before anything else is printed
+  if (watch.summary && options.json) printJsonLine(so_far.summary.json());
   if (watch.summary && !options.json) fmt::print("\n{}", so_far.summary.text());
   return failure ? report(*failure, options.json) : kOk;
 }

@@ -20,6 +20,8 @@ class WatchSummary {
   /// Counters and percentiles are those of the daemon since its start, the force range is that of the added
   /// replies.
   std::string text() const;
+  /// The same for programs: the last status, with the range of the force.
+  Json json() const;
 
  private:
   Json status_;
@@ -73,7 +75,7 @@ struct WatchOptions {
   std::vector<std::string> fields;  ///< of the status, for JSON; empty: all
 };
 
-/// Prints the state again and again until Ctrl-C or the end that `watch` sets: on a terminal as a table or a
+/// Prints the state continuously until Ctrl-C or the end that `watch` sets: on a terminal as a table or a
 /// line that is updated in place, else line by line. It survives a restart of the daemon: it connects again,
 /// and reports that on standard error. The terminal is as before at the end, whatever ends it. Returns the
 /// exit code.

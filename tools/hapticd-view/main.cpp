@@ -217,7 +217,7 @@ int run(int argc, char** argv) {
   app.add_flag("--no-token", no_token, "everybody who reaches the address may look")->excludes(file);
   app.add_flag("--make-token", make_token, "only make the token file if it is absent, and end");
   app.add_option("--idle-exit", options.idle_exit_s,
-                 "end when nobody has looked for so long (60 where the service manager listens, else never)")
+                 "end after this long without a viewer (60 where the service manager listens, else never)")
       ->type_name("SECONDS")
       ->check(within(1.0, 1e6));
   app.set_version_flag("-V,--version", std::string("hapticd-view ") + HAPTICD_VERSION);

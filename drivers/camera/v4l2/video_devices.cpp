@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kConnect =
-    "connect the camera to a USB 3 port; hapticctl camera list shows what the kernel makes of it";
+    "connect the camera to a USB 3 port; journalctl -k shows what the kernel finds";
 
 std::string lineOf(const fs::path& file) {
   std::ifstream stream(file);

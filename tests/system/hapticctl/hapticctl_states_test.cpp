@@ -14,6 +14,7 @@
 #include <sstream>
 #include <thread>
 
+#include "tests/system/hapticctl/command_table.h"
 #include "tests/system/support/daemon_under_test.h"
 #include "tests/system/support/test_sockets.h"
 
@@ -21,113 +22,16 @@ namespace hapticd::test {
 namespace {
 
 using nlohmann::json;
-using Command = std::vector<std::string>;
 
 constexpr int kDone = 0;
 constexpr int kFailed = 1;
 constexpr int kNoConnection = 3;
 
-enum class Does { read, change };
-
-/// A command that calls the daemon.
-struct Call {
-  Command command;
-  Does does = Does::change;
-};
-
-/// In an order in which all of them work. PAIRS stands for a file with point pairs, SCENE for one with a
-/// fixture and a region, TOUCHED for one with points of a plane, TRACE for the trace that was begun last.
-const std::vector<Call> kCalls{
-    {{"status"}, Does::read},
-    {{"status", "--all"}, Does::read},
-    {{"watch", "--count", "1"}, Does::read},
-    {{"events"}, Does::read},
-    {{"metrics"}, Does::read},
-    {{"version"}, Does::read},
-    {{"get"}, Does::read},
-    {{"params"}, Does::read},
-    {{"set", "force.radius_m=0.03"}},
-    {{"engage"}},
-    {{"disengage"}},
-    {{"reload"}},
-    {{"save", "soft"}},
-    {{"load", "soft"}},
-    {{"profiles"}, Does::read},
-    {{"profiles", "--boot", "soft"}},
-    {{"profiles", "--no-boot"}},
-    {{"profiles", "--delete", "soft"}},
-    {{"fixture", "add", "nerve", "--kind", "sphere", "--position-m", "0,0,-0.8", "--radius-m", "0.05"}},
-    {{"fixture", "list"}, Does::read},
-    {{"fixture", "show", "nerve"}, Does::read},
-    {{"fixture", "change", "nerve", "--radius-m", "0.06"}},
-    {{"fixture", "disable", "nerve"}},
-    {{"fixture", "enable", "nerve"}},
-    {{"fixture", "touch", "wall", "--kind", "plane", "--touched", "TOUCHED"}},
-    {{"fixture", "export"}, Does::read},
-    {{"fixture", "import", "SCENE"}},
-    {{"fixture", "remove", "vein"}},
-    {{"region", "add", "liver", "--shape", "sphere", "--position-m", "0,0,-1", "--radius-m", "0.05",
-      "--stiffness-n-per-m", "300"}},
-    {{"region", "list"}, Does::read},
-    {{"region", "show", "liver"}, Does::read},
-    {{"region", "change", "liver", "--friction", "0.1"}},
-    {{"region", "stiffness", "liver", "400"}},
-    {{"region", "export"}, Does::read},
-    {{"region", "import", "SCENE"}},
-    {{"region", "remove", "lung"}},
-    {{"trace", "start"}},
-    {{"trace", "mark", "begin"}},
-    {{"trace", "stop"}},
-    {{"trace", "dump"}},
-    {{"trace", "list"}, Does::read},
-    {{"trace", "note", "TRACE", "good"}},
-    {{"trace", "keep", "TRACE"}},
-    {{"trace", "keep", "--undo", "TRACE"}},
-    {{"trace", "delete", "TRACE"}},
-    {{"snapshot"}, Does::read},
-    {{"register", "--points", "PAIRS"}},
-    {{"register", "--show"}, Does::read},
-    {{"register", "--reset"}},
-    {{"calibrate"}, Does::read}};
-
-/// Commands that need no daemon, and the one that works only in a fault.
-const std::set<std::string> kOthers{"camera list", "camera test", "completion",   "doctor",
-                                    "help",        "trace info",  "trace export", "trace recover",
-                                    "trace plot",  "view",        "clear-fault"};
-
-std::string textOf(const Command& command) {
-  std::string text;
-  for (const std::string& word : command) text += (text.empty() ? "" : " ") + word;
-  return text;
-}
-
 class HapticctlStates : public testing::Test {
  protected:
-  HapticctlStates() {
-    home.write("pairs.csv",
-               "name,camera_x_m,camera_y_m,camera_z_m,world_x_m,world_y_m,world_z_m\n"
-               "a,0,0,-1,0,0,-1\nb,0.3,0,-1,0.3,0,-1\nc,0,0.3,-1,0,0.3,-1\n");
-    home.write("scene.yaml",
-               "fixtures: [{name: vein, kind: sphere, position_m: [0, 0, -1], radius_m: 0.05}]\n"
-               "regions: [{name: lung, shape: sphere, position_m: [0, 0, -1], radius_m: 0.05}]\n");
-    home.write("touched.txt", "0 0 -1\n0.1 0 -1\n0.1 0.1 -1\n0 0.1 -1\n");
-  }
+  HapticctlStates() { writeCommandFiles(home); }
 
-  Command complete(Command command) const {
-    for (std::string& word : command) {
-      if (word == "PAIRS") word = home.path() / "pairs.csv";
-      if (word == "SCENE") word = home.path() / "scene.yaml";
-      if (word == "TOUCHED") word = home.path() / "touched.txt";
-      if (word == "TRACE") word = newestTrace();
-    }
-    return command;
-  }
-  std::string newestTrace() const {
-    std::istringstream names(home.control({"trace", "list", "--names", "--sort", "time"}).output);
-    std::string newest = "none";
-    for (std::string name; std::getline(names, name);) newest = name;
-    return newest;
-  }
+  Command complete(const Command& command) const { return completedCommand(home, command); }
 
   /// Runs all commands, one after the other, and compares with what they shall end with and say on stderr.
   void expectOfAll(int code, const std::string& says, const ProgramOptions& options = {}) const {
@@ -261,7 +165,7 @@ TEST_F(HapticctlStates, ADaemonThatWasKilledLeavesASocketOnWhichNobodyListens) {
   daemon.wait();
   const Finished finished = home.control({"status"});
   EXPECT_EQ(finished.ending, exitedWith(kNoConnection));
-  EXPECT_TRUE(contains(finished.errors, "nobody listens on " + home.controlSocket()));
+  EXPECT_TRUE(contains(finished.errors, "nothing listens on " + home.controlSocket()));
 }
 
 TEST_F(HapticctlStates, TheSocketOfTheCommandLineIsPreferredToTheEnvironments) {
@@ -298,6 +202,26 @@ TEST_F(HapticctlStates, WhoMaySeeTheDepthImageIsSaid) {
       runToEnd(hapticctlCommand({"--socket", home.statusSocket(), "snapshot"}), {.user = 65534});
   EXPECT_EQ(denied.ending, exitedWith(kFailed));
   EXPECT_TRUE(contains(denied.errors, "haptic-view"));
+}
+
+TEST_F(HapticctlStates, DoctorAndCameraListSayWhatTheRunningDaemonUses) {
+  Daemon daemon(home, std::string(kWallYaml) + "handle: {driver: simulated}\n");
+  ASSERT_TRUE(daemon.answers());
+  ASSERT_TRUE(daemon.reaches([](const json& status) { return status["camera"]["state"] == "streaming"; }));
+  const std::string source = "as the running hapticd uses it (" + home.controlSocket() + ")";
+  const std::string checked = home.control({"doctor"}).output;
+  EXPECT_TRUE(contains(checked, "ok    configuration: " + source + "\n"));
+  EXPECT_TRUE(contains(checked, "ok    depth camera: hapticd uses synthetic: streaming\n"));
+  EXPECT_TRUE(contains(checked, "ok    handle: hapticd uses simulated: present\n"));
+  EXPECT_TRUE(contains(checked, home.stateFolder()));
+  const json listed = json::parse(home.control({"--json", "camera", "list"}).output);
+  EXPECT_EQ(listed["configuration"], source);
+  EXPECT_EQ(listed["source"], "a computed scene");
+  EXPECT_EQ(listed["state"], "streaming");
+  const Finished tested = home.control({"camera", "test"});
+  EXPECT_EQ(tested.ending, exitedWith(kFailed));
+  EXPECT_TRUE(contains(tested.errors, "camera.driver is synthetic"));
+  EXPECT_TRUE(contains(tested.errors, source));
 }
 
 TEST_F(HapticctlStates, DoctorShowsTheWarningsOfTheDaemonAndKnowsItsCpu) {

@@ -149,7 +149,7 @@ TEST_F(HapticctlTraceFiles, RecoverKeepsWhatIsBehindTheDamageAndOverwritesNothin
   const std::string damaged = home.folder().write("b.mcap", bytes);
   const Finished recovered = home.run({"trace", "recover", damaged, "--out", file("c.mcap")});
   ASSERT_EQ(recovered.ending, exitedWith(0)) << recovered.errors;
-  for (const char* said : {"damaged      bytes", "the chunk", "1 chunks kept", "is left as it was"}) {
+  for (const char* said : {"damaged      bytes", "the chunk", "1 chunk kept", "is left as it was"}) {
     EXPECT_TRUE(has(recovered.output, said)) << recovered.output << " lacks: " << said;
   }
   EXPECT_EQ(contentOf(damaged), bytes);

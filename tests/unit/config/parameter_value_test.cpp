@@ -116,9 +116,9 @@ TEST(ParameterValue, IntegersServeAsNumbersAndWholeNumbersAsIntegers) {
 
 TEST(ParameterValue, OtherTypesAreRefusedByName) {
   EXPECT_EQ(textOfCheck("force.radius_m", std::string("0.04")),
-            "force.radius_m: \"0.04\" is text (allowed: 0.005..0.1 m)");
+            "force.radius_m: \"0.04\" is text, not a number (allowed: 0.005..0.1 m)");
   EXPECT_EQ(textOfCheck("force.min_points", true),
-            "force.min_points: true is a truth value (allowed: 1..1000)");
+            "force.min_points: true is a truth value, not a number (allowed: 1..1000)");
   EXPECT_EQ(textOfCheck("trace.depth", std::int64_t{1}),
             "trace.depth: 1 is a number (allowed: true or false)");
   EXPECT_EQ(textOfCheck("camera.depth_law", 2.0),

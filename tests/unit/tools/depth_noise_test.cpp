@@ -37,7 +37,7 @@ TEST(DepthNoise, FindsTheNoiseOfAStereoCamera) {
   EXPECT_EQ(report.share_of_holes, 0);
   ASSERT_GT(report.at_depths.size(), 5U);
   for (const NoiseAtDepth& at : report.at_depths) {
-    EXPECT_NEAR(at.changing_m / camera.noise.sigma_m(at.depth_m), 1, kRelativeError) << at.depth_m;
+    EXPECT_NEAR(at.temporal_m / camera.noise.sigma_m(at.depth_m), 1, kRelativeError) << at.depth_m;
   }
   // noise is alike over boxes of 5 pixels
   EXPECT_NEAR(report.correlation_px, camera.noise.correlation_px, 0.5);
@@ -50,27 +50,27 @@ TEST(DepthNoise, FindsTheNoiseOfAStereoCamera) {
 }
 
 TEST(DepthNoise, SeparatesWhatIsTheSameInEachFrame) {
-  constexpr double kStanding_m = 0.003;
+  constexpr double kStatic_m = 0.003;
   const rt::DepthModelParameters camera = tools::timeOfFlightCamera(kWidth, kHeight);
   std::mt19937 random(7);
-  std::normal_distribution<double> normal(0, kStanding_m);
-  std::vector<double> standing_m(std::size_t{kWidth} * kHeight);
-  for (double& error_m : standing_m) error_m = normal(random);
+  std::normal_distribution<double> normal(0, kStatic_m);
+  std::vector<double> static_m(std::size_t{kWidth} * kHeight);
+  for (double& error_m : static_m) error_m = normal(random);
   const DepthNoise noise = noiseOf(camera, [&](double column, double row) {
-    return 1 + standing_m[static_cast<std::size_t>(row * kWidth + column)];
+    return 1 + static_m[static_cast<std::size_t>(row * kWidth + column)];
   });
   // all the pixels lie around 1 m, in one interval of depth or in two
   const std::vector<NoiseAtDepth> at_depths = noise.report().at_depths;
   ASSERT_FALSE(at_depths.empty());
   const NoiseAtDepth& at = at_depths.back();
   const double rounding_m = camera.unit_m / std::sqrt(12.0);
-  EXPECT_NEAR(at.changing_m / std::hypot(camera.noise.sigma_m(1), rounding_m), 1, kRelativeError);
-  EXPECT_NEAR(at.standing_m / kStanding_m, 1, kRelativeError);
+  EXPECT_NEAR(at.temporal_m / std::hypot(camera.noise.sigma_m(1), rounding_m), 1, kRelativeError);
+  EXPECT_NEAR(at.static_m / kStatic_m, 1, kRelativeError);
   const auto fit = fittedNoise(at_depths, camera.principle);
   ASSERT_TRUE(fit);
-  const double changing_m2 = at.changing_m * at.changing_m;
-  EXPECT_NEAR(fit->standing_share,
-              at.standing_m * at.standing_m / (changing_m2 + at.standing_m * at.standing_m), 0.02);
+  const double temporal_m2 = at.temporal_m * at.temporal_m;
+  EXPECT_NEAR(fit->standing_share, at.static_m * at.static_m / (temporal_m2 + at.static_m * at.static_m),
+              0.02);
   EXPECT_EQ(fit->c2_per_m, 0);
 }
 
@@ -186,12 +186,12 @@ TEST(NoiseFit, ANarrowSpanOfDepthsTakesTheTermOfThePrinciple) {
 TEST(NoiseFit, TakesTheShareFromDepthsWhereTheStandingPartWasMeasured) {
   std::vector<NoiseAtDepth> at_depths{
       {0.5, 0.001, 0.001, 1000}, {0.9, 0.001, 0, 5000}, {1.5, 0.001, 0.001, 1000}};
-  at_depths[1].has_standing = false;
+  at_depths[1].has_static = false;
   const auto fit = fittedNoise(at_depths, rt::DepthPrinciple::time_of_flight);
   ASSERT_TRUE(fit);
   EXPECT_NEAR(fit->standing_share, 0.5, 1e-12);
   EXPECT_NEAR(fit->c0_m, std::sqrt(2) * 0.001, 1e-12);
-  for (NoiseAtDepth& at : at_depths) at.has_standing = false, at.standing_m = 0;
+  for (NoiseAtDepth& at : at_depths) at.has_static = false, at.static_m = 0;
   const auto changing = fittedNoise(at_depths, rt::DepthPrinciple::time_of_flight);
   ASSERT_TRUE(changing);
   EXPECT_EQ(changing->standing_share, 0);

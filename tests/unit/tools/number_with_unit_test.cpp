@@ -26,10 +26,10 @@ TEST(NumberWithUnit, LeavesOtherTextToTheDaemon) {
 TEST(NumberWithUnit, SaysWhichUnitsArePossible) {
   const auto wrong = inUnit("800kg", "N/m");
   ASSERT_FALSE(wrong);
-  EXPECT_EQ(wrong.error(), "\"kg\" is not a unit of it; write the number in N/m, or with N/mm");
+  EXPECT_EQ(wrong.error(), "\"kg\" is not a unit that it takes; write the number in N/m, or with N/mm");
   const auto only = inUnit("3m", "px");
   ASSERT_FALSE(only);
-  EXPECT_EQ(only.error(), "\"m\" is not a unit of it; write the number in px");
+  EXPECT_EQ(only.error(), "\"m\" is not a unit that it takes; write the number in px");
   const auto none = inUnit("8px", "");
   ASSERT_FALSE(none);
   EXPECT_EQ(none.error(), "has no unit; write 8");

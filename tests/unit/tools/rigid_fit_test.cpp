@@ -93,7 +93,7 @@ TEST(PointFiles, NamesEveryBadLine) {
   std::string all;
   for (const base::Error& error : pairs.error()) all += error.text() + "\n";
   for (const char* part :
-       {":2: world_z_m: \"x\" is no number (allowed: -20..20 m)", ":3: \"a\" is there twice",
+       {":2: world_z_m: \"x\" is not a number (allowed: -20..20 m)", ":3: \"a\" is there twice",
         ":4: the name is missing", ":5: 3 columns where 7 are expected",
         ":6: camera_x_m: \"nan\" is out of range", ":6: world_z_m: \"21\" is out of range"}) {
     EXPECT_NE(all.find(part), std::string::npos) << part << " in\n" << all;

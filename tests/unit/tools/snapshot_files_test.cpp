@@ -183,8 +183,8 @@ TEST(SnapshotAssembler, RefusesRepliesThatDoNotFit) {
   EXPECT_EQ(errorOf("/header/depthModel/aPerM", nullptr),
             "the depth model or the camera's pose is missing or wrong");
   EXPECT_EQ(errorOf("/firstRow", 5), "row 5 where 0 is due");
-  EXPECT_EQ(errorOf("/rows", "Zm9v"), "rows that are no whole rows");
-  EXPECT_EQ(errorOf("/rows", "*"), "rows that are no whole rows");
+  EXPECT_EQ(errorOf("/rows", "Zm9v"), "incomplete rows");
+  EXPECT_EQ(errorOf("/rows", "*"), "incomplete rows");
   SnapshotAssembler unfinished;
   ASSERT_TRUE(unfinished.add(headerReply()));
   EXPECT_EQ(unfinished.finish().error().what, "0 rows where a frame has 480");

@@ -48,6 +48,23 @@ TEST(Table, IsNeverWiderThanTheTerminal) {
   }
 }
 
+TEST(FittedText, WrapsBelowTheValueAndDividesNoWord) {
+  const std::string text =
+      "name     one two three four five six\nshort    line\n/a/path/that/is/longer/than/a/line\n";
+  EXPECT_EQ(fitted(text, 34),
+            "name     one two three four five\n"
+            "         six\n"
+            "short    line\n"
+            "/a/path/that/is/longer/than/a/line\n");
+  EXPECT_EQ(fitted("name     one two three\n", 20), "name     one two\n    three\n");
+  EXPECT_EQ(fitted("a sentence without a name\n", 12), "a sentence\n   without a\n   name\n");
+  EXPECT_EQ(fitted("ä     öööööööööö üüü\n", 20), "ä     öööööööööö üüü\n");
+  EXPECT_EQ(fitted("/a/path/of/a/file is open", 10), "/a/path/of/a/file\n  is open");
+  EXPECT_EQ(fitted(text, TerminalSize::kNoLimit), text);
+  EXPECT_EQ(fitted("", 20), "");
+  EXPECT_EQ(fitted("a b\n", 1), "a\nb\n");
+}
+
 TEST(TimeText, IsInUtc) {
   EXPECT_EQ(utcTime(1'772'600'767'999'999'744.0), "2026-03-04 05:06:07Z");
   EXPECT_EQ(utcTimeWithMilliseconds(1'772'600'767'123'000'000.0), "2026-03-04 05:06:07.123Z");

@@ -165,7 +165,7 @@ def commands():
         must("systemctl", "start", "hapticd-status.socket", "hapticd-control.socket", "hapticd.service")
     reaches("frames", streams, 20)
     busy = run("hapticctl", "camera", "test", "--seconds", "1")
-    expect(busy.returncode != 0 and "another program uses the camera" in busy.stdout, busy.stdout)
+    expect(busy.returncode != 0 and "the running hapticd holds the camera" in busy.stdout, busy.stdout)
     found = [line for line in json.loads(must("hapticctl", "--json", "doctor", timeout=120))
              if line["name"].startswith(("depth camera", "uvcvideo"))]
     expect(found and all(line["verdict"] == "ok" for line in found), str(found))

@@ -86,7 +86,7 @@ std::vector<std::pair<ForceLaw, RowRequirement<Row>>> rowRequirements() {
   }
   // of single laws
   all.insert(all.end(), {{ForceLaw::nearest_springs,
-                          {"pop-through force on the plane without noise beside the closed form, %",
+                          {"pop-through force on the plane without noise compared with the closed form, %",
                            popThroughDifference_percent}},
                          {ForceLaw::surface,
                           {"RMS error on planes to 1.2 m with a sensor's noise, JND",

@@ -224,7 +224,8 @@ Report jitterReport(const JitterResult& result) {
 
 StudyCommand jitterCommand(CLI::App& app) {
   const auto options = std::make_shared<JitterOptions>();
-  StudyCommand command(app, "jitter", "wake-up latency of hapticd's loop beside cyclictest, in one run");
+  StudyCommand command(app, "jitter",
+                       "wake-up latency of hapticd's loop compared with cyclictest, in one run");
   command->add_option("--seconds", options->seconds, "length of each phase (2)")->check(within(1, 86400));
   command->add_option("--rounds", options->rounds, "phases of each loop and load (30)")
       ->check(within(1, 1000));

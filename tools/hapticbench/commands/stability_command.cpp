@@ -209,7 +209,7 @@ StudyCommand stabilityCommand(CLI::App& app) {
   const auto chosen = std::make_shared<Chosen>();
   StudyCommand command(
       app, "stability",
-      "closed loop with a simulated device and hand: largest stable stiffness beside the theory");
+      "closed loop with a simulated device and hand: largest stable stiffness compared with the theory");
   command.quick("one hand, one device and two delays", [chosen] {
     chosen->hands = {"light"};
     chosen->devices = {"45g"};

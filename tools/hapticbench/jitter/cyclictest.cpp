@@ -180,7 +180,7 @@ base::Result<WakeupCounts> parseCyclictest(const std::string& name, const std::s
     const auto latency_us = latencyOf(key);
     if (!latency_us || !count.is_number_unsigned()) {
       return refused(name,
-                     fmt::format("{} in its histogram is no latency with a count", base::inQuotes(key)));
+                     fmt::format("{} in its histogram is not a latency with a count", base::inQuotes(key)));
     }
     counts.add(*latency_us, count.get<std::uint64_t>());
   }

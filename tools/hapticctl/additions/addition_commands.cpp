@@ -48,7 +48,7 @@ int import(const CommandOptions& options, const AdditionList& list, const std::s
     document = std::move(in_world->document);
     definitions = list.definitionsIn(in_world->additions);
   }
-  const std::string done = fmt::format("imported {} {}", definitions.size(), list.plural);
+  const std::string done = "imported " + base::counted(definitions.size(), std::string(list.noun) + "(s)");
   return addAll(options, list, definitions, replace, done, document);
 }
 
@@ -76,12 +76,26 @@ std::string yamlOf(const AdditionList& list, const Json& reply) {
   return text;
 }
 
+/// The same as JSON, which `import` reads too.
+Json definitionsOf(const AdditionList& list, const Json& reply) {
+  Json definitions = Json::array();
+  for (const Json& entry : listAt(reply, list.plural)) {
+    const Json* const definition = fieldAt(entry, "definition");
+    if (!definition || !definition->is_object()) continue;
+    Json named{{"name", textAt(entry, "name")}};
+    named.update(*definition);
+    definitions.push_back(std::move(named));
+  }
+  return {{list.plural, std::move(definitions)}};
+}
+
 int exportTo(const CommandOptions& options, const AdditionList& list, const std::string& file,
              base::IfExists if_exists) {
   const auto reply = callOnce(options, {list.list_method});
   if (!reply) return report(reply.error(), options.json);
-  const std::string text = yamlOf(list, *reply);
+  const std::string text = options.json && file.empty() ? "" : yamlOf(list, *reply);
   if (file.empty()) {
+    if (options.json) printJson(definitionsOf(list, *reply));
     fmt::print("{}", text);
     return kOk;
   }
@@ -121,9 +135,9 @@ void addList(CommandLine& line, CLI::App& group, const AdditionList& list) {
   const auto names_only = std::make_shared<bool>(false);
   CLI::App& command =
       line.add(group, "list", fmt::format("List the {}", list.plural), [&options, &list, names_only] {
-        return callAndPrint(options, {list.list_method}, [&](const Json& reply) {
-          return *names_only ? namesText(reply, list.plural) : list.text(reply, terminalSize().columns);
-        });
+        if (*names_only) return printNames(options, {list.list_method}, list.plural);
+        return callAndPrint(options, {list.list_method},
+                            [&](const Json& reply) { return list.text(reply, terminalSize().columns); });
       });
   addNames(command, *names_only);
 }
@@ -163,14 +177,19 @@ void addChanging(CommandLine& line, CLI::App& group, const AdditionList& list) {
   const CommandOptions& options = line.options();
   const auto name = std::make_shared<std::string>();
   const auto members = std::make_shared<Json>(Json::object());
-  CLI::App& command =
-      line.add(group, "change", fmt::format("Change members of a {}; it keeps the others", list.noun),
-               [=, &options, &list] {
-                 Json changed = *members;
-                 changed["name"] = *name;
-                 return changeList(options, list, {{"change", Json::array({std::move(changed)})}},
-                                   "changed " + printable(*name));
-               });
+  CLI::App& command = line.add(
+      group, "change", fmt::format("Change members of a {}; it keeps the others", list.noun),
+      [=, &options, &list] {
+        if (members->empty()) {
+          return reportUsage(fmt::format("hapticctl {} change", list.noun),
+                             "nothing to change: give the members that change, such as --enabled false",
+                             options.json);
+        }
+        Json changed = *members;
+        changed["name"] = *name;
+        return changeList(options, list, {{"change", Json::array({std::move(changed)})}},
+                          "changed " + printable(*name));
+      });
   addName(command, list, *name, false);
   list.addMembers(command, members);
 }
@@ -250,17 +269,21 @@ void addStiffness(CommandLine& line, CLI::App& group) {
   CLI::App& command = line.add(group, "stiffness", "Set the stiffness of a region", [=, &options] {
     Json parameters{{"region", values->name}, {"stiffnessNPerM", values->stiffness_n_per_m}};
     if (!(*damping)->empty()) parameters["dampingNSPerM"] = values->damping_n_s_per_m;
-    return callAndPrint(options, {"io.hapticd.Control.SetStiffness", parameters, true}, [&](const Json&) {
-      return fmt::format("{}: {} N/m\n", printable(values->name), values->stiffness_n_per_m);
-    });
+    return callAndPrint(
+        options, {"io.hapticd.Control.SetStiffness", parameters, true},
+        [&](const Json&) {
+          return fmt::format("{}: {} N/m\n", printable(values->name), values->stiffness_n_per_m);
+        },
+        parameters);
   });
   addName(command, kRegions, values->name, false);
   command.add_option("VALUE", values->stiffness_n_per_m, "Newtons per metre")
       ->type_name("NUMBER")
       ->required();
-  *damping = command.add_option("--damping-n-s-per-m", values->damping_n_s_per_m, "Its damping too (N s/m)")
-                 ->type_name("NUMBER")
-                 ->check(within(0.0, 50.0));
+  *damping =
+      command.add_option("--damping-n-s-per-m", values->damping_n_s_per_m, "Also set its damping (N s/m)")
+          ->type_name("NUMBER")
+          ->check(within(0.0, 50.0));
 }
 
 }  // namespace

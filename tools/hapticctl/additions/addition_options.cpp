@@ -73,7 +73,7 @@ struct Form {
   std::string type;
   std::vector<std::string> words;  ///< of a choice; empty: it is none
   std::optional<Json> (*value)(const std::string& text);
-  const char* example;  ///< of a right value, for errors
+  std::string example;  ///< of a right value, for errors
 };
 
 /// What the help shows; the daemon checks the range, with all other members.
@@ -84,6 +84,8 @@ std::string helpRangeOf(const config::AdditionField<Owner>& field) {
 
 template <typename Owner>
 Form formOf(const config::AdditionField<Owner>& field) {
+  const std::string without_unit =
+      field.unit.empty() ? "" : fmt::format("; it is in {}, and written without the unit", field.unit);
   const auto text_value = [](const std::string& text) -> std::optional<Json> { return text; };
   return std::visit(
       config::Overloaded{
@@ -100,13 +102,13 @@ Form formOf(const config::AdditionField<Owner>& field) {
             return {helpRangeOf(field),
                     {},
                     [](const std::string& text) { return jsonOf(base::numberFrom<int>(text)); },
-                    "a whole number"};
+                    "a whole number" + without_unit};
           },
           [&](double Owner::*) -> Form {
             return {helpRangeOf(field),
                     {},
                     [](const std::string& text) { return jsonOf(numberIn(text)); },
-                    "a number"};
+                    "a number" + without_unit};
           },
           [&](std::vector<rt::Vec3> Owner::*) -> Form {
             return {"POINTS", {}, pointsIn, "a list of points, such as \"0,0,-0.8 0.1,0,-0.8\""};
@@ -244,12 +246,32 @@ const AdditionList kRegions{"region",
                             regionListText,
                             definitionsIn<&config::SceneAdditions::regions>};
 
+namespace {
+
+/// The names that a change adds, changes or removes.
+Json namesIn(const Json& parameters) {
+  Json names = Json::object();
+  const auto add = [&](const char* member, const char* done) {
+    if (fieldAt(parameters, member) == nullptr) return;
+    names[done] = Json::array();
+    for (const Json& item : listAt(parameters, member))
+      names[done].push_back(item.is_object() ? textAt(item, "name") : valueText(item));
+  };
+  add("remove", "removed");
+  add("add", "added");
+  add("change", "changed");
+  return names;
+}
+
+}  // namespace
+
 int changeList(const CommandOptions& options, const AdditionList& list, const Json& parameters,
                const std::string& done, const Json& document) {
   const auto reply = callOnce(options, {list.change_method, parameters, true});
   if (!reply) return report(reply.error(), options.json);
   if (options.json) {
     Json all = *reply;
+    all.update(namesIn(parameters));
     all.update(document);
     printJson(all);
   } else {

@@ -204,8 +204,8 @@ void show(const Measured& found) {
 int touchFixture(const CommandOptions& options, const TouchOptions& requested, const Json& members) {
   const bool counted = requested.kind == "plane" || requested.kind == "sphere";
   if (requested.points > 0 && !counted) {
-    base::printUsageError("hapticctl fixture touch", "--points belongs to the kinds plane and sphere");
-    return kUsage;
+    return reportUsage("hapticctl fixture touch", "--points belongs to the kinds plane and sphere",
+                       options.json);
   }
   Json definition = members;
   definition["name"] = requested.name;
@@ -260,14 +260,15 @@ void addFixtureTouch(CommandLine& line, CLI::App& group) {
       ->check(CLI::IsMember({"plane", "sphere", "box", "path"}));
   auto* points = command
                      .add_option("--points", requested->points,
-                                 "Touch so many points of a plane (default 4) or of a sphere (default 6)")
+                                 "Number of points to touch on a plane (default 4) or a sphere (default 6)")
                      ->type_name("N")
                      ->check(within(3, 100));
-  auto* seconds = command
-                      .add_option("--seconds", requested->seconds,
-                                  "Record the stroke of a path so long, instead of while a button is held")
-                      ->type_name("S")
-                      ->check(within(0.1, 300.0));
+  auto* seconds =
+      command
+          .add_option("--seconds", requested->seconds,
+                      "Record the stroke of a path for this long, instead of while a button is held")
+          ->type_name("S")
+          ->check(within(0.1, 300.0));
   command
       .add_option("--tolerance-m", requested->tolerance_m,
                   "Simplify a path within this distance (default 0.001)")

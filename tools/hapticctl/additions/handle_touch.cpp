@@ -110,7 +110,7 @@ std::expected<std::vector<rt::Vec3>, int> stroke(const Toucher& toucher,
   const bool by_button = duration.count() <= 0;
   const std::string prompt =
       by_button ? "press Enter, then hold a button of the handle while you stroke along the path"
-                : fmt::format("touch the begin of the path, press Enter and stroke along it within {} s",
+                : fmt::format("touch the start of the path, press Enter and stroke along it within {} s",
                               duration.count());
   if (ask(prompt, false) != Wish::take) return givenUp(toucher);
   if (by_button) {

@@ -16,6 +16,7 @@
 #include "config/settings/settings.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/lib/client/reply_reader.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 
@@ -49,14 +50,32 @@ void printJsonLine(const Json& document) {
   fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
-int callAndPrint(const CommandOptions& options, const Call& call,
-                 const std::function<std::string(const Json& reply)>& text) {
+void showNames(const Json& document, const char* list, bool json) {
+  if (!json) {
+    fmt::print("{}", namesText(document, list));
+    return;
+  }
+  Json names = Json::array();
+  for (const Json& item : listAt(document, list)) names.push_back(textAt(item, "name"));
+  printJson(names);
+}
+
+int printNames(const CommandOptions& options, const Call& call, const char* list) {
   const auto reply = callOnce(options, call);
   if (!reply) return report(reply.error(), options.json);
+  showNames(*reply, list, options.json);
+  return kOk;
+}
+
+int callAndPrint(const CommandOptions& options, const Call& call,
+                 const std::function<std::string(const Json& reply)>& text, const Json& said) {
+  auto reply = callOnce(options, call);
+  if (!reply) return report(reply.error(), options.json);
   if (options.json) {
+    reply->update(said);
     printJson(*reply);
   } else {
-    fmt::print("{}", text(*reply));
+    fmt::print("{}", fitted(text(*reply), terminalSize().columns));
   }
   return kOk;
 }

@@ -43,9 +43,17 @@ void printJson(const Json& document);
 /// A document in one line, for streams.
 void printJsonLine(const Json& document);
 
-/// Calls once and prints the reply: as JSON, or what `text` makes of it. Returns the exit code.
+/// Prints the names in the list `list` of a document, a line each; as JSON an array.
+void showNames(const Json& document, const char* list, bool json);
+
+/// Calls once and prints the names in the list `list` of the reply. Returns the exit code.
+int printNames(const CommandOptions& options, const Call& call, const char* list);
+
+/// Calls once and prints the reply: as JSON, or what `text` makes of it. said: members that the JSON has
+/// besides those of the reply, where the text says more than the reply. Returns the exit code.
 int callAndPrint(const CommandOptions& options, const Call& call,
-                 const std::function<std::string(const Json& reply)>& text);
+                 const std::function<std::string(const Json& reply)>& text,
+                 const Json& said = Json::object());
 
 /// Whether waiting may help: the daemon is away or starting, as during a restart, or has no room for another
 /// client. Other errors are refusals, which a repeated call would meet again.

@@ -12,6 +12,7 @@
 
 #include "config/base/program.h"
 #include "config/base/value_text.h"
+#include "tools/hapticctl/base/command_words.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/text/terminal_text.h"
@@ -73,42 +74,70 @@ namespace {
 constexpr const char* kFooter =
     "Times are in UTC, as in the names of traces. On a terminal tables are fitted to\n"
     "its width; piped into a file or a program they are not shortened.\n"
+    "Commands that only show or record may be shortened: 'tr li' for 'trace list'.\n"
     "Exit status: 0 done, 1 refused by the daemon or failed, 2 wrong usage, 3 no\n"
     "connection to the daemon.\n"
     "Socket: --socket, else HAPTICD_SOCKET, else /run/hapticd/io.hapticd.Control;\n"
     "commands that only read also try /run/hapticd/io.hapticd.Status.\n";
 
-/// Reports a word that stands where a command was expected; false where the command line lacks something
-/// else.
-bool reportUnknownCommand(const CLI::App& app) {
-  const std::vector<std::string> words = app.remaining(true);
-  const auto word =
-      std::ranges::find_if(words, [](const std::string& text) { return !text.starts_with('-'); });
-  const CLI::App* group = &app;
-  while (!group->get_subcommands().empty()) group = group->get_subcommands().front();
-  const bool has_commands = !group->get_subcommands([](const CLI::App*) { return true; }).empty();
-  if (word == words.end() || !has_commands) return false;
-  const std::string path = base::commandPath(app);
-  base::printUsageError(path, unknownCommand(*group, path, *word));
-  return true;
+/// The words that a parser's text lists in braces: "auto, always, never".
+std::string listed(const std::string& text) {
+  const std::size_t open = text.find('{');
+  const std::size_t close = text.find('}', open);
+  return close == std::string::npos ? text.substr(open + 1) : spaced(text.substr(open, close + 1 - open));
+}
+
+/// "a, b, c" for the commands of a group.
+std::string namesIn(const CLI::App& group) {
+  std::string names;
+  for (const CLI::App* command : commandsOf(group))
+    names += (names.empty() ? "" : ", ") + command->get_name();
+  return names;
+}
+
+/// The command that the arguments name, or the group.
+const CLI::App& namedIn(const CLI::App& app) {
+  const CLI::App* command = &app;
+  while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
+  return *command;
+}
+
+/// What is wrong with a command line, in the words of this program instead of the parser's.
+std::string usageText(const CLI::App& app, const CLI::ParseError& error) {
+  const std::string text = error.what();
+  const auto part = [&text](std::size_t begin, std::size_t end) {
+    return printable(text.substr(begin, end == std::string::npos ? end : end - begin));
+  };
+  std::string extras;
+  for (const std::string& word : app.remaining(true)) extras += (extras.empty() ? "" : " ") + word;
+  const bool lacks_command = text == "A subcommand is required";
+  if (lacks_command && extras.empty()) return fmt::format("a command is required: {}", namesIn(namedIn(app)));
+  if (lacks_command || dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr)
+    return fmt::format("not expected here: {}", printable(extras));
+  if (constexpr std::string_view kNoNumber = "Could not convert: "; text.starts_with(kNoNumber)) {
+    const std::size_t equals = text.find(" = ");
+    if (equals == std::string::npos) return printable(text);
+    return fmt::format("{}: {} is not a number", part(kNoNumber.size(), equals),
+                       base::inQuotes(text.substr(equals + 3)));
+  }
+  if (const std::size_t missing = text.find(": 1 required "); missing != std::string::npos) {
+    const std::size_t type = missing + std::string_view(": 1 required ").size();
+    return fmt::format("{}: its value is missing ({})", part(0, missing), part(type, text.rfind(" missing")));
+  }
+  if (const std::size_t outside = text.find(" not in {"); outside != std::string::npos) {
+    const std::size_t value = text.find(": ") + 2;
+    return fmt::format("{}{} is not one of: {}", part(0, value),
+                       base::inQuotes(text.substr(value, outside - value)), listed(text.substr(outside)));
+  }
+  return printable(text);
 }
 
 }  // namespace
 
-std::string unknownCommand(const CLI::App& group, const std::string& path, const std::string& word) {
-  std::vector<std::string_view> names;
-  for (const CLI::App* command : group.get_subcommands([](const CLI::App*) { return true; })) {
-    names.push_back(command->get_name());
-  }
-  const std::string meant = base::didYouMean(word, names);
-  return fmt::format("there is no command '{} {}'{}", path, printable(word),
-                     meant.empty() ? "" : " (" + meant + ")");
-}
-
 CommandLine::CommandLine() : app_("Queries and tunes a running hapticd", "hapticctl") {
   app_.formatter(std::make_shared<HelpFormatter>());  // inherited by all commands
   app_.set_version_flag("-V,--version", "hapticctl " HAPTICD_VERSION);
-  app_.add_flag("--json", options_.json, "Print the daemon's reply as JSON");
+  app_.add_flag("--json", options_.json, "Print what the text says as JSON; streams an object a line");
   app_.add_option("--socket", options_.socket, "Socket of the daemon")->type_name("PATH");
   app_.add_option("--color", options_.color,
                   "Colours: auto (on a terminal, unless NO_COLOR is set), always or never")
@@ -138,12 +167,16 @@ CLI::App& CommandLine::add(CLI::App& group, const std::string& name, const std::
 }
 
 int CommandLine::run(int argc, char** argv) {
+  const auto full = withFullNames(app_, {argv + 1, argv + argc});
+  // the parser may fail before it has read --json
+  const bool json = std::find(argv + 1, argv + argc, std::string_view("--json")) != argv + argc;
+  if (!full) return reportUsage(full.error().path, full.error().what, json);
+  std::vector<std::string> words(full->rbegin(), full->rend());  // the parser takes the last one first
   try {
-    app_.parse(argc, argv);
-  } catch (const CLI::RequiredError& error) {
-    return reportUnknownCommand(app_) ? kUsage : base::endWithoutWork(app_, error, kUsage);
+    app_.parse(std::move(words));
   } catch (const CLI::ParseError& error) {
-    return base::endWithoutWork(app_, error, kUsage);
+    if (error.get_exit_code() == 0) return base::endWithoutWork(app_, error, kUsage);
+    return reportUsage(base::commandPath(app_), usageText(app_, error), json);
   }
   return action_();
 }
@@ -159,27 +192,36 @@ CLI::Option* addNames(CLI::App& command, bool& names_only) {
 
 namespace {
 
-/// Returns the subcommand with that name; null if there is none.
-const CLI::App* subcommandOf(const CLI::App& app, const std::string& name) {
-  const auto all = app.get_subcommands([](const CLI::App*) { return true; });
-  const auto found =
-      std::ranges::find(all, name, [](const CLI::App* command) { return command->get_name(); });
-  return found == all.end() ? nullptr : *found;
+/// The help of a command as an object: its text, and its commands with what each is for.
+Json helpJson(const CLI::App& command, const std::string& path, const std::string& text) {
+  Json commands = Json::array();
+  for (const CLI::App* below : commandsOf(command)) {
+    const std::string full = path + " " + below->get_name();
+    commands.push_back({{"name", below->get_name()},
+                        {"description", below->get_description()},
+                        {"mayBeShortened", mayBeShortened(full.substr(full.find(' ') + 1))}});
+  }
+  return {{"command", path}, {"commands", std::move(commands)}, {"text", text}};
 }
 
-int runHelp(const CLI::App& app, const std::vector<std::string>& words) {
+int runHelp(const CommandOptions& options, const CLI::App& app, const std::vector<std::string>& words) {
   const CLI::App* command = &app;
   std::string path = "hapticctl";
   for (const std::string& word : words) {
-    const CLI::App* const below = subcommandOf(*command, word);
+    const CLI::App* const below = commandFor(*command, word);
     if (below == nullptr) {
-      base::printUsageError(path, unknownCommand(*command, path, word));
-      return kUsage;
+      const WrongWord wrong = wrongWord(app, *command, path, word);
+      return reportUsage(wrong.path, wrong.what, options.json);
     }
     command = below;
-    path += " " + word;
+    path += " " + below->get_name();
   }
-  fmt::print("{}", command->get_formatter()->make_help(command, path, CLI::AppFormatMode::Normal));
+  const std::string text = command->get_formatter()->make_help(command, path, CLI::AppFormatMode::Normal);
+  if (options.json) {
+    printJson(helpJson(*command, path, text));
+  } else {
+    fmt::print("{}", text);
+  }
   return kOk;
 }
 
@@ -188,8 +230,8 @@ int runHelp(const CLI::App& app, const std::vector<std::string>& words) {
 void addHelpCommand(CommandLine& line) {
   const auto words = std::make_shared<std::vector<std::string>>();
   line.add("help", "Show the help of hapticctl, or of a command",
-           [&line, words] { return runHelp(line.app(), *words); })
-      .add_option("COMMAND", *words, "The command, such as: trace list")
+           [&line, words] { return runHelp(line.options(), line.app(), *words); })
+      .add_option("COMMAND", *words, "The command, such as trace list")
       ->type_name("COMMAND");
 }
 

@@ -45,7 +45,8 @@ class CommandLine {
   const CommandOptions& options() const { return options_; }
   const CLI::App& app() const { return app_; }
 
-  /// Parses the arguments and runs the action of the command; returns the exit code.
+  /// Parses the arguments, in which names of commands may be shortened (command_words.h), and runs the action
+  /// of the command; returns the exit code.
   int run(int argc, char** argv);
 
  private:
@@ -53,10 +54,6 @@ class CommandLine {
   CommandOptions options_;
   Action action_;
 };
-
-/// "there is no command 'hapticctl statsu' (did you mean status?)". group: where the command was looked for;
-/// path: the name of the group with those around it.
-std::string unknownCommand(const CLI::App& group, const std::string& path, const std::string& word);
 
 /// Adds --force to a command that writes files, or other things that may exist.
 void addForce(CLI::App& command, base::IfExists& if_exists, const char* help = "Replace files that exist");

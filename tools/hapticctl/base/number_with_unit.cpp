@@ -60,7 +60,7 @@ std::expected<std::string, std::string> inUnit(std::string_view text, std::strin
     others.push_back(conversion.from);
   }
   if (unit.empty()) return std::unexpected(fmt::format("has no unit; write {}", number));
-  return std::unexpected(fmt::format("{} is not a unit of it; write the number in {}{}{}",
+  return std::unexpected(fmt::format("{} is not a unit that it takes; write the number in {}{}{}",
                                      base::inQuotes(suffix), unit, others.empty() ? "" : ", or with ",
                                      fmt::join(others, ", ")));
 }

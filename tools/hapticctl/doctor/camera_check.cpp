@@ -62,8 +62,9 @@ Finding moduleFinding(const Examination& box) {
 
 Findings checkCameras(const Examination& box) {
   const config::CameraSettings& settings = box.configuration.settings.camera;
-  const CameraList list = listCameras(box.machine, settings, box.depth_probe);
-  Findings findings;
+  const DeviceInUse& in_use = box.daemon.camera;
+  const CameraList list = listCameras(box.machine, settings, box.depth_probe, {in_use.node, in_use.format});
+  Findings findings = findingsOfInUse("depth camera", in_use);
   for (const ConnectedCamera& camera : list.cameras) {
     if (!camera.is_known || camera.suitability != Suitability::unusable) continue;
     findings.push_back(
@@ -71,15 +72,17 @@ Findings checkCameras(const Examination& box) {
                 fmt::format("{} at {} cannot be used: {}", camera.name, camera.place, camera.note), ""));
   }
   if (settings.driver != "v4l2") {
-    findings.push_back(
-        good("depth camera", fmt::format("no V4L2 camera in use: camera.driver is {}", settings.driver)));
+    if (findings.empty())
+      findings.push_back(
+          good("depth camera", fmt::format("no V4L2 camera in use: camera.driver is {}", settings.driver)));
     return findings;
   }
   findings.push_back(moduleFinding(box));
   const auto used = std::ranges::find(list.cameras, Suitability::used, &ConnectedCamera::suitability);
   if (used == list.cameras.end()) {
-    findings.push_back(
-        warning("depth camera", list.problem, "hapticctl camera list shows what is connected"));
+    if (in_use.state.empty())
+      findings.push_back(
+          warning("depth camera", list.problem, "hapticctl camera list shows what is connected"));
     return findings;
   }
   for (Finding& finding : findingsOfUsed(box, *used)) findings.push_back(std::move(finding));

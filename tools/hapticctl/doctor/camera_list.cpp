@@ -116,7 +116,7 @@ std::vector<Nodes> nodesByDevice(const std::vector<VideoDevice>& videos) {
   return devices;
 }
 
-Examined examined(const Nodes& device, const DepthProbe& probe) {
+Examined examined(const Nodes& device, const DepthProbe& probe, const HeldCamera& held) {
   const VideoDevice& first = device.videos.front();
   const KnownCamera* const known = knownCamera(first.vendor, first.product);
   Examined result;
@@ -128,6 +128,11 @@ Examined examined(const Nodes& device, const DepthProbe& probe) {
   camera.serial = base::printable(first.serial);
   camera.note = "it delivers no depth in the formats Z16 and Y16";
   if (!probe && known && *known->obstacle == '\0') result.depth_node = first.node;
+  if (!held.node.empty() &&
+      std::ranges::find(device.videos, held.node, &VideoDevice::node) != device.videos.end()) {
+    result.depth_node = held.node;
+    camera.format = base::printable(held.format);
+  }
   for (const VideoDevice& video : device.videos) {
     if (!probe || !result.depth_node.empty()) break;
     const auto format = probe(video);
@@ -230,10 +235,10 @@ base::Result<std::uint32_t> depthFormatOf(const VideoDevice& video) {
 }
 
 CameraList listCameras(const Machine& machine, const config::CameraSettings& settings,
-                       const DepthProbe& probe) {
+                       const DepthProbe& probe, const HeldCamera& held) {
   const std::vector<VideoDevice> videos = drivers::videoDevices(machine.root());
   std::vector<Examined> found;
-  for (const Nodes& device : nodesByDevice(videos)) found.push_back(examined(device, probe));
+  for (const Nodes& device : nodesByDevice(videos)) found.push_back(examined(device, probe, held));
   CameraList list;
   for (const Examined& it : found) list.cameras.push_back(it.camera);
   for (const UsbDevice& device : usbDevices(machine).value_or(std::vector<UsbDevice>{})) {
@@ -246,6 +251,10 @@ CameraList listCameras(const Machine& machine, const config::CameraSettings& set
     }
   }
   choose(list, found, settings, videos);
+  if (!held.node.empty()) {
+    list.source = held.node;
+    list.problem.clear();
+  }
   for (ConnectedCamera& camera : list.cameras) {
     if (camera.suitability != Suitability::usable) continue;
     if (camera.place == list.source) {
@@ -273,8 +282,10 @@ std::string textOf(const CameraList& list) {
   std::string text;
   for (const ConnectedCamera& camera : list.cameras) text += lineOf(camera);
   if (list.cameras.empty()) text += "no camera is connected\n";
-  return text + (list.problem.empty() ? fmt::format("hapticd takes its depth from {}\n", list.source)
-                                      : fmt::format("hapticd finds no camera: {}\n", list.problem));
+  text += list.problem.empty() ? fmt::format("hapticd takes its depth from {}{}\n", list.source,
+                                             list.state.empty() ? "" : ": " + list.state)
+                               : fmt::format("hapticd finds no camera: {}\n", list.problem);
+  return text + (list.configuration.empty() ? "" : fmt::format("configuration: {}\n", list.configuration));
 }
 
 std::string jsonOf(const CameraList& list) {
@@ -288,7 +299,11 @@ std::string jsonOf(const CameraList& list) {
                        {"format", camera.format},
                        {"note", camera.note}});
   }
-  return nlohmann::ordered_json{{"cameras", cameras}, {"source", list.source}, {"problem", list.problem}}
+  return nlohmann::ordered_json{{"cameras", cameras},
+                                {"source", list.source},
+                                {"state", list.state},
+                                {"problem", list.problem},
+                                {"configuration", list.configuration}}
              .dump(2, ' ', false, nlohmann::json::error_handler_t::replace) +
          "\n";
 }

@@ -55,6 +55,9 @@ struct CameraList {
   std::vector<ConnectedCamera> cameras;
   std::string source;   ///< "/dev/video2", "the recording FOLDER"; empty: none of the connected cameras
   std::string problem;  ///< why there is no source, and what to do; empty: there is one
+  /// Where the settings come from: "/etc/hapticd/hapticd.yaml", "as the running hapticd uses it (SOCKET)".
+  std::string configuration;
+  std::string state;  ///< of the camera that a running hapticd uses: "streaming"; empty: none runs
 };
 
 /// Returns the depth format of a video device, 0 for none. Errors: it cannot be opened or does not respond.
@@ -63,10 +66,16 @@ using DepthProbe = std::function<base::Result<std::uint32_t>(const drivers::Vide
 /// Opens video devices of this machine, which also works while another program streams from them.
 base::Result<std::uint32_t> depthFormatOf(const drivers::VideoDevice& video);
 
+/// A video device from which a running hapticd streams, as it reports it.
+struct HeldCamera {
+  std::string node;    ///< "/dev/video2"; empty: none
+  std::string format;  ///< "Z16"
+};
+
 /// `probe`: none where the devices belong to another machine; then the first node of a known depth camera is
-/// taken for its depth.
+/// taken for its depth. held: is not opened, and neither are the other nodes of its device.
 CameraList listCameras(const Machine& machine, const config::CameraSettings& settings,
-                       const DepthProbe& probe);
+                       const DepthProbe& probe, const HeldCamera& held = {});
 
 /// The list for people, a line for each camera and one for the source.
 std::string textOf(const CameraList& list);

@@ -56,6 +56,7 @@ Findings checkStorage(const Examination& box);
 
 // service_checks.cpp
 Findings checkService(const Examination& box);
+Findings checkConfiguration(const Examination& box);
 Findings checkDaemon(const Examination& box);
 
 /// The findings of all checks, in the order in which they are shown.

@@ -2,6 +2,7 @@
 #include "tools/hapticctl/doctor/examination.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <linux/gpio.h>
 #include <pwd.h>
 #include <sys/ioctl.h>
@@ -26,10 +27,16 @@ namespace hapticd::tools {
 Configuration readConfiguration(const std::filesystem::path& root) {
   const std::filesystem::path file = root / "etc/hapticd/hapticd.yaml";
   std::error_code ignored;
-  if (!std::filesystem::exists(file, ignored)) return {};
+  if (!std::filesystem::exists(file, ignored))
+    return {{}, {}, fmt::format("the defaults: there is no {}", file.string())};
   auto settings = config::loadSettings(file);
-  if (!settings) return {{}, settings.error().front().text()};
-  return {std::move(*settings), {}};
+  if (!settings) return {{}, settings.error().front().text(), file.string()};
+  return {std::move(*settings), {}, file.string()};
+}
+
+Configuration configurationInUse(const DaemonView& daemon, const std::filesystem::path& root) {
+  if (!daemon.settings) return readConfiguration(root);
+  return {*daemon.settings, {}, fmt::format("as the running hapticd uses it ({})", daemon.socket)};
 }
 
 std::expected<std::string, int> gpioLabelOf(const std::string& path) {
@@ -111,6 +118,13 @@ std::optional<UnitProperties> askServiceManager() {
 
 std::string architectureOf(const Examination& box) {
   return box.machine.read("proc/sys/kernel/arch").value_or(box.architecture);
+}
+
+bool runsByHand(const Examination& box) {
+  if (!box.daemon.answers || !box.daemon.settings) return false;
+  if (!isInstalled(box.unit)) return true;
+  const auto state = box.unit->find("ActiveState");
+  return state != box.unit->end() && state->second != "active" && state->second != "reloading";
 }
 
 bool isInstalled(const std::optional<UnitProperties>& unit) {

@@ -23,6 +23,7 @@ namespace hapticd::tools {
 struct Configuration {
   config::Settings settings;  ///< the defaults if there is no file, or one that cannot be used
   std::string problem;        ///< why an existing file cannot be used; empty: nothing is wrong
+  std::string source = {};    ///< "/etc/hapticd/hapticd.yaml", "as the running hapticd uses it (SOCKET)", ...
 };
 
 /// Reads etc/hapticd/hapticd.yaml below the folder `root`.
@@ -48,6 +49,16 @@ struct Caller {
 /// The properties of hapticd.service and their values, as `systemctl show` prints them.
 using UnitProperties = std::map<std::string, std::string>;
 
+/// A device as the running daemon sees it.
+struct DeviceInUse {
+  std::string identity;     ///< driver and serial number or folder
+  std::string state;        ///< "streaming", "present", "absent", ...; empty: not reported
+  std::string detail;       ///< why it cannot be used, and what to do; may be empty
+  std::string node = {};    ///< of a camera of the driver v4l2, "/dev/video2"; empty: none is open
+  std::string format = {};  ///< of its depth, "Z16"
+  bool works = false;       ///< it delivers
+};
+
 /// What a running daemon reports of itself.
 struct DaemonView {
   bool answers = false;
@@ -55,7 +66,16 @@ struct DaemonView {
   std::optional<int> cpu;  ///< the CPU to which its force thread is pinned
   bool memory_locked = false;
   std::vector<std::string> warnings;  ///< what it reports as wrong
+  std::string remedy = {};            ///< where it does not answer; empty: start the service
+  std::string socket = {};            ///< where it was asked
+  DeviceInUse camera = {};
+  DeviceInUse handle = {};
+  /// Its parameters, as far as it reports them; nothing: it does not answer, or is of another version.
+  std::optional<config::Settings> settings = {};
 };
+
+/// The configuration to examine a machine with: what the running daemon uses, else the one in the file.
+Configuration configurationInUse(const DaemonView& daemon, const std::filesystem::path& root);
 
 /// Everything that the checks examine.
 struct Examination {
@@ -83,6 +103,9 @@ std::optional<UnitProperties> askServiceManager();
 
 /// The architecture of the examined machine: kernels since 6.1 state it in a file. Empty: not known.
 std::string architectureOf(const Examination& box);
+
+/// Whether the daemon that responds is not the service: then it runs as the user who started it.
+bool runsByHand(const Examination& box);
 
 /// Whether the service manager knows hapticd.service.
 bool isInstalled(const std::optional<UnitProperties>& unit);

@@ -59,6 +59,13 @@ bool isReadableAndWritable(mode_t mode, mode_t read, mode_t write) {
 
 }  // namespace
 
+Findings findingsOfInUse(const std::string& name, const DeviceInUse& device) {
+  if (device.state.empty()) return {};
+  const std::string fact = fmt::format("hapticd uses {}: {}", device.identity, device.state);
+  if (device.works) return {good(name, fact)};
+  return {warning(name, fact, device.detail.empty() ? "hapticctl status shows its state" : device.detail)};
+}
+
 Finding good(std::string name, std::string fact) {
   return {Verdict::ok, std::move(name), std::move(fact), ""};
 }

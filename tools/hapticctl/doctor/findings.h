@@ -37,6 +37,10 @@ std::string jsonOf(const Findings& findings);
 
 // Wording that several checks share.
 
+/// What a running daemon reports of a device: "hapticd uses v4l2 D435: streaming", or a warning with what to
+/// do; nothing if none responds. name: of the check.
+Findings findingsOfInUse(const std::string& name, const DeviceInUse& device);
+
 Finding good(std::string name, std::string fact);
 Finding warning(std::string name, std::string fact, std::string remedy);
 Finding failure(std::string name, std::string fact, std::string remedy);

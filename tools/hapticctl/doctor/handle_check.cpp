@@ -113,13 +113,15 @@ Findings NeedCheck::operator()(const config::UsbNeed& need) const {
 
 Findings checkHandle(const Examination& box) {
   if (!box.configuration.problem.empty()) {
-    return {failureOfTheService(box, kName, "the configuration cannot be used: " + box.configuration.problem,
-                                "/usr/libexec/hapticd/hapticd --config /etc/hapticd/hapticd.yaml --check")};
+    return {warning(kName, "not examined, because the configuration cannot be used", "")};
   }
   const config::HandleSettings& handle = box.configuration.settings.handle;
   const std::vector<config::Need> needs = config::driverOf(handle).needs(handle);
-  if (needs.empty()) return {good(kName, handle.driver + ", so there is no device")};
-  Findings findings;
+  Findings findings = findingsOfInUse(kName, box.daemon.handle);
+  if (needs.empty()) {
+    if (findings.empty()) findings.push_back(good(kName, handle.driver + ", so there is no device"));
+    return findings;
+  }
   bool is_well = true;  // what is as it should be does not matter after something that is not
   for (const config::Need& need : needs) {
     for (Finding& finding : std::visit(NeedCheck{box}, need)) {

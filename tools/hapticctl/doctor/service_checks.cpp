@@ -116,9 +116,15 @@ Finding stateFinding(const UnitProperties& unit) {
 
 }  // namespace
 
+constexpr const char* kByHand = "/usr/libexec/hapticd/hapticd --config /etc/hapticd/hapticd.yaml";
+
 Findings checkService(const Examination& box) {
+  if (!box.unit && runsByHand(box)) {
+    return {good("service", "systemd cannot be queried here; the hapticd that responds was started by hand")};
+  }
   if (!box.unit) {
-    return {warning("service", "systemd cannot be queried", "run hapticctl doctor on the box itself")};
+    return {warning("service", "systemd cannot be queried here",
+                    fmt::format("start hapticd by hand: {}", kByHand))};
   }
   if (!isInstalled(box.unit)) {
     const std::string state = property(*box.unit, "LoadState");
@@ -140,9 +146,19 @@ Findings checkService(const Examination& box) {
   return findings;
 }
 
+Findings checkConfiguration(const Examination& box) {
+  const Configuration& configuration = box.configuration;
+  if (configuration.problem.empty()) return {good("configuration", configuration.source)};
+  return {failureOfTheService(box, "configuration", "cannot be used: " + configuration.problem,
+                              "/usr/libexec/hapticd/hapticd --config /etc/hapticd/hapticd.yaml --check")};
+}
+
 Findings checkDaemon(const Examination& box) {
   if (!box.daemon.answers) {
-    return {warning("daemon", "does not respond: " + box.daemon.problem, "systemctl start hapticd")};
+    return {warning("daemon", "does not respond: " + box.daemon.problem,
+                    !box.daemon.remedy.empty() ? box.daemon.remedy
+                    : box.unit                 ? "systemctl start hapticd"
+                                               : kByHand)};
   }
   Findings findings;
   for (const std::string& text : box.daemon.warnings) findings.push_back(warning("daemon", text, ""));

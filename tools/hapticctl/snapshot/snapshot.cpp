@@ -99,8 +99,7 @@ Result<void> SnapshotAssembler::add(const Json& reply) {
       rows && rows->is_string() ? base::base64Decoded(rows->get_ref<const std::string&>()) : std::nullopt;
   const auto width = static_cast<std::size_t>(snapshot_.depth_model.width_px);
   const std::size_t row_bytes = 2 * width;
-  if (!bytes || bytes->size() % row_bytes != 0)
-    return std::unexpected(unfitting("rows that are no whole rows"));
+  if (!bytes || bytes->size() % row_bytes != 0) return std::unexpected(unfitting("incomplete rows"));
   const int count = static_cast<int>(bytes->size() / row_bytes);
   if (rows_ + count > snapshot_.depth_model.height_px)
     return std::unexpected(unfitting("more rows than a frame has"));

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <string_view>
 
+#include "config/base/program.h"
 #include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
@@ -34,7 +35,8 @@ struct Meaning {
 };
 constexpr std::array<Meaning, 5> kMeanings{{
     {"io.hapticd.Control.ChangedMeanwhile",
-     "nothing was changed: somebody else has made a change in the meantime\nlook at it again and repeat"},
+     "nothing was changed: another client has made a change in the meantime\ncheck the new state, then "
+     "repeat the command"},
     {"io.hapticd.Control.NotApplied",
      "the force loop has not taken over the change in time; it will when it runs again\n"
      "'hapticctl status' shows why it does not run"},
@@ -169,6 +171,16 @@ int report(const ClientError& error, bool json) {
   print(reply ? error.what : "NoConnection", reply ? error.parameters : Json::object(), errorText(error),
         json);
   return reply ? kFailed : kNoConnection;
+}
+
+int reportUsage(const std::string& command, const std::string& what, bool json) {
+  if (json) {
+    print("WrongUsage", {{"command", command}}, fmt::format("{}\n'{} --help' shows more", what, command),
+          json);
+  } else {
+    base::printUsageError(command, what);
+  }
+  return kUsage;
 }
 
 int report(const std::vector<base::Error>& errors, bool json) {

@@ -24,6 +24,11 @@ std::string errorText(const ClientError& error);
 /// Returns the exit code for the error.
 int report(const ClientError& error, bool json);
 
+/// Prints what is wrong with a command line on stderr, and how to get help; with `json` as an object of the
+/// same form as other errors, whose name is "WrongUsage". command: the program's name, and the commands that
+/// were read. Returns the exit code.
+int reportUsage(const std::string& command, const std::string& what, bool json);
+
 /// Reports an error of this program, such as a file that cannot be written.
 int report(const base::Error& error, bool json);
 /// Reports several at once; with `json` as one object, with all of them in its parameters.

@@ -46,7 +46,7 @@ ClientError connectError(const std::string& path, int error) {
       result.what = fmt::format("there is no socket {}", path);
       break;
     case ECONNREFUSED:
-      result.what = fmt::format("nobody listens on {}", path);
+      result.what = fmt::format("nothing listens on {}", path);
       break;
     case EACCES:
     case EPERM:

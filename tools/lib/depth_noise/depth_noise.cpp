@@ -102,7 +102,7 @@ double standingShareOf(std::span<const NoiseAtDepth> at_depths) {
   double sum = 0;
   double weights = 0;
   for (const NoiseAtDepth& at : at_depths) {
-    const double share = at.standing_m / at.sigma_m();
+    const double share = at.static_m / at.sigma_m();
     sum += static_cast<double>(at.pixels) * share * share;
     weights += static_cast<double>(at.pixels);
   }
@@ -112,7 +112,7 @@ double standingShareOf(std::span<const NoiseAtDepth> at_depths) {
 }  // namespace
 
 double NoiseAtDepth::sigma_m() const {
-  return std::hypot(changing_m, standing_m);
+  return std::hypot(temporal_m, static_m);
 }
 
 std::optional<rt::DepthNoiseParameters> fittedNoise(std::span<const NoiseAtDepth> at_depths,
@@ -120,8 +120,8 @@ std::optional<rt::DepthNoiseParameters> fittedNoise(std::span<const NoiseAtDepth
   std::vector<NoiseAtDepth> measured(at_depths.begin(), at_depths.end());
   std::erase_if(measured, [](const NoiseAtDepth& at) { return !(at.sigma_m() > 0 && at.depth_m > 0); });
   if (measured.empty()) return std::nullopt;
-  if (std::ranges::any_of(measured, &NoiseAtDepth::has_standing))
-    std::erase_if(measured, [](const NoiseAtDepth& at) { return !at.has_standing; });
+  if (std::ranges::any_of(measured, &NoiseAtDepth::has_static))
+    std::erase_if(measured, [](const NoiseAtDepth& at) { return !at.has_static; });
   const auto [nearest, farthest] = std::ranges::minmax(measured, {}, &NoiseAtDepth::depth_m);
   const bool is_narrow = farthest.depth_m < kNarrowSpan * nearest.depth_m;
   std::optional<Coefficients> best;
@@ -145,7 +145,7 @@ namespace {
 
 constexpr double kRatioOfBins = 1.1;     // far to near end of an interval of depths
 constexpr std::size_t kMinPixels = 200;  // of an interval that is shown
-constexpr std::size_t kMinTiles = 3;     // of an interval whose standing part is shown
+constexpr std::size_t kMinTiles = 3;     // of an interval whose static part is shown
 constexpr int kTile_px = 32;             // several correlation lengths of any camera
 constexpr double kTileShare = 0.9;       // pixels of a tile that must be measured
 constexpr int kRowStep = 4;              // every fourth row suffices for the correlation
@@ -267,7 +267,7 @@ std::vector<DepthNoise::Tile> DepthNoise::tiles() const {
   for (int top = 0; top + kTile_px <= camera_.height_px; top += kTile_px) {
     for (int left = 0; left + kTile_px <= camera_.width_px; left += kTile_px) {
       PlaneResidual plane;
-      double rest_m2 = 0;  // what is left of the changing part in the mean
+      double rest_m2 = 0;  // what is left of the temporal part in the mean
       for (int row = 0; row < kTile_px; ++row) {
         for (int column = 0; column < kTile_px; ++column) {
           const std::size_t pixel =
@@ -299,7 +299,7 @@ std::vector<DepthNoise::Bin> DepthNoise::bins() const {
     bin.variances_m2.push_back(variance_m2(pixel));
     bin.sum_of_depths_m += mean_m(pixel);
   }
-  for (const Tile& tile : tiles()) bins[binOf(tile.depth_m)].standing_m2.push_back(tile.standing_m2);
+  for (const Tile& tile : tiles()) bins[binOf(tile.depth_m)].static_m2.push_back(tile.static_m2);
   return bins;
 }
 
@@ -314,10 +314,10 @@ DepthNoiseReport DepthNoise::report() const {
     at.pixels = bin.variances_m2.size();
     if (at.pixels < kMinPixels) continue;
     at.depth_m = bin.sum_of_depths_m / static_cast<double>(at.pixels);
-    at.changing_m = std::sqrt(meanAtRest(bin.variances_m2, step_m(camera_, at.depth_m)));
-    at.has_standing = bin.standing_m2.size() >= kMinTiles;
-    if (at.has_standing) {
-      at.standing_m = std::sqrt(std::max(0.0, medianOf(bin.standing_m2)));
+    at.temporal_m = std::sqrt(meanAtRest(bin.variances_m2, step_m(camera_, at.depth_m)));
+    at.has_static = bin.static_m2.size() >= kMinTiles;
+    if (at.has_static) {
+      at.static_m = std::sqrt(std::max(0.0, medianOf(bin.static_m2)));
     }
     report.at_depths.push_back(at);
   }
@@ -393,14 +393,14 @@ constexpr double kMaxCorrelation_px = 32;
 std::string textOf(const DepthNoiseReport& report, rt::DepthPrinciple principle) {
   if (report.at_depths.empty())
     return "noise        not measured: too few frames, or nothing within camera.near_m and camera.far_m\n";
-  std::string text = "noise        depth_m  changing_mm  standing_mm  pixels\n";
+  std::string text = "noise        depth_m  temporal_mm  static_mm  pixels\n";
   for (const NoiseAtDepth& at : report.at_depths) {
-    text += fmt::format("             {:>7.3f}  {:>11.3f}  {:>11.3f}  {:>6}\n", at.depth_m,
-                        at.changing_m * 1e3, at.standing_m * 1e3, at.pixels);
+    text += fmt::format("             {:>7.3f}  {:>11.3f}  {:>9.3f}  {:>6}\n", at.depth_m,
+                        at.temporal_m * 1e3, at.static_m * 1e3, at.pixels);
   }
   const auto fit = fittedNoise(report.at_depths, principle);
   if (!fit) return text;
-  text += fmt::format("correlation  {:.1f} px\nstanding     {:.0f} % of the variance\n",
+  text += fmt::format("correlation  {:.1f} px\nstatic       {:.0f} % of the variance\n",
                       report.correlation_px, 100 * fit->standing_share);
   return text + fmt::format(
                     "\ncamera:\n  noise_c0_m: {:.6f}\n  noise_c1: {:.6f}\n  noise_c2_per_m: {:.6f}\n"
@@ -414,15 +414,15 @@ void addTo(nlohmann::ordered_json& document, const DepthNoiseReport& report, rt:
   Json& depths = document["noiseAtDepths"] = Json::array();
   for (const NoiseAtDepth& at : report.at_depths) {
     depths.push_back({{"depthM", at.depth_m},
-                      {"changingM", at.changing_m},
-                      {"standingM", at.standing_m},
+                      {"temporalM", at.temporal_m},
+                      {"staticM", at.static_m},
                       {"pixels", at.pixels}});
   }
   const auto fit = fittedNoise(report.at_depths, principle);
   document["noise"] = fit ? Json{{"c0M", fit->c0_m},
                                  {"c1", fit->c1},
                                  {"c2PerM", fit->c2_per_m},
-                                 {"standingShare", fit->standing_share},
+                                 {"staticShare", fit->standing_share},
                                  {"correlationPx", report.correlation_px}}
                           : Json();
 }

@@ -53,17 +53,17 @@ class PlaneResidual {
 /// Noise of the pixels whose mean depth lies in one interval.
 struct NoiseAtDepth {
   double depth_m = 0;
-  double changing_m = 0;     ///< standard deviation from frame to frame
-  double standing_m = 0;     ///< standard deviation of what is the same in each frame; 0 if not measured
-  std::size_t pixels = 0;    ///< at this depth
-  bool has_standing = true;  ///< whether the standing part was measured
+  double temporal_m = 0;   ///< standard deviation from frame to frame
+  double static_m = 0;     ///< standard deviation of what is the same in each frame; 0 if not measured
+  std::size_t pixels = 0;  ///< at this depth
+  bool has_static = true;  ///< whether the static part was measured
 
   double sigma_m() const;  ///< of both parts
 };
 
 /// Fits sigma(Z) = c0 + c1 Z + c2 Z^2, all at least 0, with as few terms as explain the measurements. Where
 /// these span less than a third of their depth, the one term of the camera's principle is fitted: c0 for time
-/// of flight, c2 otherwise. The standing share is the mean one. Depths without a measurement of the standing
+/// of flight, c2 otherwise. The static share is the mean one. Depths without a measurement of the static
 /// part are left out unless it was measured nowhere. Nothing without measurements.
 std::optional<rt::DepthNoiseParameters> fittedNoise(std::span<const NoiseAtDepth> at_depths,
                                                     rt::DepthPrinciple principle);
@@ -76,8 +76,8 @@ struct DepthNoiseReport {
   double correlation_px = 1;            ///< of the part that changes from frame to frame
 };
 
-/// Separates the noise of a camera from the scene that it sees, which must rest: the changing part is the
-/// deviation of each pixel from its mean over the frames, the standing part what is left of that mean on
+/// Separates the noise of a camera from the scene that it sees, which must rest: the temporal part is the
+/// deviation of each pixel from its mean over the frames, the static part what is left of that mean on
 /// surfaces that are locally plane.
 /// Thread: one at a time.
 class DepthNoise {
@@ -109,13 +109,13 @@ class DepthNoise {
   /// A square part of the image on one surface.
   struct Tile {
     double depth_m;
-    double standing_m2;  ///< variance of the standing part; may be slightly negative
+    double static_m2;  ///< variance of the static part; may be slightly negative
   };
 
   /// The pixels and tiles of one interval of depths.
   struct Bin {
     std::vector<double> variances_m2;  ///< of the pixels, from frame to frame
-    std::vector<double> standing_m2;   ///< of the tiles
+    std::vector<double> static_m2;     ///< of the tiles
     double sum_of_depths_m = 0;        ///< of the pixels
   };
 
@@ -142,7 +142,7 @@ class DepthNoise {
 /// is twice its width, as letters are. Empty without any depth.
 std::string depthPicture(const std::vector<double>& depth_m, int width_px, int height_px, int columns);
 
-/// The noise for people: a line for each depth, the correlation length, the standing share, and the lines for
+/// The noise for people: a line for each depth, the correlation length, the static share, and the lines for
 /// the configuration. Says so where nothing was measured.
 std::string textOf(const DepthNoiseReport& report, rt::DepthPrinciple principle);
 

@@ -77,7 +77,7 @@ inline void fromFields(const nlohmann::json& json, double& number) {
   const char* const end = text.data() + text.size();
   const bool is_read =
       text.starts_with("0x") && std::from_chars(text.data() + kPrefix, end, bits, 16).ptr == end;
-  if (!is_read) throw std::invalid_argument(json.dump() + " is no number");
+  if (!is_read) throw std::invalid_argument(json.dump() + " is not a number");
   number = std::bit_cast<double>(bits);
 }
 template <typename Type>

@@ -99,7 +99,7 @@ class Reader {
 FileOf<PlacedLandmark> landmarksFromText(std::string_view text, const std::string& file) {
   Reader reader(file);
   if (text.size() > kMaxTextLength) {
-    reader.report(0, "is longer than 1 MiB", "leave out what is no landmark");
+    reader.report(0, "is longer than 1 MiB", "remove what is not a landmark");
     return std::move(reader).finish();
   }
   const config::YamlFile yaml = config::readYaml(text);

@@ -72,7 +72,7 @@ T PointTable::numberIn(std::size_t column, const Fields& fields, T lowest, T hig
   // written so that a value that is not a number is out of range
   if (value && *value >= lowest && *value <= highest) return *value;
   report(fmt::format("{}: {} is {} (allowed: {}..{}{}{})", fieldsOf(header_)[column],
-                     base::inQuotes(fields[column]), value ? "out of range" : "no number", lowest, highest,
+                     base::inQuotes(fields[column]), value ? "out of range" : "not a number", lowest, highest,
                      unit.empty() ? "" : " ", unit));
   return {};
 }

@@ -32,6 +32,11 @@ std::size_t bytesOf(std::string_view text, std::size_t columns) {
   return end;
 }
 
+std::string withoutBlanksAtTheEnd(std::string line) {
+  line.erase(line.find_last_not_of(' ') + 1);
+  return line;
+}
+
 std::string_view environment(const char* name) {
   const char* value = std::getenv(name);
   return value == nullptr ? std::string_view() : value;
@@ -62,6 +67,52 @@ std::string wrapped(const std::string& text, std::size_t columns, const std::str
     rest.remove_prefix(breaks ? blank + 1 : most);
   }
   return lines + std::string(rest);
+}
+
+namespace {
+
+/// Where the value of a line like "name   value" begins; 0 where it has another form.
+std::size_t valueColumn(std::string_view line) {
+  const std::size_t name = line.find_first_not_of(' ');
+  const std::size_t gap = line.find("  ", std::min(name, line.size()));
+  const std::size_t value = gap == std::string_view::npos ? gap : line.find_first_not_of(' ', gap);
+  return value == std::string_view::npos ? 0 : columnsOf(line.substr(0, value));
+}
+
+/// A line of more than `columns`, divided at blanks.
+std::string divided(std::string_view line, std::size_t columns) {
+  constexpr std::size_t kFewColumns = 4;
+  constexpr std::size_t kFewestForText = 24;
+  const std::size_t value = valueColumn(line);
+  const bool below = value > 0 && value + kFewestForText <= columns;
+  const std::string indent(below ? value : std::min(kFewColumns, columns / kFewColumns), ' ');
+  std::string lines;
+  std::size_t first = line.find_first_not_of(' ');  // no line ends before its first word
+  while (columnsOf(line) + (lines.empty() ? 0 : indent.size()) > columns) {
+    const std::size_t most = bytesOf(line, columns - (lines.empty() ? 0 : indent.size()));
+    std::size_t blank = line.rfind(' ', most);
+    if (blank == std::string_view::npos || blank <= first) blank = line.find(' ', first);
+    if (blank == std::string_view::npos) break;
+    lines += (lines.empty() ? "" : indent) + withoutBlanksAtTheEnd(std::string(line.substr(0, blank))) + "\n";
+    line.remove_prefix(std::min(line.find_first_not_of(' ', blank), line.size()));
+    first = 0;
+  }
+  return lines + (lines.empty() ? "" : indent) + std::string(line);
+}
+
+}  // namespace
+
+std::string fitted(const std::string& text, std::size_t columns) {
+  if (columns == TerminalSize::kNoLimit) return text;
+  std::string lines;
+  for (std::string_view rest = text; !rest.empty();) {
+    const std::size_t end = std::min(rest.find('\n'), rest.size());
+    const std::string_view line = rest.substr(0, end);
+    lines += columnsOf(line) > columns ? divided(line, columns) : std::string(line);
+    if (end < rest.size()) lines += '\n';
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+  }
+  return lines;
 }
 
 std::string painted(const std::string& text, Colour colour, bool on) {
@@ -109,11 +160,6 @@ const std::string kIndentBelow(4, ' ');
 std::string padded(const std::string& text, std::size_t width, bool right) {
   const std::string blanks(width - std::min(columnsOf(text), width), ' ');
   return right ? blanks + text : text + blanks;
-}
-
-std::string withoutBlanksAtTheEnd(std::string line) {
-  line.erase(line.find_last_not_of(' ') + 1);
-  return line;
 }
 
 }  // namespace

@@ -21,6 +21,11 @@ std::string cutTo(std::string text, std::size_t columns);
 /// `indent`.
 std::string wrapped(const std::string& text, std::size_t columns, const std::string& indent);
 
+/// Wraps those lines of a text that are longer than `columns` at blanks; what follows begins below the value
+/// of a line like "name   value", else a few columns in. A word that is longer than a line is not divided, so
+/// that it can be copied. Lines that fit stay as they are. columns: TerminalSize::kNoLimit: as it is.
+std::string fitted(const std::string& text, std::size_t columns);
+
 enum class Colour { plain, red, yellow, green, dim };
 
 /// `text` in a colour, as ANSI terminals understand it; unchanged when `on` is false.

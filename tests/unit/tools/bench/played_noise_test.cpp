@@ -66,7 +66,7 @@ TEST_P(NoiseOfAPlayedCamera, IsMeasuredAsStated) {
   ASSERT_TRUE(fit);
   int compared = 0;
   for (const NoiseAtDepth& at : report.at_depths) {
-    if (!at.has_standing) continue;
+    if (!at.has_static) continue;
     EXPECT_NEAR(at.sigma_m() / camera.noise.sigma_m(at.depth_m), 1, kOfSigma) << at.depth_m;
     ++compared;
   }

@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "drivers/camera/v4l2/camera_report.h"
 #include "made_up_machine.h"
 #include "tests/support/program.h"
 #include "tests/support/video/made_up_sysfs.h"
@@ -145,7 +146,39 @@ TEST_F(CameraListing, OtherDevicesOnUsbAreNoCameras) {
   EXPECT_EQ(
       textOf(list()),
       "no camera is connected\nhapticd finds no camera: v4l2: there is no video device (connect the camera "
-      "to a USB 3 port; hapticctl camera list shows what the kernel makes of it)\n");
+      "to a USB 3 port; journalctl -k shows what the kernel finds)\n");
+}
+
+TEST_F(CameraListing, NoNodeOfTheCameraThatARunningDaemonHoldsIsOpened) {
+  for (const char* name : {"video0", "video1", "video2"}) {
+    test::addNode(files.root(), {.name = name, .link = std::string("link-") + name});
+  }
+  settings.of<drivers::V4l2Settings>().device = "/dev/video0";  // changed since the daemon was started
+  std::vector<std::string> opened;
+  const DepthProbe noting = [&](const drivers::VideoDevice& video) -> base::Result<std::uint32_t> {
+    opened.push_back(video.node);
+    return 0;
+  };
+  const CameraList found = listCameras(Machine(files.root()), settings, noting, {"/dev/video2", "Z16"});
+  EXPECT_TRUE(opened.empty()) << opened.front();
+  EXPECT_EQ(found.source, "/dev/video2");
+  ASSERT_EQ(found.cameras.size(), 1U);
+  EXPECT_EQ(found.cameras.front().suitability, Suitability::used);
+  EXPECT_EQ(found.cameras.front().format, "Z16");
+}
+
+TEST_F(CameraListing, SaysWhereTheConfigurationComesFromAndWhatTheDaemonsCameraDoes) {
+  CameraList shown;
+  shown.source = "a computed scene";
+  shown.state = "streaming";
+  shown.configuration = "as the running hapticd uses it (/run/socket)";
+  EXPECT_EQ(textOf(shown),
+            "no camera is connected\nhapticd takes its depth from a computed scene: streaming\n"
+            "configuration: as the running hapticd uses it (/run/socket)\n");
+}
+
+TEST_F(CameraListing, NoAdviceOfTheListNamesTheList) {
+  EXPECT_EQ(textOf(list()).find("camera list"), std::string::npos) << textOf(list());
 }
 
 TEST_F(CameraListing, TheCommandReadsTheConfigurationBelowItsRoot) {

@@ -89,6 +89,16 @@ TEST_F(DoctorsCamera, IsNotExaminedWithAnotherDriver) {
   EXPECT_TRUE(says(named("depth camera"), Verdict::ok, "camera.driver is freenect", ""));
 }
 
+TEST_F(DoctorsCamera, IsTheOneThatTheRunningDaemonUses) {
+  box.configuration.settings.camera.driver = "synthetic";
+  box.daemon.camera = {.identity = "synthetic", .state = "streaming", .detail = "", .works = true};
+  EXPECT_EQ(checkCameras(box).size(), 1U);
+  EXPECT_TRUE(says(named("depth camera"), Verdict::ok, "hapticd uses synthetic: streaming", ""));
+  box.daemon.camera = {.identity = "v4l2", .state = "lost", .detail = "unplugged (plug it in)"};
+  EXPECT_TRUE(
+      says(named("depth camera"), Verdict::warn, "hapticd uses v4l2: lost", "unplugged (plug it in)"));
+}
+
 TEST_F(DoctorsCamera, OfAVendorsSoftwareIsNamedWithTheReason) {
   files.set(kUsb + "idVendor", "045e");
   files.set(kUsb + "idProduct", "097c");
@@ -129,10 +139,29 @@ TEST_F(DoctorOfHandles, HasNothingToLookForWithASimulatedHandle) {
   EXPECT_TRUE(says(checkHandle(box), Verdict::ok, "simulated"));
 }
 
+TEST_F(DoctorOfHandles, ShowsTheHandleOfTheRunningDaemon) {
+  box.daemon.handle = {.identity = "simulated", .state = "present", .detail = "", .works = true};
+  EXPECT_TRUE(says(checkHandle(box), Verdict::ok, "hapticd uses simulated: present"));
+  box.daemon.handle = {.identity = "udp", .state = "absent", .detail = "nothing sends (start the bridge)"};
+  EXPECT_TRUE(says(checkHandle(box), Verdict::warn, "hapticd uses udp: absent", "start the bridge"));
+}
+
+TEST_F(DoctorOfHandles, TheConfigurationOfTheRunningDaemonIsPreferredToTheFile) {
+  files.set("etc/hapticd/hapticd.yaml", "handle: {driver: hid}");
+  EXPECT_EQ(configurationInUse(box.daemon, files.root()).settings.handle.driver, "hid");
+  EXPECT_EQ(configurationInUse(box.daemon, files.root()).source, files.root() / "etc/hapticd/hapticd.yaml");
+  box.daemon.settings = config::Settings();
+  box.daemon.settings->handle.driver = "udp";
+  box.daemon.socket = "/run/socket";
+  box.configuration = configurationInUse(box.daemon, files.root());
+  EXPECT_EQ(box.configuration.settings.handle.driver, "udp");
+  EXPECT_TRUE(says(checkConfiguration(box), Verdict::ok, "as the running hapticd uses it (/run/socket)"));
+}
+
 TEST_F(DoctorOfHandles, FailsOnAConfigurationThatCannotBeUsed) {
   files.set("etc/hapticd/hapticd.yaml", "handle: {driver: telepathy}");
   box.configuration = readConfiguration(files.root());
-  EXPECT_TRUE(says(checkHandle(box), Verdict::fail, "telepathy", "--check"));
+  EXPECT_TRUE(says(checkConfiguration(box), Verdict::fail, "telepathy", "--check"));
 }
 
 TEST_F(DoctorOfHandles, ReadsTheConfigurationBelowTheRoot) {
