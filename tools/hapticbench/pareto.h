@@ -165,9 +165,7 @@ std::string paretoMarkdown(const ParetoResult& result);
 std::string surfaceErrorMarkdown(const ParetoResult& result);
 
 /// CPU time per second of use (x) against RMS error in JND (y), both logarithmic, every point with its name:
-/// the script by which gnuplot makes an SVG, or a PNG where the name of the file ends so.
+/// the script by which gnuplot makes an image of the kind of its ending, SVG, PNG or PDF.
 std::string plotScript(const ParetoResult& result, const std::filesystem::path& image);
-/// Errors: gnuplot is not installed or fails, or the file cannot be written.
-base::Result<void> plotPareto(const ParetoResult& result, const std::filesystem::path& image);
 
 }  // namespace hapticd::tools

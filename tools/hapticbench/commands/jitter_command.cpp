@@ -209,7 +209,7 @@ Report jitterReport(const JitterResult& result) {
     rows.push_back({load.load, "last hop", load.ours().last_hop});
     loads.push_back(loadJson(load));
   }
-  report.say("\n" + tableText(columns(), rows));
+  report.show("wake-up latency", "\n", columns(), rows);
   for (const LoadJitter& load : result.loads) report.say(loadText(load));
   report.note("cpu", options.cpu);
   report.note("priority", options.priority);

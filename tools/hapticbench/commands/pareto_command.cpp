@@ -303,7 +303,9 @@ std::string plotScript(const ParetoResult& result, const std::filesystem::path& 
   const auto add = [&script](const std::string& text) {
     fmt::format_to(std::back_inserter(script), "{}", text);
   };
-  add(fmt::format("set terminal {} size 900,640 background rgb 'white'\n", gnuplotTerminal(image)));
+  const std::string terminal = gnuplotTerminal(image);
+  add(fmt::format("set terminal {} size {} background rgb 'white'\n", terminal,
+                  terminal == "pdfcairo" ? "17cm,12cm" : "900,640"));
   add("set logscale xy\nset grid\nset offsets graph 0.03, graph 0.15, graph 0.08, graph 0.03\nunset key\n"
       "set title \"Force laws: CPU time and error\\n{/*0.8 grey: libraries that compute the law of the "
       "paper}\"\n"
@@ -324,15 +326,11 @@ std::string plotScript(const ParetoResult& result, const std::filesystem::path& 
   return fmt::to_string(script);
 }
 
-base::Result<void> plotPareto(const ParetoResult& result, const std::filesystem::path& image) {
-  return runGnuplot(plotScript(result, image), image, "--json writes the data");
-}
-
 namespace {
 
 struct Chosen {
   ParetoOptions options;
-  std::string plot_file, markdown_file, surface_table_file, laws_table_file;
+  std::string markdown_file, surface_table_file, laws_table_file;
   int cpu = -1;
 };
 
@@ -357,11 +355,9 @@ int runPareto(const Chosen& chosen, const StudyCommand& command) {
   const int cpu = rt::pinToCpu(chosen.cpu);
   const auto result = measurePareto(chosen.options);
   if (!result) return fail(result.error(), EX_NOINPUT);
-  if (const int status = command.report(paretoReport(*result, cpu)); status != EX_OK) return status;
-  if (!chosen.plot_file.empty()) {
-    if (const auto plotted = plotPareto(*result, chosen.plot_file); !plotted)
-      return fail(plotted.error(), EX_CANTCREAT);
-  }
+  Report report = paretoReport(*result, cpu);
+  report.drawAs([&result](const std::filesystem::path& image) { return plotScript(*result, image); });
+  if (const int status = command.report(report); status != EX_OK) return status;
   if (const int status = writeReport(chosen.markdown_file, paretoMarkdown(*result)); status != EX_OK)
     return status;
   if (const int status = writeReport(chosen.surface_table_file, surfaceErrorMarkdown(*result));
@@ -382,8 +378,6 @@ StudyCommand paretoCommand(CLI::App& app) {
                 [chosen] { useQuickOptions(chosen->options); });
   command->add_option("--cpu", chosen->cpu, "CPU to run on (the last one)")->check(within(-1, 1023));
   command.recordings(chosen->options.recordings);
-  file("--plot", chosen->plot_file, "draw the points there with gnuplot, .svg or .png")
-      ->check(endsIn(".svg", ".png"));
   file("--markdown", chosen->markdown_file, "write all tables there as Markdown")->check(endsIn(".md"));
   file("--surface-table", chosen->surface_table_file,
        "write the error of the law surface by distance there, one table as Markdown")

@@ -291,7 +291,8 @@ Report recordingsReport(std::span<const SessionResult> sessions, const Recording
   Json document = Json::array();
   report.say(kExplanation);
   for (const SessionResult& session : sessions) {
-    report.say(titleOf(session) + "\n" + tableText(surfaceColumns(), session.surfaces) + "\n");
+    report.show(titleOf(session), titleOf(session) + "\n", surfaceColumns(), session.surfaces);
+    report.say("\n");
     document.push_back({{"session", session.session},
                         {"frames", session.frames},
                         {"camera",
@@ -305,8 +306,7 @@ Report recordingsReport(std::span<const SessionResult> sessions, const Recording
   report.note("sessions", std::move(document));
   report.say(kPassingExplanation);
   for (const SessionResult& session : sessions) {
-    if (!session.passings.empty())
-      report.say(session.session + "\n" + tableText(passingColumns(), session.passings));
+    report.show(session.session, session.session + "\n", passingColumns(), session.passings);
   }
   report.requirements(requirementsOf(sessions, options));
   return report;

@@ -124,10 +124,10 @@ void addDefaults(const std::vector<DefaultRun>& runs, Report& report) {
                              {"", "kept N/m", 0, &Row::least_kept_n_per_m},
                              {"", "gives mJ", 2, &Row::most_given_j, 1e3},
                              {"", "above potential mJ", 2, &Row::most_above_potential_j, 1e3}};
-  if (!rows.empty()) report.say(kDefaultsExplanation + tableText(columns, rows));
+  report.show("shipped settings", kDefaultsExplanation, columns, rows);
   if (bad.empty()) return;
-  report.say(fmt::format("\nunstable, or giving more than {:g} mJ\n", kMaxGiven_j * 1e3) +
-             tableText(defaultColumns(), bad));
+  const std::string title = fmt::format("unstable, or giving more than {:g} mJ", kMaxGiven_j * 1e3);
+  report.show(title, "\n" + title + "\n", defaultColumns(), bad);
 }
 
 struct Chosen {

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "tools/hapticbench/engine/report_drawing.h"
 #include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
@@ -109,9 +110,13 @@ Requirement Requirement::notMeasured(std::string law, std::string text) {
   return {.law = std::move(law), .text = std::move(text), .cases = 0, .worst = {}};
 }
 
+std::string Report::drawing(const std::filesystem::path& image) const {
+  return drawing_ ? drawing_(image) : drawingOf(tables_, image);
+}
+
 void Report::requirements(std::span<const Requirement> requirements) {
-  say("\nrequirements\n");
-  table("requirements", "", requirementColumns(), requirements);
+  say("\nrequirements\n" + textOf(figuresOf(requirementColumns(), requirements)));
+  note("requirements", tableJson(requirementColumns(), requirements));
 }
 
 }  // namespace hapticd::tools

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tools/hapticbench/engine/measures.h"
@@ -78,9 +80,9 @@ std::string textOf(const Figures& figures);
 std::string markdownTable(const std::vector<std::string>& headings, std::size_t text_columns,
                           const std::vector<std::vector<std::string>>& rows);
 
-/// A line of text for each row; empty where there are no rows.
+/// What a table shows as text.
 template <typename Row, typename Rows>
-std::string tableText(const Columns<Row>& columns, const Rows& rows) {
+Figures figuresOf(const Columns<Row>& columns, const Rows& rows) {
   Figures table;
   for (const Column<Row>& column : columns) {
     if (!column.heading.empty()) table.headings.push_back({column.heading, column.decimals, column.scale});
@@ -91,7 +93,7 @@ std::string tableText(const Columns<Row>& columns, const Rows& rows) {
       if (!column.heading.empty()) cells.push_back(column.figure(row));
     }
   }
-  return textOf(table);
+  return table;
 }
 
 /// A JSON array with an object for each row.
@@ -163,6 +165,12 @@ Requirement checked(const std::string& law, const RowRequirement<Row>& requireme
   return result;
 }
 
+/// A table with its name in drawings.
+struct NamedTable {
+  std::string name;
+  Figures figures;
+};
+
 /// What a study tells, part by part.
 class Report {
  public:
@@ -174,10 +182,25 @@ class Report {
   template <typename Row, typename Rows>
   void table(const std::string& key, const std::string& title, const Columns<Row>& columns,
              const Rows& rows) {
-    if (const std::string lines = tableText(columns, rows); !lines.empty()) say(title + lines);
+    show(key, title, columns, rows);
     note(key, tableJson(columns, rows));
   }
+  /// The same without JSON; `name`: of the table in a drawing.
+  template <typename Row, typename Rows>
+  void show(const std::string& name, const std::string& title, const Columns<Row>& columns,
+            const Rows& rows) {
+    Figures figures = figuresOf(columns, rows);
+    if (figures.rows.empty()) return;
+    say(title + textOf(figures));
+    tables_.push_back({name, std::move(figures)});
+  }
   void requirements(std::span<const Requirement> requirements);
+
+  /// The script by which gnuplot draws the report into an image with this ending; without it the tables are
+  /// drawn.
+  using Drawing = std::function<std::string(const std::filesystem::path& image)>;
+  void drawAs(Drawing drawing) { drawing_ = std::move(drawing); }
+  std::string drawing(const std::filesystem::path& image) const;
 
   const std::string& text() const { return text_; }
   std::string json() const { return document_.dump(2) + "\n"; }
@@ -185,6 +208,8 @@ class Report {
  private:
   std::string text_;
   Json document_ = Json::object();
+  std::vector<NamedTable> tables_;
+  Drawing drawing_;
 };
 
 }  // namespace hapticd::tools

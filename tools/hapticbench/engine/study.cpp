@@ -11,6 +11,7 @@
 
 #include "config/base/whole_file.h"
 #include "tools/lib/options/option_checks.h"
+#include "tools/lib/plot/gnuplot.h"
 
 namespace hapticd::tools {
 
@@ -34,6 +35,16 @@ StudyCommand::StudyCommand(CLI::App& app, const std::string& name, const std::st
   command_->add_option("--json", *json_file_, "also write the result there, for programs")
       ->type_name("FILE")
       ->check(endsIn(".json"));
+  command_->add_option("--plot", *plot_file_, "also draw the result there, with gnuplot: .svg, .png or .pdf")
+      ->type_name("FILE")
+      ->check(endsIn(".svg", ".png", ".pdf"));
+}
+
+int StudyCommand::report(const Report& report) const {
+  const int status = print(report.text(), report.json());
+  if (status != EX_OK || plot_file_->empty()) return status;
+  const auto drawn = runGnuplot(report.drawing(*plot_file_), *plot_file_, "--json writes the data");
+  return drawn ? EX_OK : fail(drawn.error(), EX_CANTCREAT);
 }
 
 void StudyCommand::quick(const std::string& help, const std::function<void()>& change) {
@@ -83,7 +94,9 @@ std::vector<std::string> StudyCommand::optionsOfResults() const {
   std::vector<std::string> options;
   for (const CLI::Option* const option : command_->get_options()) {
     const std::string name = option->get_name();
-    if (option->count() == 0 || name == "--part" || name == "--json" || name == "--recordings") continue;
+    if (option->count() == 0 || name == "--part" || name == "--json" || name == "--plot" ||
+        name == "--recordings")
+      continue;
     options.push_back(fmt::format("{}={}", name, fmt::join(option->results(), ",")));
   }
   return options;
@@ -101,8 +114,10 @@ base::Result<void> StudyCommand::join() const {
   try {
     std::vector<std::string> options(whole->run.options.rbegin(), whole->run.options.rend());
     const std::string json_file = *json_file_;
+    const std::string plot_file = *plot_file_;
     command_->parse(options);  // which takes the first one from the end
     *json_file_ = json_file;
+    *plot_file_ = plot_file;
   } catch (const CLI::Error& problem) {
     return std::unexpected(base::Error{division_->files.front(),
                                        fmt::format("names options that are none: {}", problem.what()),

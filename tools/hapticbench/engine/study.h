@@ -39,8 +39,9 @@ std::vector<std::string> namesOf(const Values& values) {
   return names;
 }
 
-/// A subcommand of hapticbench, with --json. Its options write straight into what the study takes, in the
-/// order in which they are added here, so that --quick, added first, is overridden by whatever else is named.
+/// A subcommand of hapticbench, with --json and --plot. Its options write straight into what the study takes,
+/// in the order in which they are added here, so that --quick, added first, is overridden by whatever else is
+/// named.
 class StudyCommand {
  public:
   StudyCommand(CLI::App& app, const std::string& name, const std::string& description);
@@ -103,8 +104,9 @@ class StudyCommand {
     return division_->part ? writePart(cases.size(), input, toFields(results)) : report(report_of(results));
   }
 
-  /// Prints the report and writes it to the file of --json. Returns the exit status.
-  int report(const Report& report) const { return print(report.text(), report.json()); }
+  /// Prints the report, writes it to the file of --json and draws it into that of --plot. Returns the exit
+  /// status.
+  int report(const Report& report) const;
 
  private:
   int print(const std::string& text, const std::string& json) const;
@@ -119,6 +121,7 @@ class StudyCommand {
 
   CLI::App* command_;
   std::shared_ptr<std::string> json_file_ = std::make_shared<std::string>();
+  std::shared_ptr<std::string> plot_file_ = std::make_shared<std::string>();
   std::shared_ptr<Division> division_ = std::make_shared<Division>();
   std::shared_ptr<std::optional<PartFile>> joined_ = std::make_shared<std::optional<PartFile>>();
   std::function<int(const StudyCommand&)> run_;
