@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// screenshot.mjs FILE SCENE [THEME [WIDTH HEIGHT]]: a picture of the page in one of the scenes below, or of each of them in
-// all sizes where FILE is a folder and SCENE is `all`. tools/screenshot calls it; HAPTICD_SETTINGS holds what the box is
+// screenshot.mjs FILE SCENE [THEME [WIDTH HEIGHT]]: a picture of the page in one of the scenes below; where FILE is a folder
+// and SCENE is `all`, of each of them in all sizes; where SCENE is `animation`, as many as the page shows of the scene
+// `contact` in some seconds, each with the milliseconds in its name for which it was to be seen. tools/screenshot calls it; HAPTICD_SETTINGS holds what the box is
 // told in the scene `contact`, one parameter a line.
 import { writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
@@ -17,6 +18,7 @@ const kRecording = (process.env.HAPTICD_SETTINGS ?? '').split('\n').filter(Boole
 /** So long a scene may take to show what it is about, without a notice over the picture. */
 const kPatienceMs = 90_000;
 const kAsks = 20;
+const kAnimationMs = 6000;
 
 /** What must hold in the page, and its argument. A warning that this machine is busy is waited for to go, for a minute. */
 const presses = [(least) => document.querySelector('#notice').hidden &&
@@ -133,6 +135,30 @@ async function picture(browser, name, file, colorScheme, sizes) {
   }
 }
 
+/** Pictures of the scene `contact` from the first press on, as fast as the browser takes them. */
+async function animation(browser, folder, colorScheme, width, height) {
+  const scene = kScenes.contact;
+  const box = new RealBox();
+  try {
+    const url = await box.start(scene.box);
+    await box.control('status');
+    const page = await browser.open(url, { viewport: { width, height }, colorScheme });
+    await hasFrames(page, 5);
+    await until(page, (ms) => performance.now() > ms, 1000 * scene.seconds);
+    await page.click(`[data-view=${scene.view}]`);
+    await until(page, ...presses);
+    const endMs = performance.now() + kAnimationMs;
+    for (let number = 100, beginMs = performance.now(); beginMs < endMs; number++) {
+      const picture = await page.screenshot();
+      const nextMs = performance.now();
+      await writeFile(join(folder, `${number}-${Math.round(nextMs - beginMs)}.png`), picture);
+      beginMs = nextMs;
+    }
+  } finally {
+    await box.stop();
+  }
+}
+
 const [file, wanted = 'contact', theme = 'dark', width = '1200', height = '750'] = process.argv.slice(2);
 const browser = await Browser.start();
 try {
@@ -141,6 +167,8 @@ try {
       await picture(browser, name, (w, h) => join(file, `${name}-${w}x${h}.png`), theme, kSizes);
       console.log(name);
     }
+  } else if (wanted === 'animation') {
+    await animation(browser, file, theme, Number(width), Number(height));
   } else {
     await picture(browser, wanted, () => file, theme, [[Number(width), Number(height)]]);
   }
