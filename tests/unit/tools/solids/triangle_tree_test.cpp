@@ -78,6 +78,35 @@ TEST(TriangleTree, WindsOnceAboutTheInsideOfABox) {
   EXPECT_NEAR(tree.winding({0.012, 0, 0}), 0, 1e-12);
 }
 
+/// Distance and direction of a box of 20 x 30 x 40 mm, worked out by hand.
+TEST(TriangleTree, HasTheSignedDistanceOfABox) {
+  const TriangleTree tree(test::boxBody({}, {0.020, 0.030, 0.040}).mesh);
+  const auto signedDistance_mm = [&](const Vec3& p_mm) {
+    const double distance_mm = 1e3 * std::sqrt(tree.nearest(1e-3 * p_mm).squared_m2);
+    return tree.winding(1e-3 * p_mm) > 0.5 ? -distance_mm : distance_mm;
+  };
+  struct Golden {
+    Vec3 place_mm;
+    double distance_mm;
+    Vec3 gradient;  ///< zero: there is none
+  };
+  for (const Golden& golden :
+       {Golden{{12, 0, 0}, 2, {1, 0, 0}}, Golden{{13, 19, 0}, 5, {0.6, 0.8, 0}},
+        Golden{{13, 19, 32}, 13, {3.0 / 13, 4.0 / 13, 12.0 / 13}}, Golden{{4, 0, -25}, 5, {0, 0, -1}},
+        Golden{{9, 0, 0}, -1, {1, 0, 0}}, Golden{{0, 14, 0}, -1, {0, 1, 0}}, Golden{{8, 13, 0}, -2, {}},
+        Golden{{0, 0, 0}, -10, {}}, Golden{{-10, 0, 0}, 0, {-1, 0, 0}}}) {
+    EXPECT_NEAR(signedDistance_mm(golden.place_mm), golden.distance_mm, 1e-12);
+    if (norm(golden.gradient) == 0) continue;
+    constexpr double kStep_mm = 1e-4;  // its square, over the distance of 5 mm, is the error
+    const auto slope = [&](const Vec3& d) {
+      return (signedDistance_mm(golden.place_mm + kStep_mm * d) -
+              signedDistance_mm(golden.place_mm - kStep_mm * d)) /
+             (2 * kStep_mm);
+    };
+    EXPECT_LT(norm(Vec3{slope({1, 0, 0}), slope({0, 1, 0}), slope({0, 0, 1})} - golden.gradient), 1e-8);
+  }
+}
+
 TEST(TriangleTree, WindsNearlyAsTheSumOverAllTriangles) {
   std::mt19937_64 random(3);
   TriangleMesh mesh = test::torusBody({}, 0.04, 0.015, 40).mesh;
