@@ -229,6 +229,31 @@ TEST(MeshField, OfCapsulesThatCrossIsTheirUnionOutside) {
   });
 }
 
+TEST(MeshField, OfCoarseBoxesThatCrossIsTheirUnionAlsoInside) {
+  // a beam through the middle of a plate: no face is covered as a whole
+  const Vec3 plate_m{0.06, 0.05, 0.012}, beam_m{0.010, 0.012, 0.05};
+  const MadeUpBody both = test::unionOf(test::boxBody({}, plate_m), test::boxBody({}, beam_m));
+  const auto result = fieldOfMesh(both.mesh, "cross", within(0.0006));
+  ASSERT_TRUE(result) << result.error().text();
+  EXPECT_GT(result->cut_faces, 0U);
+  EXPECT_EQ(wrongSigns(result->field, both), 0);
+  // within the plate and the beam the surface is that of the plate, with a hole where the beam is, or of the
+  // beam
+  const double piece_m = norm(plate_m) / 256 + result->field.spacing_m;
+  double worst_m = 0;
+  forEachSample(result->field, both, [&](double value, double truth, const Vec3& p) {
+    const bool is_in_both =
+        std::abs(p.x) < beam_m.x / 2 && std::abs(p.y) < beam_m.y / 2 && std::abs(p.z) < plate_m.z / 2;
+    if (truth > 0) worst_m = std::max(worst_m, std::abs(value - truth));
+    if (!is_in_both) return;
+    // the nearest edges of what is left are the four where plate and beam meet
+    const double to_x = beam_m.x / 2 - std::abs(p.x), to_y = beam_m.y / 2 - std::abs(p.y),
+                 to_z = plate_m.z / 2 - std::abs(p.z);
+    worst_m = std::max(worst_m, std::abs(-value - std::hypot(std::min(to_x, to_y), to_z)));
+  });
+  EXPECT_LE(worst_m, piece_m);
+}
+
 TEST(MeshField, WithDuplicatesOfOppositeOrientationIsThatOfTheFirst) {
   MadeUpBody body = test::sphereBody({}, 0.02, 24);
   const std::vector<Triangle> original = body.mesh.triangles;

@@ -18,7 +18,8 @@ namespace {
 using rt::Vec3;
 
 constexpr double kMillimetresPerMetre = 1e3;
-constexpr std::size_t kMaxPlaces = 200'000, kMaxRays = 20'000;
+constexpr std::size_t kMaxPlaces = 200'000;
+constexpr std::uint32_t kMaxRays = 20'000;
 
 /// An edge with the triangle that it belongs to.
 struct EdgeOfFace {
@@ -28,8 +29,8 @@ struct EdgeOfFace {
 
 std::vector<EdgeOfFace> edgesOf(const MeshBody& body) {
   std::vector<EdgeOfFace> edges;
-  for (const std::uint32_t face : body.visible()) {
-    const Triangle& t = body.mesh().triangles[face];
+  for (std::uint32_t face = 0; face < body.surfaceMesh().triangles.size(); ++face) {
+    const Triangle& t = body.surfaceMesh().triangles[face];
     for (std::size_t i = 0; i < 3; ++i)
       edges.push_back({std::min(t[i], t[(i + 1) % 3]), std::max(t[i], t[(i + 1) % 3]), face});
   }
@@ -57,11 +58,11 @@ std::vector<PlaceOnMesh> allPlacesOn(const MeshBody& body, const std::vector<Edg
     const Vec3 normal = areaNormalOf(body, face);
     return norm(normal) > 0 ? (1 / norm(normal)) * normal : Vec3{};
   };
-  const std::vector<Vec3>& points_m = body.mesh().points_m;
+  const std::vector<Vec3>& points_m = body.surfaceMesh().points_m;
   std::vector<PlaceOnMesh> at_points(points_m.size()), places;
-  for (const std::uint32_t face : body.visible()) {
+  for (std::uint32_t face = 0; face < body.surfaceMesh().triangles.size(); ++face) {
     const Vec3 normal = unitNormalOf(face);
-    for (const std::uint32_t corner : body.mesh().triangles[face]) at_points[corner].outward += normal;
+    for (const std::uint32_t corner : body.surfaceMesh().triangles[face]) at_points[corner].outward += normal;
     places.push_back({centreOf(body, face), normal});
   }
   for (std::size_t i = 0; i < points_m.size(); ++i)
@@ -119,9 +120,9 @@ std::optional<ThinPlace> thinnestPlace(const MeshBody& body) {
   constexpr double kBeyond = 0.01;
   const auto isOutside = [&](const Vec3& place_m) { return body.winding(place_m) < 0.5; };
   std::optional<ThinPlace> thinnest;
-  const std::size_t step = (body.visible().size() + kMaxRays - 1) / kMaxRays;
-  for (std::size_t i = 0; i < body.visible().size(); i += step) {
-    const std::uint32_t face = body.visible()[i];
+  const auto faces = static_cast<std::uint32_t>(body.surfaceMesh().triangles.size());
+  const std::uint32_t step = (faces + kMaxRays - 1) / kMaxRays;
+  for (std::uint32_t face = 0; face < faces; face += step) {
     const Vec3 normal = areaNormalOf(body, face), from_m = centreOf(body, face);
     if (!(norm(normal) > 0)) continue;
     const Vec3 outward = (1 / norm(normal)) * normal;
@@ -166,8 +167,10 @@ void addWarnings(const Topology& topology, MeshField& result) {
   auto& warnings = result.report.warnings;
   if (result.turned_faces > 0)
     warnings.push_back(fmt::format("{} faces were inside out and have been turned", result.turned_faces));
-  if (result.hidden_faces > 0)
-    warnings.push_back(fmt::format("{} faces lie inside the body and are ignored", result.hidden_faces));
+  if (result.hidden_faces + result.cut_faces > 0)
+    warnings.push_back(
+        fmt::format("parts of the mesh overlap: {} faces lie inside others and are ignored, {} in part",
+                    result.hidden_faces, result.cut_faces));
   if (topology.duplicate_faces_removed > 0)
     warnings.push_back(fmt::format("{} duplicate faces were removed", topology.duplicate_faces_removed));
   if (!topology.holes.empty()) {
@@ -178,12 +181,6 @@ void addWarnings(const Topology& topology, MeshField& result) {
                     topology.boundary_edges, topology.holes.size(), widest.extent_m * kMillimetresPerMetre,
                     millimetreText(widest.centre_m)));
   }
-  constexpr double kOverlap = 1.5;
-  if (result.winding.highest > kOverlap)
-    warnings.push_back(fmt::format(
-        "parts of the mesh overlap (winding number up to {:.1f}): within the overlap the field may "
-        "be flat near faces that are inside; unite the parts",
-        result.winding.highest));
   const double least_m = 2 * result.field.spacing_m;
   if (result.thinnest && result.thinnest->thickness_m < least_m)
     warnings.push_back(fmt::format(
@@ -218,6 +215,7 @@ base::Result<MeshField> fieldOfMesh(TriangleMesh mesh, const std::string& name, 
   MeshField result;
   result.turned_faces = body.turnedFaces();
   result.hidden_faces = body.hiddenFaces();
+  result.cut_faces = body.cutFaces();
   result.thinnest = thinnestPlace(body);
   result.report.finest_spacing_m = finestSpacing(box.low_m, box.high_m, options);
   if (!(result.report.finest_spacing_m <= box.diagonal_m()))

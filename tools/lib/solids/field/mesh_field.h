@@ -17,7 +17,8 @@ struct MeshField {
   FieldReport report;
   WindingRange winding;               ///< in the band
   std::size_t turned_faces = 0;       ///< of parts that were inside out
-  std::size_t hidden_faces = 0;       ///< inside the body, which do not count as its surface
+  std::size_t hidden_faces = 0;       ///< that other parts cover, and so are not the surface
+  std::size_t cut_faces = 0;          ///< that other parts cover in part
   std::optional<ThinPlace> thinnest;  ///< where opposite faces are nearest to each other
 };
 

@@ -4,9 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
-#include <span>
-#include <utility>
 
 namespace hapticd::solids {
 namespace {
@@ -14,140 +11,7 @@ namespace {
 using rt::Vec3;
 
 constexpr double kInside = 0.5;  // winding numbers above this are inside
-constexpr double kHidden = 1.0;  // between that of the surface, 1/2, and of a face inside, 3/2
 constexpr double kUnclearFrom = 0.2, kUnclearTo = 0.8;
-
-std::array<Vec3, 3> cornersOf(const TriangleMesh& mesh, const Triangle& t) {
-  return {mesh.points_m[t[0]], mesh.points_m[t[1]], mesh.points_m[t[2]]};
-}
-
-/// An edge as one of its faces runs through it.
-struct DirectedEdge {
-  std::uint32_t low, high, face;
-  bool is_forward;  ///< from low to high
-  auto operator<=>(const DirectedEdge&) const = default;
-};
-
-/// Calls visit with the edges between the same points, for each pair of points.
-template <typename Visit>
-void forEachEdge(const TriangleMesh& mesh, Visit visit) {
-  std::vector<DirectedEdge> edges;
-  edges.reserve(3 * mesh.triangles.size());
-  for (std::uint32_t face = 0; face < mesh.triangles.size(); ++face)
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::uint32_t from = mesh.triangles[face][i], to = mesh.triangles[face][(i + 1) % 3];
-      edges.push_back({std::min(from, to), std::max(from, to), face, from < to});
-    }
-  std::ranges::sort(edges);
-  for (std::size_t begin = 0; begin < edges.size();) {
-    std::size_t end = begin;
-    while (end < edges.size() && edges[end].low == edges[begin].low && edges[end].high == edges[begin].high)
-      ++end;
-    visit(std::span<const DirectedEdge>(edges).subspan(begin, end - begin));
-    begin = end;
-  }
-}
-
-bool isClosedMesh(const TriangleMesh& mesh) {
-  bool is_closed = true;
-  forEachEdge(mesh, [&](std::span<const DirectedEdge> same) {
-    const auto forward = static_cast<std::size_t>(std::ranges::count(same, true, &DirectedEdge::is_forward));
-    is_closed = is_closed && 2 * forward == same.size();
-  });
-  return is_closed;
-}
-
-/// The faces of each part: those that edges of two faces connect. Within a part all agree about the outside
-/// as `is_turned` says, unless the surface has one side only.
-struct Parts {
-  std::vector<std::vector<std::uint32_t>> faces;
-  std::vector<bool> is_turned;  ///< by face
-};
-
-Parts partsOf(const TriangleMesh& mesh) {
-  std::vector<std::vector<std::pair<std::uint32_t, bool>>> neighbours(mesh.triangles.size());
-  forEachEdge(mesh, [&](std::span<const DirectedEdge> same) {
-    if (same.size() != 2) return;
-    const bool agrees = same[0].is_forward != same[1].is_forward;
-    neighbours[same[0].face].emplace_back(same[1].face, agrees);
-    neighbours[same[1].face].emplace_back(same[0].face, agrees);
-  });
-  Parts parts{{}, std::vector<bool>(mesh.triangles.size())};
-  std::vector<bool> is_reached(mesh.triangles.size());
-  for (std::uint32_t first = 0; first < mesh.triangles.size(); ++first) {
-    if (is_reached[first]) continue;
-    is_reached[first] = true;
-    std::vector<std::uint32_t> part{first};
-    std::size_t turned = 0;
-    for (std::size_t i = 0; i < part.size(); ++i)
-      for (const auto& [face, agrees] : neighbours[part[i]]) {
-        if (is_reached[face]) continue;
-        is_reached[face] = true;
-        parts.is_turned[face] = parts.is_turned[part[i]] != !agrees;
-        turned += parts.is_turned[face] ? 1U : 0U;
-        part.push_back(face);
-      }
-    // most faces of a part stay as they are
-    if (2 * turned > part.size())
-      for (const std::uint32_t face : part) parts.is_turned[face] = !parts.is_turned[face];
-    parts.faces.push_back(std::move(part));
-  }
-  return parts;
-}
-
-/// Turns the faces that disagree with most of their part, and then the parts that wind about their own faces
-/// in the wrong direction. Returns the number of faces that were turned.
-std::size_t orient(TriangleMesh& mesh) {
-  Parts parts = partsOf(mesh);
-  const std::vector<Triangle> original = mesh.triangles;
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
-    if (parts.is_turned[i]) std::swap(mesh.triangles[i][1], mesh.triangles[i][2]);
-  const TriangleTree tree(mesh);
-  for (const std::vector<std::uint32_t>& part : parts.faces) {
-    double sum = 0;
-    for (const std::uint32_t i : part) {
-      const auto c = cornersOf(mesh, mesh.triangles[i]);
-      // on the surface of a body that is properly oriented it is 1/2, on one that is inside out -1/2
-      sum += norm(cross(c[1] - c[0], c[2] - c[0])) * tree.winding((1.0 / 3) * (c[0] + c[1] + c[2]), i);
-    }
-    if (!(sum < 0)) continue;
-    for (const std::uint32_t i : part) parts.is_turned[i] = !parts.is_turned[i];
-  }
-  std::size_t turned = 0;
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    mesh.triangles[i] = original[i];
-    if (!parts.is_turned[i]) continue;
-    std::swap(mesh.triangles[i][1], mesh.triangles[i][2]);
-    ++turned;
-  }
-  return turned;
-}
-
-/// Whether a face lies inside the body everywhere: at its centre, its corners and the middles of its edges.
-bool isHidden(const TriangleTree& tree, const std::array<Vec3, 3>& c, std::uint32_t face) {
-  constexpr double kOff = 0.02;  // of the corners, which other faces share
-  constexpr std::array<std::array<double, 3>, 7> kShares{{{1.0 / 3, 1.0 / 3, 1.0 / 3},
-                                                          {1 - 2 * kOff, kOff, kOff},
-                                                          {kOff, 1 - 2 * kOff, kOff},
-                                                          {kOff, kOff, 1 - 2 * kOff},
-                                                          {0.5 - kOff / 2, 0.5 - kOff / 2, kOff},
-                                                          {kOff, 0.5 - kOff / 2, 0.5 - kOff / 2},
-                                                          {0.5 - kOff / 2, kOff, 0.5 - kOff / 2}}};
-  return std::ranges::all_of(kShares, [&](const std::array<double, 3>& share) {
-    return tree.winding(share[0] * c[0] + share[1] * c[1] + share[2] * c[2], face) > kHidden;
-  });
-}
-
-std::vector<std::uint32_t> visibleFaces(const TriangleMesh& mesh, const TriangleTree& tree) {
-  std::vector<std::uint32_t> visible;
-  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
-    if (!isHidden(tree, cornersOf(mesh, mesh.triangles[i]), i)) visible.push_back(i);
-  if (visible.empty()) {  // nothing but faces inside each other: leave all
-    visible.resize(mesh.triangles.size());
-    std::iota(visible.begin(), visible.end(), 0U);
-  }
-  return visible;
-}
 
 /// Samples in blocks, so that those far from the surface cost one query for all of them.
 class MeshSampling {
@@ -299,14 +163,6 @@ class MeshSampling {
 };
 
 }  // namespace
-
-MeshBody::MeshBody(TriangleMesh mesh)
-    : mesh_(std::move(mesh)),
-      turned_faces_(orient(mesh_)),
-      is_closed_(isClosedMesh(mesh_)),
-      all_(mesh_),
-      visible_(visibleFaces(mesh_, all_)),
-      surface_(mesh_, visible_) {}
 
 WindingRange sampleMesh(const MeshBody& body, double band_m, SampledField& grid, FarSamples far_samples) {
   return MeshSampling(body, band_m, grid).run(far_samples);

@@ -87,27 +87,16 @@ double coordinate(const Vec3& v, int axis) {
 
 }  // namespace
 
-TriangleTree::TriangleTree(const TriangleMesh& mesh, std::span<const std::uint32_t> chosen)
-    : triangle_(chosen.begin(), chosen.end()), place_(mesh.triangles.size(), kNone) {
-  std::vector<Corners> given;
-  given.reserve(chosen.size());
-  for (const std::uint32_t index : chosen) {
-    const Triangle& t = mesh.triangles[index];
-    given.push_back({mesh.points_m[t[0]], mesh.points_m[t[1]], mesh.points_m[t[2]]});
-  }
-  // build() sorts both in the same way
-  corners_m_ = std::move(given);
-  nodes_.reserve(chosen.size() / 2 + 1);
-  build(0, static_cast<std::uint32_t>(chosen.size()));
+TriangleTree::TriangleTree(const TriangleMesh& mesh)
+    : triangle_(mesh.triangles.size()), place_(mesh.triangles.size()) {
+  std::iota(triangle_.begin(), triangle_.end(), 0U);
+  corners_m_.reserve(mesh.triangles.size());
+  for (const Triangle& t : mesh.triangles)
+    corners_m_.push_back({mesh.points_m[t[0]], mesh.points_m[t[1]], mesh.points_m[t[2]]});
+  // sorts both alike
+  build(0, static_cast<std::uint32_t>(triangle_.size()));
   for (std::uint32_t i = 0; i < triangle_.size(); ++i) place_[triangle_[i]] = i;
 }
-
-TriangleTree::TriangleTree(const TriangleMesh& mesh)
-    : TriangleTree(mesh, [&] {
-        std::vector<std::uint32_t> all(mesh.triangles.size());
-        std::iota(all.begin(), all.end(), 0U);
-        return all;
-      }()) {}
 
 TriangleTree::Box TriangleTree::boxOf(std::uint32_t begin, std::uint32_t end) const {
   Box box{corners_m_[begin][0], corners_m_[begin][0]};

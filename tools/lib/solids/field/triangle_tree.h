@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "rt/base/vec3.h"
@@ -35,8 +34,8 @@ class TriangleTree {
   /// A group of triangles counts as one dipole farther away than so many of its radii.
   static constexpr double kFar = 2.0;
 
-  /// `chosen`: the triangles to hold; at least one.
-  TriangleTree(const TriangleMesh& mesh, std::span<const std::uint32_t> chosen);
+  TriangleTree() = default;  ///< without triangles; may only be assigned to
+  /// `mesh`: with at least one triangle.
   explicit TriangleTree(const TriangleMesh& mesh);
 
   /// The nearest triangle of those that are nearer than `bound`, which is returned if none is.
@@ -85,7 +84,7 @@ class TriangleTree {
   std::vector<Dipole> dipoles_;
   std::vector<std::array<rt::Vec3, 3>> corners_m_;  ///< in the order of the leaves
   std::vector<std::uint32_t> triangle_;             ///< index in the mesh of each of those
-  std::vector<std::uint32_t> place_;                ///< the reverse; kNone: not held
+  std::vector<std::uint32_t> place_;                ///< the reverse
 };
 
 }  // namespace hapticd::solids
