@@ -68,9 +68,10 @@ void follow(const std::vector<FolderRule>& rules, std::vector<std::string>& path
 
 const std::vector<FolderRule>& folderRules() {
   static const std::vector<std::string> tool_libraries{
-      "tools/lib/child",   "tools/lib/client",       "tools/lib/depth_noise", "tools/lib/offline",
-      "tools/lib/options", "tools/lib/oracle",       "tools/lib/palpation",   "tools/lib/parts",
-      "tools/lib/plot",    "tools/lib/registration", "tools/lib/text",        "tools/lib/truth"};
+      "tools/lib/child",   "tools/lib/client",       "tools/lib/depth_noise",  "tools/lib/offline",
+      "tools/lib/options", "tools/lib/oracle",       "tools/lib/palpation",    "tools/lib/parts",
+      "tools/lib/plot",    "tools/lib/registration", "tools/lib/solids/field", "tools/lib/solids/files",
+      "tools/lib/text",    "tools/lib/truth"};
   static const std::vector<std::string> studies = with(tool_libraries, {"tools/hapticbench/engine"});
   static const std::vector<std::string> commands =
       with(studies, {"tools/hapticbench", "tools/hapticbench/jitter", "tools/hapticbench/strokes"});
@@ -171,6 +172,8 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/lib/oracle", {}},
       {"tools/lib/plot", {}},
       {"tools/lib/registration", {}},
+      {"tools/lib/solids/field", {"tools/lib/solids/files"}},
+      {"tools/lib/solids/files", {}},
       {"tools/lib/text", {}},
       {"tools/lib/truth", {}},
   };

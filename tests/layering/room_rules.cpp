@@ -161,6 +161,7 @@ const std::vector<GuardedLibrary>& guardedLibraries() {
       {"nlohmann/", {"daemon", "tools"}},
       {"systemd/", {"daemon", "tools/hapticd-view/server"}},
       {"yaml-cpp/", {"config"}},
+      {"zlib.h", {"tools/lib/solids/files"}},
       {"zstd", {"daemon/trace"}},
   };
   return all;

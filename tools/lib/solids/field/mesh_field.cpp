@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/lib/solids/field/mesh_field.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "tools/lib/solids/files/source_file.h"
+
+namespace hapticd::solids {
+namespace {
+
+using rt::Vec3;
+
+constexpr double kMillimetresPerMetre = 1e3;
+constexpr std::size_t kMaxPlaces = 200'000;
+constexpr std::uint32_t kMaxRays = 20'000;
+
+/// An edge with the triangle that it belongs to.
+struct EdgeOfFace {
+  std::uint32_t low, high, face;
+  auto operator<=>(const EdgeOfFace&) const = default;
+};
+
+std::vector<EdgeOfFace> edgesOf(const MeshBody& body) {
+  std::vector<EdgeOfFace> edges;
+  for (std::uint32_t face = 0; face < body.surfaceMesh().triangles.size(); ++face) {
+    const Triangle& t = body.surfaceMesh().triangles[face];
+    for (std::size_t i = 0; i < 3; ++i)
+      edges.push_back({std::min(t[i], t[(i + 1) % 3]), std::max(t[i], t[(i + 1) % 3]), face});
+  }
+  std::ranges::sort(edges);
+  return edges;
+}
+
+Vec3 areaNormalOf(const MeshBody& body, std::uint32_t face) {
+  const auto& c = body.surface().corners_m(face);
+  return 0.5 * cross(c[1] - c[0], c[2] - c[0]);
+}
+
+Vec3 centreOf(const MeshBody& body, std::uint32_t face) {
+  const auto& c = body.surface().corners_m(face);
+  return (1.0 / 3) * (c[0] + c[1] + c[2]);
+}
+
+/// A place on the mesh, and the sum of the normals of the faces there.
+struct PlaceOnMesh {
+  Vec3 place_m, outward;
+};
+
+std::vector<PlaceOnMesh> allPlacesOn(const MeshBody& body, const std::vector<EdgeOfFace>& edges) {
+  const auto unitNormalOf = [&](std::uint32_t face) {
+    const Vec3 normal = areaNormalOf(body, face);
+    return norm(normal) > 0 ? (1 / norm(normal)) * normal : Vec3{};
+  };
+  const std::vector<Vec3>& points_m = body.surfaceMesh().points_m;
+  std::vector<PlaceOnMesh> at_points(points_m.size()), places;
+  for (std::uint32_t face = 0; face < body.surfaceMesh().triangles.size(); ++face) {
+    const Vec3 normal = unitNormalOf(face);
+    for (const std::uint32_t corner : body.surfaceMesh().triangles[face]) at_points[corner].outward += normal;
+    places.push_back({centreOf(body, face), normal});
+  }
+  for (std::size_t i = 0; i < points_m.size(); ++i)
+    if (norm(at_points[i].outward) > 0) places.push_back({points_m[i], at_points[i].outward});
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    const bool is_same = i > 0 && edges[i].low == edges[i - 1].low && edges[i].high == edges[i - 1].high;
+    if (!is_same) places.push_back({0.5 * (points_m[edges[i].low] + points_m[edges[i].high]), {}});
+    places.back().outward += unitNormalOf(edges[i].face);
+  }
+  return places;
+}
+
+/// Centres of faces, points and middles of edges where the error is measured, without those that other parts
+/// of the mesh cover; every n-th of them where there are many.
+std::vector<Vec3> placesOn(const MeshBody& body, const std::vector<EdgeOfFace>& edges) {
+  constexpr double kOff_m = 1e-6;
+  constexpr double kCovered = 0.8;  // the winding number next to an uncovered face is about 0
+  const std::vector<PlaceOnMesh> places = allPlacesOn(body, edges);
+  const std::size_t step = (places.size() + kMaxPlaces - 1) / kMaxPlaces;
+  std::vector<Vec3> chosen;
+  for (std::size_t i = 0; i < places.size(); i += step) {
+    const double length = norm(places[i].outward);
+    const Vec3 off_m = length > 0 ? (kOff_m / length) * places[i].outward : Vec3{};
+    if (body.winding(places[i].place_m + off_m) < kCovered) chosen.push_back(places[i].place_m);
+  }
+  return chosen;
+}
+
+/// The spacing with which the trilinear error at nearly all edges is within the tolerance: on a curved
+/// surface it is h^2 (k1 + k2) / 8, at an edge up to 0.32 h times its angle over a right angle. Where it is
+/// not, the measurement tells.
+double expectedSpacing(const MeshBody& body, const std::vector<EdgeOfFace>& edges, double tolerance_m) {
+  constexpr double kErrorAtRightAngle = 0.32;
+  std::vector<double> spacings;
+  for (std::size_t i = 1; i < edges.size(); ++i) {
+    if (edges[i].low != edges[i - 1].low || edges[i].high != edges[i - 1].high) continue;
+    const Vec3 a = areaNormalOf(body, edges[i].face), b = areaNormalOf(body, edges[i - 1].face);
+    const double angle = std::atan2(norm(cross(a, b)), dot(a, b));
+    const double apart_m = norm(centreOf(body, edges[i].face) - centreOf(body, edges[i - 1].face));
+    if (!(angle > 1e-6)) continue;
+    const double at_edge_m = tolerance_m / (kErrorAtRightAngle * angle / (std::numbers::pi / 2));
+    const double on_curve_m = std::sqrt(8 * tolerance_m * apart_m / angle);
+    spacings.push_back(std::min(at_edge_m, on_curve_m));
+  }
+  if (spacings.empty()) return std::numeric_limits<double>::infinity();
+  const auto low = spacings.begin() + static_cast<std::ptrdiff_t>(spacings.size() / 20);
+  std::ranges::nth_element(spacings, low);
+  return *low;
+}
+
+/// Where a ray from a face into the body leaves it soonest, through a face that looks the other way.
+std::optional<ThinPlace> thinnestPlace(const MeshBody& body) {
+  constexpr double kOpposite =
+      -0.7;  // normals within 45 degrees of opposite ones: not the two sides of an edge
+  constexpr double kBeyond = 0.01;
+  const auto isOutside = [&](const Vec3& place_m) { return body.winding(place_m) < 0.5; };
+  std::optional<ThinPlace> thinnest;
+  const auto faces = static_cast<std::uint32_t>(body.surfaceMesh().triangles.size());
+  const std::uint32_t step = (faces + kMaxRays - 1) / kMaxRays;
+  for (std::uint32_t face = 0; face < faces; face += step) {
+    const Vec3 normal = areaNormalOf(body, face), from_m = centreOf(body, face);
+    if (!(norm(normal) > 0)) continue;
+    const Vec3 outward = (1 / norm(normal)) * normal;
+    const auto hit = body.surface().firstHit(from_m, -outward, face);
+    if (!hit || (thinnest && hit->distance_m >= thinnest->thickness_m)) continue;
+    const Vec3 other = areaNormalOf(body, hit->triangle);
+    if (dot(outward, other) > kOpposite * norm(other)) continue;
+    // a face that another part of the mesh covers is not a wall
+    const double beyond_m = kBeyond * hit->distance_m;
+    if (!isOutside(from_m + beyond_m * outward) ||
+        !isOutside(from_m - (hit->distance_m + beyond_m) * outward))
+      continue;
+    thinnest = ThinPlace{hit->distance_m, from_m - 0.5 * hit->distance_m * outward};
+  }
+  return thinnest;
+}
+
+/// Where the search for a spacing begins.
+double firstSpacing(const Bounds& box, double expected_m, const std::optional<ThinPlace>& thinnest,
+                    double finest_m, double tolerance_m) {
+  constexpr double kCoarsest_m = 0.005, kSamplesAcross = 32;
+  double spacing_m = std::min({expected_m, kCoarsest_m, box.diagonal_m() / kSamplesAcross});
+  // A sheet needs two spacings. One that is thinner than the tolerance is reported instead.
+  if (thinnest && thinnest->thickness_m > tolerance_m)
+    spacing_m = std::min(spacing_m, thinnest->thickness_m / 2);
+  return std::max(spacing_m, finest_m);
+}
+
+base::Result<void> checkWinding(const WindingRange& winding, const std::string& name) {
+  if (winding.unclearShare() <= kMaxUnclearShare) return {};
+  return refused(
+      name,
+      fmt::format(
+          "what is inside is unclear at {:.2f} % of the samples near the surface (allowed: {:.1f} %), first "
+          "of all at {}; the winding number is {:.2f}..{:.2f}",
+          100 * winding.unclearShare(), 100 * kMaxUnclearShare, millimetreText(winding.unclearest_m),
+          winding.lowest, winding.highest),
+      "close the holes in 3D Slicer (Surface Toolbox, Fill holes) or export a closed surface of the segment");
+}
+
+void addWarnings(const Topology& topology, MeshField& result) {
+  auto& warnings = result.report.warnings;
+  if (result.turned_faces > 0)
+    warnings.push_back(fmt::format("{} faces were inside out and have been turned", result.turned_faces));
+  if (result.hidden_faces + result.cut_faces > 0)
+    warnings.push_back(
+        fmt::format("parts of the mesh overlap: {} faces lie inside others and are ignored, {} in part",
+                    result.hidden_faces, result.cut_faces));
+  if (topology.duplicate_faces_removed > 0)
+    warnings.push_back(fmt::format("{} duplicate faces were removed", topology.duplicate_faces_removed));
+  if (!topology.holes.empty()) {
+    const Hole& widest = topology.holes.front();
+    warnings.push_back(
+        fmt::format("the mesh is open at {} edges in {} holes; the widest is {:.1f} mm wide, at {}; it is "
+                    "closed by a smooth lid",
+                    topology.boundary_edges, topology.holes.size(), widest.extent_m * kMillimetresPerMetre,
+                    millimetreText(widest.centre_m)));
+  }
+  const double least_m = 2 * result.field.spacing_m;
+  if (result.thinnest && result.thinnest->thickness_m < least_m)
+    warnings.push_back(fmt::format(
+        "the body is {:.2f} mm thick at {}, and a spacing of {:.2f} mm resolves walls of {:.2f} mm: it may "
+        "be pierced there; "
+        "thicken it (Segment Editor, Margin), or choose a smaller tolerance",
+        result.thinnest->thickness_m * kMillimetresPerMetre, millimetreText(result.thinnest->place_m),
+        result.field.spacing_m * kMillimetresPerMetre, least_m * kMillimetresPerMetre));
+}
+
+/// Samples the whole grid, whose spacing is found.
+base::Result<MeshField> finish(const MeshBody& body, const Topology& topology,
+                               const std::vector<Vec3>& places, const std::string& name,
+                               const FieldOptions& options, MeshField result) {
+  result.winding = sampleMesh(body, result.report.band_m, result.field);
+  if (auto done = checkWinding(result.winding, name); !done) return std::unexpected(done.error());
+  if (std::ranges::none_of(result.field.distance_m, [](float distance) { return distance < 0; }))
+    return refused(name, "encloses nothing", "export a closed surface, and thicken what is a sheet");
+  result.report.surface = surfaceError(result.field, places, {}, options.value);
+  addWarnings(topology, result);
+  return result;
+}
+
+}  // namespace
+
+base::Result<MeshField> fieldOfMesh(TriangleMesh mesh, const std::string& name, const FieldOptions& options) {
+  if (auto done = checkOptions(options, name); !done) return std::unexpected(done.error());
+  const Topology topology = repair(mesh);
+  if (mesh.triangles.empty()) return refused(name, "contains no face", "export the surface of the segment");
+  const Bounds box = boundsOf(mesh.points_m);
+  const MeshBody body(std::move(mesh));
+  MeshField result;
+  result.turned_faces = body.turnedFaces();
+  result.hidden_faces = body.hiddenFaces();
+  result.cut_faces = body.cutFaces();
+  result.thinnest = thinnestPlace(body);
+  result.report.finest_spacing_m = finestSpacing(box.low_m, box.high_m, options);
+  if (!(result.report.finest_spacing_m <= box.diagonal_m()))
+    return refused(name, "the limits allow no grid about the body",
+                   "crop the body, or choose a smaller clearance");
+  const std::vector<EdgeOfFace> edges = edgesOf(body);
+  const std::vector<Vec3> places = placesOn(body, edges);
+  SpacingSearch search(firstSpacing(box, expectedSpacing(body, edges, options.tolerance_m), result.thinnest,
+                                    result.report.finest_spacing_m, options.tolerance_m),
+                       result.report.finest_spacing_m, options.tolerance_m);
+  constexpr int kMaxRounds = 30;  // the spacing falls by at least a tenth each time
+  constexpr double kReach = 3;    // samples next to the surface that a consumer may read, in spacings
+  for (int round = 0; round < kMaxRounds; ++round) {
+    const double spacing_m = search.spacing_m();
+    result.report.band_m = bandOf(options, spacing_m);
+    result.field = gridAbout(box.low_m, box.high_m, result.report.band_m, spacing_m);
+    sampleMesh(body, kReach * spacing_m, result.field, FarSamples::exact_sign);
+    const auto is_done = search.take(surfaceError(result.field, places, {}, options.value), name);
+    if (!is_done) return std::unexpected(is_done.error());
+    if (*is_done) return finish(body, topology, places, name, options, std::move(result));
+  }
+  return refused(name, "no spacing was found", "choose a larger tolerance");
+}
+
+}  // namespace hapticd::solids

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/base/error.h"
+#include "rt/base/vec3.h"
+#include "tools/lib/solids/files/source_file.h"
+
+/// The formats of label maps, one source file each. `name`: of the file, for messages.
+/// Errors of all: what is damaged or truncated, with its line or byte; what is not supported; no orientation;
+/// more than the limits.
+namespace hapticd::solids {
+
+/// Bounds of a label map. The defaults hold a CT of 512 x 512 x 1000 voxels of two bytes.
+struct LabelLimits {
+  std::size_t file_bytes = std::size_t{1} << 30;
+  std::size_t voxel_bytes = std::size_t{1} << 30;  ///< of all layers, without compression
+  std::int64_t voxels_per_axis = 4096;
+};
+
+enum class VoxelType { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float32, float64 };
+std::size_t bytesOf(VoxelType type);
+
+/// A segment as 3D Slicer describes it.
+struct Segment {
+  std::string id, name;
+  std::int64_t value = 0;  ///< of its voxels, within its layer
+  std::size_t layer = 0;
+};
+
+/// What a label map contains, in LPS and millimetres.
+struct FileLabels {
+  std::string format;  ///< "NRRD"
+  Frame frame = Frame::lps;
+  KnownFrom frame_from = KnownFrom::file;
+  std::array<std::int64_t, 3> sizes{};  ///< each 1..voxels_per_axis
+  std::array<rt::Vec3, 3> steps_mm;     ///< from a voxel to the next along each axis; may be left-handed
+  rt::Vec3 origin_mm;                   ///< centre of the first voxel
+  std::size_t layers = 1;               ///< the fastest axis
+  VoxelType type = VoxelType::uint8;
+  std::endian order = std::endian::native;
+  std::string bytes;              ///< exactly as many as sizes, layers and type require
+  std::vector<Segment> segments;  ///< empty: the file does not describe them
+  std::vector<std::string> warnings;
+
+  std::int64_t voxels() const { return sizes[0] * sizes[1] * sizes[2]; }
+};
+
+/// Returns the content of a file that a header names, relative to the folder of the header.
+using DetachedFile = std::function<base::Result<std::string>(const std::string& relative)>;
+
+/// `frame`: for a file with spacings and without directions, whose axes are then those of the frame.
+base::Result<FileLabels> readNrrd(std::string_view bytes, const std::string& name, std::optional<Frame> frame,
+                                  const LabelLimits& limits, const DetachedFile& detached);
+
+/// `is_compressed`: the whole file is a gzip stream.
+base::Result<FileLabels> readNifti(std::string_view bytes, const std::string& name, bool is_compressed,
+                                   const LabelLimits& limits);
+
+/// Checks sizes and orientation against the limits, and returns the bytes that the voxels take.
+base::Result<std::uint64_t> checkedBytes(const FileLabels& labels, const std::string& name,
+                                         const LabelLimits& limits);
+
+}  // namespace hapticd::solids

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstring>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "config/base/error.h"
+#include "rt/base/vec3.h"
+
+/// What the readers of this folder share: the patient's frame, bytes of files, numbers in them.
+namespace hapticd::solids {
+
+/// The axes of a patient's frame. lps: x to the left, y to the back (posterior), z to the head (superior), as
+/// in DICOM and in files of 3D Slicer. ras: x to the right, y to the front (anterior), z to the head.
+enum class Frame { lps, ras };
+
+/// How a property of a file was determined.
+enum class KnownFrom {
+  file,     ///< the file states it
+  option,   ///< the caller states it
+  assumed,  ///< neither does
+};
+
+std::string_view textOf(Frame frame);          ///< "LPS", "RAS"
+std::string_view textOf(KnownFrom knowledge);  ///< "stated in the file", "given", "assumed"
+
+/// The frame of "LPS" or "RAS", in small letters or capitals; nothing for other words.
+std::optional<Frame> frameOf(std::string_view word);
+
+/// A point or direction of `frame` in LPS.
+constexpr rt::Vec3 inLps(const rt::Vec3& vector, Frame frame) noexcept {
+  return frame == Frame::ras ? rt::Vec3{-vector.x, -vector.y, vector.z} : vector;
+}
+
+constexpr double kMetresPerMillimetre = 1e-3;
+/// Coordinates above this are not of a patient, in any unit.
+constexpr double kMaxCoordinate = 1e9;
+
+/// "(1.0, -2.5, 3.0) mm" of a point in metres.
+std::string millimetreText(const rt::Vec3& point_m);
+
+/// Returns an error for `return`.
+std::unexpected<base::Error> refused(std::string where, std::string what, std::string remedy);
+
+/// Reads a whole regular file.  Errors: unreadable, not a regular file, longer than `longest` bytes.
+base::Result<std::string> contentOf(const std::filesystem::path& file, std::size_t longest);
+
+/// Returns the number at `bytes`, which has the byte order `order`.
+template <typename Number>
+Number numberAt(const char* bytes, std::endian order) {
+  char copy[sizeof(Number)];
+  for (std::size_t i = 0; i < sizeof(Number); ++i)
+    copy[i] = bytes[order == std::endian::native ? i : sizeof(Number) - 1 - i];
+  Number number;
+  std::memcpy(&number, copy, sizeof(Number));
+  return number;
+}
+
+/// Returns a decimal number; a leading plus sign and a decimal comma are accepted, as some programs write
+/// them. Nothing for other text, and for numbers beyond kMaxCoordinate or not finite.
+std::optional<double> coordinateFrom(std::string_view text);
+
+/// Returns `text` without white space at both ends.
+std::string_view trimmed(std::string_view text);
+std::string lowerCase(std::string_view text);
+
+/// Walks through the lines of a text, and through the words of each; lines end in LF or CRLF.
+class TextCursor {
+ public:
+  explicit TextCursor(std::string_view text) : text_(text) {}
+  /// Returns the next line without its end; nothing behind the last one.
+  std::optional<std::string_view> nextLine();
+  /// Returns the next word, in whichever line it stands; nothing at the end.
+  std::optional<std::string_view> nextWord();
+  /// Returns what is left of the line of the last word, and goes to the next line.
+  std::string_view restOfLine();
+  std::size_t line() const { return line_; }  ///< number of the line of what was last returned, from 1
+  std::size_t at() const { return at_; }      ///< offset of what comes next
+
+ private:
+  std::string_view text_;
+  std::size_t at_ = 0;
+  std::size_t line_ = 0;
+  std::size_t line_ends_passed_ = 0;
+};
+
+/// Returns the first word of `text`, and takes it and the white space around it off; empty at the end.
+std::string_view takeWord(std::string_view& text);
+
+}  // namespace hapticd::solids
