@@ -89,26 +89,65 @@ test('picked points become commands that add fixtures', async () => {
     await page.mouse.click(canvas.x + place.x, canvas.y + place.y);
     await until(page, (n) => document.querySelectorAll('#picks li').length === n, count + 1);
   };
-  const commands = async () => (await page.locator('#pick-command').textContent()).split('\n');
+  const command = async () => page.locator('#pick-command').textContent();
   const vectorIn = (text, option) => text.match(new RegExp(`--${option} ([-\\d.,]+)`))[1].split(',').map(Number);
   const kWall = [[-0.3, 0.2, -1.15], [0.3, 0.2, -1.15], [0.3, -0.3, -1.15]];
 
+  const field = (name) => page.locator(`#fixture-form [name=${name}]`);
+  const problem = async () => page.locator('#fixture-form [role=status]').textContent();
+  const preview = async () => page.evaluate(() => window.hapticdView.preview);
+
   await pickAt(kWall[0]);
+  assert.equal(await preview(), null);
   await page.selectOption('#pick-use', 'fixture');
-  const [sphere] = await commands();
-  assert.match(sphere, /^hapticctl fixture add NAME --kind sphere --position-m \S+ --radius-m 0\.02$/);
+  await field('name').fill('vessel');
+  const sphere = await command();
+  assert.match(sphere, /^hapticctl fixture add vessel --kind sphere --position-m \S+ --radius-m 0\.02$/);
   vectorIn(sphere, 'position-m').forEach((value, i) => assertNear(value, kWall[0][i], 0.003, 'xyz'[i]));
+  assert.deepEqual((({ name, kind, radiusM }) => [name, kind, radiusM])(await preview()), ['vessel (preview)', 'sphere', 0.02]);
+
+  await field('radius').fill('35');
+  await field('clearance').fill('2.5');
+  await field('side').selectOption('in');
+  assert.match(await command(), /--radius-m 0\.035 --clearance-m 0\.0025 --side in$/);
+  assert.equal((await preview()).radiusM, 0.035);
+  for (const [name, value, wrong] of [
+    ['radius', '0.1', /radius is a number from 0\.5 to 10000 mm/], ['radius', '', /radius is a number/],
+    ['clearance', '40', /leaves no room inside/], ['clearance', '51', /from 0 to 50 mm/],
+    ['name', 'two words', /letters, digits/], ['name', 'nerve', /already/],
+  ]) {
+    const before = await field(name).inputValue();
+    await field(name).fill(value);
+    assert.match(await problem(), wrong, `${name} ${value}`);
+    assert.equal(await page.locator('#pick-command').isVisible(), false);
+    assert.equal(await page.locator('#pick-copy').isVisible(), false);
+    await field(name).fill(before);
+    assert.equal(await problem(), '');
+  }
+  assert.equal(await field('kind').locator('option[value=capsule]').isDisabled(), true);
 
   await pickAt(kWall[1]);
-  const [capsule, path] = await commands();
-  assert.match(capsule, /--kind capsule --position-m \S+ --end-m \S+ --radius-m 0\.02$/);
+  await field('kind').selectOption('capsule');
+  await field('side').selectOption('out');
+  await field('clearance').fill('0');
+  const capsule = await command();
+  assert.match(capsule, /--kind capsule --position-m \S+ --end-m \S+ --radius-m 0\.035$/);
   vectorIn(capsule, 'end-m').forEach((value, i) => assertNear(value, kWall[1][i], 0.003, 'xyz'[i]));
-  assert.match(path, /--kind path --points-m "\S+ \S+"$/);
+  await field('kind').selectOption('path');
+  assert.match(await command(), /--kind path --points-m "\S+ \S+"$/);
+  assert.equal(await field('radius').isVisible(), false);
 
   await pickAt(kWall[2]);
-  const plane = (await commands()).at(-1);
-  assert.match(plane, /--kind plane/);
+  await field('kind').selectOption('plane');
   // the wall is perpendicular to the camera's axis; its free side is where the eye is
-  vectorIn(plane, 'normal').forEach((value, i) => assertNear(value, [0, 0, 1][i], 0.01, 'xyz'[i]));
+  vectorIn(await command(), 'normal').forEach((value, i) => assertNear(value, [0, 0, 1][i], 0.01, 'xyz'[i]));
+  await field('kind').selectOption('standoff');
+  assert.match(await command(), /^hapticctl fixture add vessel --kind standoff --clearance-m 0\.01$/);
+  await field('clearance').fill('0');
+  assert.match(await problem(), /above 0 to 50 mm/);
+
+  await page.click('#pick-clear');
+  assert.equal(await preview(), null);
+  assert.equal(await page.locator('#fixture-form').isVisible(), false);
   assert.deepEqual(page.complaints, []);
 });

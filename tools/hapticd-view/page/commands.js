@@ -2,6 +2,7 @@
 // Buttons, boxes, keys and clicks of the page, and what they do.
 
 import { Controls } from './controls.js';
+import { FixtureForm } from './fixture_form.js';
 import { pick, PickList } from './picking.js';
 import { kColourings } from './surface.js';
 
@@ -50,8 +51,10 @@ function connectPicking({ scene, orbit, redraw, onMove }) {
     list: element('picks'), distance: element('pick-distance'), command: element('pick-command'),
     note: element('pick-note'), copy: element('pick-copy'), clear: element('pick-clear'),
     use: element('pick-use'), useField: element('pick-use-field'),
-  }, orbit, (list) => {
+  }, (onChange) => new FixtureForm(
+    element('fixture-form'), orbit, () => scene.additions.map(({ name }) => name), onChange), (list, preview) => {
     scene.picks = list;
+    scene.preview = preview;
     redraw();
   });
   const find = (xPx, yPx) => {

@@ -2,23 +2,38 @@
 // How fixtures and tissue regions are drawn: bright in contact, faint while disabled, each with its name.
 
 import { arrowsOn, coneEnd, kPlaneHalfM, middleOf, outlineOf } from './fixtures.js';
-import { add, perpendiculars, scale } from './vectors.js';
+import { add, perpendiculars, scale, subtract } from './vectors.js';
 
 const kKnotM = 0.006;
 const kPlaneThicknessM = 0.0005;
 const kArrows = 6;
 const kArrowM = 0.02;
 const kPathPx = 4;
+/** A line of a preview has so many dashes and gaps; the lines of a circle are the dashes themselves. */
+const kDashes = 12;
 /** What lies behind the hand on a path is drawn with this share of its opacity. */
 const kPassedShare = 0.35;
+
+/** What is there, and what a person is about to add. */
+const allOf = ({ additions, preview }) => (preview ? [...additions, preview] : additions);
+
+/** A strip of lines as dashes. */
+function addDashes(lines, points, colour) {
+  for (let i = 1; i < points.length; i++) {
+    const dashes = points.length > kDashes ? 1 : kDashes;
+    const at = (share) => add(points[i - 1], scale(subtract(points[i], points[i - 1]), share));
+    for (let dash = i % 2 && dashes === 1 ? 1 : 0; dash < dashes; dash += 2) lines.add(at(dash / dashes), at((dash + 1) / dashes), colour);
+  }
+}
 
 /** Outlines and names. `picture` has scene, orbit, lines and labels. */
 export function addOutlines({ scene, orbit, lines, labels }) {
   const { theme } = scene;
-  for (const { name, group, shape, enabled, inContact } of scene.additions) {
+  for (const { name, group, shape, enabled, inContact } of allOf(scene)) {
     if (!shape) continue;
     const alpha = inContact ? 1 : enabled ? 0.55 : 0.15;
-    if (shape.kind !== 'path') {
+    for (const line of group === 'preview' ? outlineOf(shape, orbit.eye) : []) addDashes(lines, line, [...theme[group], 0.9]);
+    if (group !== 'preview' && shape.kind !== 'path') {
       for (const line of outlineOf(shape, orbit.eye)) lines.addStrip(line, [...theme[group], alpha]);
     }
     const at = middleOf(shape) ?? scene.proxy ?? scene.hip;
@@ -28,18 +43,19 @@ export function addOutlines({ scene, orbit, lines, labels }) {
 
 export function drawFixtures(picture) {
   const { scene, solids, orbit } = picture;
-  const { additions, fixtureProxy, radii, theme } = scene;
-  for (const entry of additions) {
+  const { fixtureProxy, radii, theme } = scene;
+  const all = allOf(scene);
+  for (const entry of all) {
     if (entry.shape?.kind === 'standoff') drawStandoff(picture, entry);
   }
   solids.begin(orbit);
-  for (const entry of additions) {
+  for (const entry of all) {
     if (entry.shape) drawShape(picture, entry);
   }
   if (fixtureProxy) {
     solids.drawSphere(fixtureProxy, radii.proxyM, { colour: theme.forbidden, alpha: 0.55, rim: 0.45, shade: 0.35 });
   }
-  for (const entry of additions) {
+  for (const entry of scene.additions) {
     if (entry.shape?.kind === 'path') drawPath(picture, entry);
   }
 }

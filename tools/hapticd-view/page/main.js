@@ -45,6 +45,8 @@ const scene = {
   radii: { hipM: 0.04, proxyM: 0.008 },
   arrowMPerN: arrowScale(NaN),
   picks: [],
+  /** What a person is about to add, like one of `additions`; null: nothing. */
+  preview: null,
   layers: { cloud: true, model: true, hand: true, force: true, fixtures: true, trail: true, camera: true, axes: true, grid: true },
   colouring: 'depth',
   /** nearest, farthest, lowest, highest */
@@ -285,6 +287,10 @@ window.hapticdView = Object.freeze({
   },
   get hip() {
     return scene.hip && [...scene.hip];
+  },
+  /** {name, kind, ...} of what the form would add; null: nothing. */
+  get preview() {
+    return scene.preview && { name: scene.preview.name, ...scene.preview.shape };
   },
   /** 1: each pixel of the depth frame is drawn; n: every n-th both ways. */
   get every() {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads points off the depth frame: which pixel lies nearest to a place of the view, and where it is.
 
-import { cross, dot, norm, scale, subtract, unit } from './vectors.js';
+import { norm, subtract } from './vectors.js';
 import { coordinates, counted, fixed } from './words.js';
 
 /** So far beside the place that was chosen a pixel may be, in CSS pixels. */
@@ -47,41 +47,15 @@ export function registerCommand(picks) {
   ].join('\n');
 }
 
-/** Radius and clearance of a fixture that is made of picks, to be changed by whoever pastes the command. */
-const kFixtureRadiusM = 0.02;
-
-/**
- * Shell commands that add fixtures at these picks: one makes a sphere; the last two a capsule, and all of them a path;
- * the last three a plane, its free side towards `eye` (docs/fixtures.md).
- */
-export function fixtureCommands(picks, eye) {
-  const places = picks.map(({ world }) => world);
-  const text = (v, digits = 4) => v.map((value) => Number(value.toFixed(digits)) + 0).join(',');
-  const [a, b, c] = places.slice(-3);
-  const last = places.at(-1);
-  if (places.length === 1) {
-    return [`hapticctl fixture add NAME --kind sphere --position-m ${text(last)} --radius-m ${kFixtureRadiusM}`];
-  }
-  const before = places.at(-2);
-  const commands = [
-    `hapticctl fixture add NAME --kind capsule --position-m ${text(before)} --end-m ${text(last)} --radius-m ${kFixtureRadiusM}`,
-    `hapticctl fixture add NAME --kind path --points-m "${places.map((p) => text(p)).join(' ')}"`,
-  ];
-  if (places.length < 3) return commands;
-  const across = cross(subtract(b, a), subtract(c, a));
-  if (norm(across) > 1e-9) {
-    const towards = dot(across, subtract(eye, a)) < 0 ? scale(across, -1) : across;
-    commands.push(`hapticctl fixture add NAME --kind plane --position-m ${text(a)} --normal ${text(unit(towards))}`);
-  }
-  return commands;
-}
-
 /** The list of picks in the panel. */
 export class PickList {
-  /** `elements`: list, distance, use, command, note, copy, clear. `onChange()` after each change; `orbit`: the eye. */
-  constructor(elements, orbit, onChange) {
-    this.orbit = orbit;
+  /**
+   * `elements`: list, distance, use, command, note, copy, clear. `makeForm(onChange)`: the form that makes fixtures of picks;
+   * `onChange(picks, preview)` after each change.
+   */
+  constructor(elements, makeForm, onChange) {
     this.elements = elements;
+    this.form = makeForm(() => this.show());
     this.onChange = onChange;
     this.picks = [];
     this.made = 0;
@@ -114,19 +88,19 @@ export class PickList {
     const both = this.picks.length >= 2;
     distance.textContent = both ? `${a.name} to ${b.name}: ${fixed(norm(subtract(a.world, b.world)), 3)} m` : '';
     const any = this.picks.length > 0;
-    const forFixtures = use.value === 'fixture';
-    const commands = () => (forFixtures ? fixtureCommands(this.picks, this.orbit.eye).join('\n') : registerCommand(this.picks));
-    command.textContent = any ? commands() : '';
+    const made = any && use.value === 'fixture' ? this.form.show(this.picks.map(({ world }) => world)) : null;
+    command.textContent = made ? made.command : any ? registerCommand(this.picks) : '';
     useField.hidden = !any;
-    command.hidden = !any;
-    copy.hidden = !any;
+    this.form.form.hidden = !made;
+    command.hidden = !command.textContent;
+    copy.hidden = command.hidden;
     clear.hidden = !any;
-    note.textContent = any ? this.noteFor(forFixtures) : 'Click or tap a point of the surface, or press Enter for the point at the crosshair.';
-    this.onChange(this.picks);
+    note.textContent = any ? this.noteFor(made) : 'Click or tap a point of the surface, or press Enter for the point at the crosshair.';
+    this.onChange(this.picks, made?.preview ?? null);
   }
 
-  noteFor(forFixtures) {
-    if (forFixtures) return 'Each line adds one fixture. Replace NAME.';
+  noteFor(made) {
+    if (made) return 'The picture shows what the command below would add; nothing acts until it is run on the box.';
     const missing = kFewestLandmarks - this.picks.length;
     return missing > 0 ? `To register the camera, pick ${counted(missing, 'more point')}.` : 'Run this on the box and touch each point with the handle when asked:';
   }

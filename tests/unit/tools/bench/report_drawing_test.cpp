@@ -47,7 +47,7 @@ TEST(ReportDrawing, ShowsEveryNumberOfRandomTables) {
       Json error = noFigure();
       if (std::bernoulli_distribution(0.7)(random))
         error = std::uniform_real_distribution(0.001, 0.002)(random);
-      numbers += error.is_number() ? 1 : 0;
+      if (error.is_number()) ++numbers;
       rows.push_back({"surface", i, std::move(error)});
     }
     const std::string script = reportOf(rows).drawing("picture.svg");

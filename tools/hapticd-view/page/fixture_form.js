@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+// Makes a virtual fixture of picked points: what it is, its name and sizes, the command that adds it, and its preview.
+
+import { shapeOf } from './fixtures.js';
+import { cross, dot, norm, scale, subtract, unit } from './vectors.js';
+import { counted } from './words.js';
+
+const kName = /^[A-Za-z0-9_-]{1,32}$/;
+const kDecimals = 4;
+
+/** Free side of the plane through the last three points; null where they lie on a line. */
+function normalOf([a, b, c], eye) {
+  const across = cross(subtract(b, a), subtract(c, a));
+  if (norm(across) < 1e-9) return null;
+  return unit(dot(across, subtract(eye, a)) < 0 ? scale(across, -1) : across);
+}
+
+/**
+ * What points can become: how many the kind needs at least, and the members that they determine. `fields`: what has to be
+ * said besides. Null: not by these points.
+ */
+const kKinds = {
+  sphere: { points: 1, fields: ['radius', 'clearance', 'side'], of: (p) => ({ position_m: p.at(-1) }) },
+  capsule: { points: 2, fields: ['radius', 'clearance', 'side'], of: (p) => ({ position_m: p.at(-2), end_m: p.at(-1) }) },
+  plane: {
+    points: 3, fields: ['clearance'],
+    of: (p, eye) => {
+      const normal = normalOf(p.slice(-3), eye);
+      return normal && { position_m: p.at(-3), normal };
+    },
+  },
+  standoff: { points: 1, fields: ['clearance'], of: () => ({}) },
+  path: { points: 2, fields: [], of: (p) => ({ points_m: p }) },
+  point: { points: 1, fields: [], of: (p) => ({ position_m: p.at(-1) }) },
+};
+
+/** Fields in millimetres: the member of the definition, the allowed range, and what they begin with. */
+const kLengths = {
+  radius: { member: 'radius_m', lowMm: 0.5, highMm: 10_000, usualMm: 20 },
+  clearance: { member: 'clearance_m', lowMm: 0, highMm: 50, usualMm: 0 },
+};
+const kStandoffMm = 10;
+
+/** What is wrong with a length; empty: nothing. */
+function lengthProblem(kind, field, mm) {
+  const { lowMm, highMm } = kLengths[field];
+  if (Number.isFinite(mm) && mm >= lowMm && mm <= highMm && !(kind === 'standoff' && mm <= 0)) return '';
+  const low = kind === 'standoff' ? `above ${lowMm}` : `from ${lowMm}`;
+  return `The ${field} is a number ${low} to ${highMm} mm.`;
+}
+
+/**
+ * A fixture of points in the world: {definition, problem}, the members as in the configuration. `wish`: kind, name,
+ * radiusMm, clearanceMm, side; `taken`: names that there are already.
+ */
+export function fixtureOf(points, wish, eye, taken = []) {
+  const kind = kKinds[wish.kind];
+  if (points.length < kind.points) {
+    return { definition: null, problem: `Pick ${counted(kind.points - points.length, 'more point')} for this kind.` };
+  }
+  const made = kind.of(points, eye);
+  if (!made) return { definition: null, problem: 'The last three points lie on a line: pick another one.' };
+  const definition = { name: wish.name, kind: wish.kind, ...made };
+  let problem = '';
+  for (const field of kind.fields) {
+    if (field === 'side') {
+      if (wish.side !== 'out') definition.side = wish.side;
+      continue;
+    }
+    const mm = wish[`${field}Mm`];
+    problem ||= lengthProblem(wish.kind, field, mm);
+    if (mm !== 0) definition[kLengths[field].member] = mm / 1000;
+  }
+  if (definition.side === 'in' && definition.clearance_m >= definition.radius_m) {
+    problem ||= 'The clearance leaves no room inside: make it smaller than the radius.';
+  }
+  if (!kName.test(wish.name)) problem ||= 'The name has 1 to 32 letters, digits, _ and -.';
+  else if (taken.includes(wish.name)) problem ||= `There is a fixture ${wish.name} already: choose another name.`;
+  return { definition: Object.values(definition).some(Number.isNaN) ? null : definition, problem };
+}
+
+/** The shell command that adds a fixture; its name needs no quotes. */
+export function commandOf({ name, kind, ...members }) {
+  const number = (value) => String(Number(value.toFixed(kDecimals)) + 0);
+  const text = (value) => {
+    if (!Array.isArray(value)) return typeof value === 'number' ? number(value) : value;
+    return Array.isArray(value[0]) ? `"${value.map(text).join(' ')}"` : value.map(number).join(',');
+  };
+  const options = Object.entries(members).map(([member, value]) => `--${member.replaceAll('_', '-')} ${text(value)}`);
+  return [`hapticctl fixture add ${name} --kind ${kind}`, ...options].join(' ');
+}
+
+/** The form below the picked points. */
+export class FixtureForm {
+  /** `form`: the element with the fields; `orbit`: the eye; `namesTaken()`; `onChange()` after each change by a person. */
+  constructor(form, orbit, namesTaken, onChange) {
+    this.form = form;
+    this.orbit = orbit;
+    this.namesTaken = namesTaken;
+    this.kindOfClearance = '';
+    form.addEventListener('input', () => onChange());
+    form.addEventListener('submit', (event) => event.preventDefault());
+  }
+
+  field(name) {
+    return this.form.elements.namedItem(name);
+  }
+
+  /** Brings the form up to date with the points; returns {command, note, preview}. */
+  show(points) {
+    const kind = this.offerKinds(points.length);
+    const { fields } = kKinds[kind];
+    for (const field of ['radius', 'clearance', 'side']) this.field(field).closest('label').hidden = !fields.includes(field);
+    if (this.kindOfClearance !== kind) {
+      this.field('clearance').value = kind === 'standoff' ? kStandoffMm : kLengths.clearance.usualMm;
+      this.kindOfClearance = kind;
+    }
+    const wish = {
+      kind, name: this.field('name').value.trim(), side: this.field('side').value,
+      radiusMm: this.field('radius').valueAsNumber, clearanceMm: this.field('clearance').valueAsNumber,
+    };
+    const { definition, problem } = fixtureOf(points, wish, this.orbit.eye, this.namesTaken());
+    const problems = this.form.querySelector('[role=status]');
+    if (problems.textContent !== problem) problems.textContent = problem;
+    return {
+      command: definition && !problem ? commandOf(definition) : '',
+      preview: definition && { name: `${wish.name || kind} (preview)`, group: 'preview', enabled: true, shape: shapeOf(definition) },
+    };
+  }
+
+  /** Enables the kinds that so many points determine; returns the chosen one. */
+  offerKinds(count) {
+    const select = this.field('kind');
+    for (const option of select.options) option.disabled = kKinds[option.value].points > count;
+    if (select.selectedOptions[0].disabled) select.value = [...select.options].find((option) => !option.disabled).value;
+    return select.value;
+  }
+}
