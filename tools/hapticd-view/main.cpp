@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <sysexits.h>
+#include <unistd.h>
 #include <CLI/CLI.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
 
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -30,6 +33,7 @@ namespace {
 
 struct BridgeOptions {
   std::string socket = config::Settings().control.status_socket;
+  std::string control_socket = {};        ///< empty: viewers may not add fixtures
   std::string listen = "127.0.0.1:8765";  ///< unused where the service manager passes sockets
   std::vector<std::string> hosts = {};
   std::vector<std::string> origins = {};
@@ -61,7 +65,7 @@ class Context : public boost::asio::io_context {
 class Bridge {
  public:
   Bridge(const BridgeOptions& options, PageFiles page)
-      : source_(context_, options.socket, options.version),
+      : source_(context_, options.socket, options.version, options.control_socket),
         open_to_everybody_(context_, options.socket),
         server_{.context = context_,
                 .source = source_,
@@ -178,19 +182,33 @@ std::string pageFolder() {
   return HAPTICD_VIEW_PAGE;
 }
 
+/// Whether this user may use the control socket.
+base::Result<void> mayControl(const std::string& socket) {
+  if (::access(socket.c_str(), W_OK) == 0) return {};
+  const bool absent = errno == ENOENT;
+  return std::unexpected(base::Error{
+      socket, absent ? "there is no control socket" : fmt::format("cannot be used: {}", std::strerror(errno)),
+      absent ? "start hapticd first, or name its socket with --control-socket"
+             : "--add-fixtures needs a member of the group haptic"});
+}
+
 int run(int argc, char** argv) {
   CLI::App app{
       "hapticd-view: shows what the box sees and exerts, live, to browsers and to viewers that speak the\n"
-      "Foxglove WebSocket protocol. It only reads: nothing that it is sent changes the box."};
+      "Foxglove WebSocket protocol. It only reads, unless --add-fixtures lets its page add virtual "
+      "fixtures."};
   app.footer(
       "SIGTERM or Ctrl-C ends it. 'hapticctl view' prints the address with the token.\n"
       "From another computer: ssh -L 8765:127.0.0.1:8765 BOX, and then the same address there.\n"
-      "Exit status: 0 done, 64 usage, 66 no page, 69 the address cannot be used, 73 no token.");
+      "Exit status: 0 done, 64 usage, 66 no page, 69 the address cannot be used, 73 no token,\n"
+      "77 no right to control.");
   BridgeOptions options;
   options.version = HAPTICD_VERSION;
   std::string token_file = kTokenFile;
   bool no_token = false;
   bool make_token = false;
+  bool add_fixtures = false;
+  std::string control_socket = config::Settings().control.control_socket;
   app.add_option("--socket", options.socket, "of a running hapticd (" + options.socket + ")")
       ->type_name("FILE");
   app.add_option_function<std::string>(
@@ -215,6 +233,14 @@ int run(int argc, char** argv) {
                      fmt::format("with what clients must show, made when it is absent ({})", kTokenFile))
           ->type_name("FILE");
   app.add_flag("--no-token", no_token, "everybody who reaches the address may look")->excludes(file);
+  auto* adds =
+      app.add_flag("--add-fixtures", add_fixtures,
+                   "let the page add virtual fixtures, with the rights of who runs this program: whoever has "
+                   "the token can then push a hand");
+  adds->excludes("--no-token");
+  app.add_option("--control-socket", control_socket, "for that (" + control_socket + ")")
+      ->type_name("FILE")
+      ->needs(adds);
   app.add_flag("--make-token", make_token, "only make the token file if it is absent, and end");
   app.add_option("--idle-exit", options.idle_exit_s,
                  "end after this long without a viewer (60 where the service manager listens, else never)")
@@ -232,6 +258,10 @@ int run(int argc, char** argv) {
     options.token = *token;
   }
   if (make_token) return EX_OK;
+  if (add_fixtures) {
+    if (auto allowed = mayControl(control_socket); !allowed) return fail(allowed.error(), EX_NOPERM);
+    options.control_socket = control_socket;
+  }
   if (options.page.empty()) options.page = pageFolder();
   if (auto failure = runBridge(options)) return fail(failure->error, failure->status);
   return EX_OK;

@@ -171,7 +171,8 @@ bool changesParameters(std::string_view kind) {
 
 }  // namespace
 
-BoxSource::BoxSource(boost::asio::io_context& context, const std::string& socket, std::string version)
+BoxSource::BoxSource(boost::asio::io_context& context, const std::string& socket, std::string version,
+                     const std::string& control_socket)
     : context_(context),
       socket_(socket),
       version_(std::move(version)),
@@ -198,10 +199,22 @@ BoxSource::BoxSource(boost::asio::io_context& context, const std::string& socket
                 frames_.reset();
                 setDepth(false, textOf(error));
               }}),
-      additions_fetch_(context, socket, [this](const Json& additions) { setAdditions(additions); }) {}
+      additions_fetch_(context, socket, [this](const Json& additions) { setAdditions(additions); }) {
+  if (!control_socket.empty()) fixture_changes_.emplace(context, control_socket);
+}
 
 Json BoxSource::hello() const {
-  return {{"type", "hello"}, {"protocol", 1}, {"version", version_}};
+  return {{"type", "hello"},
+          {"protocol", 1},
+          {"version", version_},
+          {"addsFixtures", fixture_changes_.has_value()}};
+}
+
+void BoxSource::changeFixture(Viewer& viewer, const FixtureRequest& request) {
+  if (!fixture_changes_) return Source::changeFixture(viewer, request);
+  fixture_changes_->request(request, [this, &viewer, name = nameIn(request)](const std::string& problem) {
+    if (std::ranges::find(viewers_, &viewer) != viewers_.end()) viewer.onFixtureAnswer(name, problem);
+  });
 }
 
 void BoxSource::add(Viewer& viewer) {

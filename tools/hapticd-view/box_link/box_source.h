@@ -17,6 +17,7 @@
 
 #include "drivers/depth_region/depth_region.h"
 #include "rt/loop/loop_state.h"
+#include "tools/hapticd-view/box_link/fixture_changes.h"
 #include "tools/hapticd-view/box_link/varlink_stream.h"
 #include "tools/hapticd-view/live/recent_events.h"
 #include "tools/hapticd-view/live/source.h"
@@ -101,13 +102,16 @@ class DepthFrames {
 /// viewers, and fetches only what one of them wants.  Thread: the io_context's.
 class BoxSource final : public Source {
  public:
-  /// `socket`: path of io.hapticd.Status. `version`: of this program, for `hello`.
-  BoxSource(boost::asio::io_context& context, const std::string& socket, std::string version);
+  /// `socket`: path of io.hapticd.Status. `version`: of this program, for `hello`. `control_socket`: path of
+  /// io.hapticd.Control, by which viewers may add fixtures; empty: they may not, and nothing connects there.
+  BoxSource(boost::asio::io_context& context, const std::string& socket, std::string version,
+            const std::string& control_socket = "");
 
   Json hello() const override;
   void add(Viewer& viewer) override;
   void remove(Viewer& viewer) override;
   void wantsChanged() override;
+  void changeFixture(Viewer& viewer, const FixtureRequest& request) override;
 
  private:
   void onStatus(const Json& reply);
@@ -131,6 +135,7 @@ class BoxSource final : public Source {
   LastingStream events_;
   LastingStream depth_;
   AdditionsFetch additions_fetch_;
+  std::optional<FixtureChanges> fixture_changes_;
   std::shared_ptr<VarlinkStream> parameters_call_;
   bool parameters_changed_ = false;  // since parameters_call_ was sent
 

@@ -17,6 +17,29 @@
 
 namespace hapticd::tools::view {
 
+namespace {
+
+std::optional<ClientMessage> fixtureRequest(const Json& message) {
+  const auto add = message.find("add");
+  const auto remove = message.find("remove");
+  if (add != message.end() && add->is_object()) return FixtureRequest{.add = *add};
+  if (remove != message.end() && remove->is_string()) return FixtureRequest{.remove = *remove};
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::string nameIn(const FixtureRequest& request) {
+  if (request.add.is_null()) return request.remove;
+  const auto name = request.add.find("name");
+  return name != request.add.end() && name->is_string() ? name->get<std::string>() : "";
+}
+
+void Source::changeFixture(Viewer& viewer, const FixtureRequest& request) {
+  viewer.onFixtureAnswer(nameIn(request),
+                         "hapticd-view may not change the box (start it with --add-fixtures)");
+}
+
 std::optional<ClientMessage> parseClientMessage(std::string_view text) {
   constexpr double kFastestDepthHz = 1000;
   // depth is bounded by the length of a message, which is bounded by Session::longestMessage()
@@ -25,6 +48,7 @@ std::optional<ClientMessage> parseClientMessage(std::string_view text) {
   const auto type = message.find("type");
   if (type == message.end()) return std::nullopt;
   if (*type == "drawn") return Drawn{};
+  if (*type == "fixture") return fixtureRequest(message);
   const auto max_hz = message.find("maxHz");
   if (*type != "depth" || max_hz == message.end() || !max_hz->is_number()) return std::nullopt;
   const double hz = max_hz->get<double>();
@@ -177,6 +201,11 @@ void LiveSession::onBox(bool reachable, const std::string& reason) {
   sink_.send(textMessage(textOf({{"type", "box"}, {"reachable", reachable}, {"reason", reason}})), key(kBox));
 }
 
+void LiveSession::onFixtureAnswer(const std::string& name, const std::string& problem) {
+  sink_.send(textMessage(textOf({{"type", "fixture"}, {"name", name}, {"problem", problem}})),
+             MessageKey::queued);
+}
+
 void LiveSession::onText(std::string_view message) {
   const auto request = parseClientMessage(message);
   if (!request) return;
@@ -186,6 +215,8 @@ void LiveSession::onText(std::string_view message) {
     if (const auto picture = std::exchange(next_picture_, nullptr)) sendPicture(picture);
     return;
   }
+  if (const auto* fixture = std::get_if<FixtureRequest>(&*request))
+    return source_.changeFixture(*this, *fixture);
   depth_max_hz_ = std::get<DepthRate>(*request).max_hz;
   source_.wantsChanged();
 }

@@ -25,7 +25,7 @@ struct DepthRate {
 struct Drawn {};
 
 /// What a client of `/live` may ask for.
-using ClientMessage = std::variant<DepthRate, Drawn>;
+using ClientMessage = std::variant<DepthRate, Drawn, FixtureRequest>;
 
 /// Parses a text message from a client; nothing: it is none of these, or a number is out of range.
 std::optional<ClientMessage> parseClientMessage(std::string_view text);
@@ -76,6 +76,7 @@ class LiveSession final : public Session {
   void onDepth(const std::shared_ptr<const DepthPicture>& picture) override;
   void onDepthState(bool available, const std::string& reason) override;
   void onBox(bool reachable, const std::string& reason) override;
+  void onFixtureAnswer(const std::string& name, const std::string& problem) override;
   bool wantsTicks() const override { return true; }
   bool wantsDepth() const override { return depth_max_hz_ > 0; }
 

@@ -20,6 +20,12 @@ struct DepthPicture {
   std::vector<std::byte> image = {};  ///< header.imageBytes() bytes
 };
 
+/// What a viewer wants to change: a fixture to add, or one to remove that was added in this way.
+struct FixtureRequest {
+  Json add = {};            ///< the members of a definition, as in the configuration; null: remove
+  std::string remove = {};  ///< a name
+};
+
 /// Receives what a Source has to show. Thread: the io_context's.
 class Viewer {
  public:
@@ -46,6 +52,10 @@ class Viewer {
   virtual void onDepthState(bool /*available*/, const std::string& /*reason*/) {}
   /// The connection to the box came or went. reason: for people, with the remedy; empty when reachable.
   virtual void onBox(bool /*reachable*/, const std::string& /*reason*/) {}
+
+  /// The answer to Source::changeFixture(). problem: why nothing was changed and what to do; empty: it was
+  /// done.
+  virtual void onFixtureAnswer(const std::string& /*name*/, const std::string& /*problem*/) {}
 
   /// What the source needs to fetch for this viewer. After a change call Source::wantsChanged().
   virtual bool wantsTicks() const = 0;
@@ -76,6 +86,12 @@ class Source {
 
   /// A viewer's wantsTicks() or wantsDepth() has changed.
   virtual void wantsChanged() = 0;
+
+  /// Changes a fixture for a viewer, which gets the answer while it is added. A source that may not refuses.
+  virtual void changeFixture(Viewer& viewer, const FixtureRequest& request);
 };
+
+/// The name of the fixture that a request is about; empty: it has none.
+std::string nameIn(const FixtureRequest& request);
 
 }  // namespace hapticd::tools::view

@@ -45,14 +45,15 @@ async function savePng(picture) {
 }
 
 /** Clicks and taps on the picture: pick a point, or bring it to the middle. */
-function connectPicking({ scene, orbit, redraw, onMove }) {
+function connectPicking({ scene, orbit, bridge, redraw, onMove }) {
   const missed = new Missed();
   const picks = new PickList({
     list: element('picks'), distance: element('pick-distance'), command: element('pick-command'),
     note: element('pick-note'), copy: element('pick-copy'), clear: element('pick-clear'),
     use: element('pick-use'), useField: element('pick-use-field'),
   }, (onChange) => new FixtureForm(
-    element('fixture-form'), orbit, () => scene.additions.map(({ name }) => name), onChange), (list, preview) => {
+    element('fixture-form'), orbit, () => scene.additions.map(({ name }) => name), (message) => bridge.send(message),
+    onChange), (list, preview) => {
     scene.picks = list;
     scene.preview = preview;
     redraw();
@@ -79,6 +80,7 @@ function connectPicking({ scene, orbit, redraw, onMove }) {
       onMove();
     },
   });
+  return picks;
 }
 
 /** Keys of the whole page: name to action. */
@@ -98,10 +100,10 @@ function connectKeys(actions) {
 
 /**
  * `look(name)` goes to a named view; `onMove()` after the eye was moved by hand; `onPause(wanted)`. `picture` may be
- * null, where the browser cannot draw it.
+ * null, where the browser cannot draw it; `bridge` is the connection. Returns the list of picked points.
  */
-export function connectCommands({ scene, orbit, picture, theme, redraw, look, onMove, onPause }) {
-  connectPicking({ scene, orbit, redraw, onMove });
+export function connectCommands({ scene, orbit, picture, theme, bridge, redraw, look, onMove, onPause }) {
+  const picks = connectPicking({ scene, orbit, bridge, redraw, onMove });
 
   const pause = element('pause');
   const togglePause = () => {
@@ -148,4 +150,5 @@ export function connectCommands({ scene, orbit, picture, theme, redraw, look, on
     ' ': togglePause,
     '?': () => element('keys').showModal(),
   });
+  return picks;
 }

@@ -92,14 +92,63 @@ export function commandOf({ name, kind, ...members }) {
 
 /** The form below the picked points. */
 export class FixtureForm {
-  /** `form`: the element with the fields; `orbit`: the eye; `namesTaken()`; `onChange()` after each change by a person. */
-  constructor(form, orbit, namesTaken, onChange) {
+  /**
+   * `form`: the element with the fields; `orbit`: the eye; `namesTaken()`; `send(message)` to the bridge; `onChange()` after
+   * each change by a person.
+   */
+  constructor(form, orbit, namesTaken, send, onChange) {
     this.form = form;
     this.orbit = orbit;
     this.namesTaken = namesTaken;
     this.kindOfClearance = '';
-    form.addEventListener('input', () => onChange());
+    /** Whether the bridge may add fixtures for this page, and what it is to add or remove. */
+    this.mayAdd = false;
+    this.definition = null;
+    this.added = '';
+    this.answer = '';
+    this.onChange = onChange;
+    this.addButton.addEventListener('click', () => this.ask({ add: this.definition }, send));
+    this.removeButton.addEventListener('click', () => this.ask({ remove: this.added }, send));
+    form.addEventListener('input', () => {
+      this.answer = '';
+      onChange();
+    });
     form.addEventListener('submit', (event) => event.preventDefault());
+  }
+
+  get addButton() {
+    return this.form.querySelector('#fixture-add');
+  }
+
+  get removeButton() {
+    return this.form.querySelector('#fixture-remove');
+  }
+
+  /** Sends a request, and another one only when the answer has come. */
+  ask(request, send) {
+    this.asked = request;
+    this.answer = 'Asking the box.';
+    send({ type: 'fixture', ...request });
+    this.onChange();
+  }
+
+  /** A message `hello` of the bridge; what was asked before it is lost. */
+  takeHello({ addsFixtures = false }) {
+    this.mayAdd = addsFixtures;
+    this.asked = null;
+    this.answer = '';
+    this.onChange();
+  }
+
+  /** A message `fixture` of the bridge: the answer to a request. */
+  takeAnswer({ name, problem }) {
+    if (!this.asked) return;
+    const adds = Boolean(this.asked.add);
+    this.asked = null;
+    if (!problem) this.added = adds ? name : '';
+    const done = adds ? `${name} acts now.` : `${name} is removed.`;
+    this.answer = problem ? `Nothing was changed: ${problem}` : done;
+    this.onChange();
   }
 
   field(name) {
@@ -120,11 +169,20 @@ export class FixtureForm {
       radiusMm: this.field('radius').valueAsNumber, clearanceMm: this.field('clearance').valueAsNumber,
     };
     const { definition, problem } = fixtureOf(points, wish, this.orbit.eye, this.namesTaken());
-    const problems = this.form.querySelector('[role=status]');
-    if (problems.textContent !== problem) problems.textContent = problem;
+    this.definition = problem ? null : definition;
+    this.addButton.hidden = !this.mayAdd;
+    this.addButton.disabled = !this.definition || Boolean(this.asked);
+    this.removeButton.hidden = !this.mayAdd || !this.added;
+    this.removeButton.disabled = Boolean(this.asked);
+    this.removeButton.textContent = `Remove ${this.added}`;
+    // that the name is taken follows from what was just added, and is no news
+    const text = this.answer || problem;
+    const status = this.form.querySelector('[role=status]');
+    if (status.textContent !== text) status.textContent = text;
     return {
       command: definition && !problem ? commandOf(definition) : '',
-      preview: definition && { name: `${wish.name || kind} (preview)`, group: 'preview', enabled: true, shape: shapeOf(definition) },
+      // what was added is drawn as the box has it
+      preview: definition && wish.name !== this.added && { name: `${wish.name || kind} (preview)`, group: 'preview', enabled: true, shape: shapeOf(definition) },
     };
   }
 

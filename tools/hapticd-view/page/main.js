@@ -182,7 +182,11 @@ function takeHello() {
 }
 
 const kTakers = {
-  hello: takeHello,
+  hello: (message) => {
+    takeHello(message);
+    picks.form.takeHello(message);
+  },
+  fixture: (message) => picks.form.takeAnswer(message),
   parameters: ({ parameters }) => {
     known.parameters = parameters;
     takeRadii();
@@ -252,8 +256,8 @@ function look(name) {
   redraw();
 }
 
-connectCommands({
-  scene, orbit, picture, theme, redraw, look,
+const picks = connectCommands({
+  scene, orbit, picture, theme, bridge, redraw, look,
   onMove: () => {
     known.touched = true;
     redraw();

@@ -96,7 +96,7 @@ export class PickList {
     copy.hidden = command.hidden;
     clear.hidden = !any;
     note.textContent = any ? this.noteFor(made) : 'Click or tap a point of the surface, or press Enter for the point at the crosshair.';
-    this.onChange(this.picks, made?.preview ?? null);
+    this.onChange(this.picks, made?.preview || null);
   }
 
   noteFor(made) {
