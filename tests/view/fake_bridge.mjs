@@ -98,6 +98,8 @@ export class FakeBridge {
     /** Sent to each page that connects, and with sendAdditions(); the rest of what windows say of fixtures. */
     this.additions = { fixtures: [], regions: [] };
     this.ofFixtures = {};
+    /** Takes a request `fixture` and returns what is wrong with it; null: the bridge takes none. */
+    this.change = null;
     this.message = depthMessage();
   }
 
@@ -147,8 +149,9 @@ export class FakeBridge {
         return;
       }
       if (message.type === 'depth') this.depthHz = message.maxHz;
+      if (message.type === 'fixture') send({ type: 'fixture', name: message.remove ?? message.add.name, problem: this.change(message) });
     });
-    send({ type: 'hello', protocol: 1, version: '0.1.0' });
+    send({ type: 'hello', protocol: 1, version: '0.1.0', addsFixtures: this.change !== null });
     send({ type: 'additions', ...this.additions });
     send({ type: 'parameters', parameters: {
       'force.radius_m': 0.04, 'contact.proxy_radius_m': 0.008, 'camera.near_m': 0.4, 'camera.far_m': 4,

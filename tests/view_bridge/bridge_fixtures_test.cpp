@@ -130,9 +130,9 @@ TEST(View, StartsForAddingOnlyWhereItMayAndWithAToken) {
   };
   const Finished absent =
       refusal({"--token-file", token, "--control-socket", (folder.path() / "Control").string()});
-  EXPECT_EQ(77, absent.ending.status);
+  EXPECT_EQ(exitedWith(77), absent.ending);
   EXPECT_NE(std::string::npos, absent.errors.find("start hapticd first")) << absent.errors;
-  EXPECT_EQ(64, refusal({"--no-token"}).ending.status);
+  EXPECT_EQ(exitedWith(64), refusal({"--no-token"}).ending);
 }
 
 }  // namespace
