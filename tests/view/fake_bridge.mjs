@@ -98,7 +98,7 @@ export class FakeBridge {
     /** Sent to each page that connects, and with sendAdditions(); the rest of what windows say of fixtures. */
     this.additions = { fixtures: [], regions: [] };
     this.ofFixtures = {};
-    /** Takes a request `fixture` and returns what is wrong with it; null: the bridge takes none. */
+    /** Takes a request `fixture` and returns what is wrong with it, or a promise of that; null: the bridge takes none. */
     this.change = null;
     this.message = depthMessage();
   }
@@ -142,14 +142,16 @@ export class FakeBridge {
   greet(client) {
     this.drawing = false;
     const send = (message) => client.send(JSON.stringify(message));
-    client.on('message', (data) => {
+    client.on('message', async (data) => {
       const message = JSON.parse(data);
       if (message.type === 'drawn') {
         this.drawing = false;
         return;
       }
       if (message.type === 'depth') this.depthHz = message.maxHz;
-      if (message.type === 'fixture') send({ type: 'fixture', name: message.remove ?? message.add.name, problem: this.change(message) });
+      if (message.type !== 'fixture') return;
+      const problem = await this.change(message);
+      if (client.readyState === client.OPEN) send({ type: 'fixture', name: message.remove ?? message.add.name, problem });
     });
     send({ type: 'hello', protocol: 1, version: '0.1.0', addsFixtures: this.change !== null });
     send({ type: 'additions', ...this.additions });

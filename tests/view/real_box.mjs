@@ -22,16 +22,18 @@ const kSphereAlone = [
 export class RealBox {
   /**
    * Returns the address of the page. `everybody`: whether visitors need no token; `configuration`: its file in config/;
-   * `settings`: parameters that differ from it, as "name=value".
+   * `settings`: parameters that differ from it, as "name=value"; `fixtures`: whether pages may add some.
    */
-  async start({ everybody = true, configuration = 'demo.yaml', settings = kSphereAlone } = {}) {
+  async start({ everybody = true, configuration = 'demo.yaml', settings = kSphereAlone, fixtures = false } = {}) {
     this.folder = await mkdtemp(join(tmpdir(), 'hapticd-view-test-'));
     this.configuration = configuration;
     this.settings = [`control.depth_for_everyone=${everybody}`, ...settings];
     this.startDaemon();
+    const rights = fixtures ? ['--add-fixtures', '--control-socket', join(this.folder, 'Control')] : [];
+    if (fixtures) await this.control('status');
     this.view = spawn(join(bin, 'hapticd-view'),
       ['--listen', '127.0.0.1:0', '--page', process.env.HAPTICD_VIEW_PAGE,
-        '--socket', join(this.folder, 'Status'), '--token-file', join(this.folder, 'token')],
+        '--socket', join(this.folder, 'Status'), '--token-file', join(this.folder, 'token'), ...rights],
       { stdio: ['ignore', 'pipe', 'inherit'] });
     const lines = createInterface({ input: this.view.stdout });
     const [line] = await once(lines, 'line', { signal: AbortSignal.timeout(kLimitMs) });

@@ -7,6 +7,12 @@ import { counted } from './words.js';
 
 const kName = /^[A-Za-z0-9_-]{1,32}$/;
 const kDecimals = 4;
+/** The bridge ends the connection of who sends a longer message. */
+const kLongestRequestBytes = 4096;
+
+/** A button that is disabled would lose the keyboard's focus, so it is only marked and ignores clicks. */
+const setDisabled = (button, disabled) => button.setAttribute('aria-disabled', String(disabled));
+const isDisabled = (button) => button.getAttribute('aria-disabled') === 'true';
 
 /** Free side of the plane through the last three points; null where they lie on a line. */
 function normalOf([a, b, c], eye) {
@@ -79,9 +85,17 @@ export function fixtureOf(points, wish, eye, taken = []) {
   return { definition: Object.values(definition).some(Number.isNaN) ? null : definition, problem };
 }
 
+/** A definition with its numbers as the command has them, so that command and button add the same. */
+function rounded(value) {
+  if (typeof value === 'number') return Number(value.toFixed(kDecimals)) + 0;
+  if (Array.isArray(value)) return value.map(rounded);
+  if (typeof value !== 'object') return value;
+  return Object.fromEntries(Object.entries(value).map(([member, one]) => [member, rounded(one)]));
+}
+
 /** The shell command that adds a fixture; its name needs no quotes. */
 export function commandOf({ name, kind, ...members }) {
-  const number = (value) => String(Number(value.toFixed(kDecimals)) + 0);
+  const number = (value) => String(rounded(value));
   const text = (value) => {
     if (!Array.isArray(value)) return typeof value === 'number' ? number(value) : value;
     return Array.isArray(value[0]) ? `"${value.map(text).join(' ')}"` : value.map(number).join(',');
@@ -103,14 +117,19 @@ export class FixtureForm {
     this.kindOfClearance = '';
     /** Whether the bridge may add fixtures for this page, and what it is to add or remove. */
     this.mayAdd = false;
+    this.connected = false;
     this.definition = null;
-    this.added = '';
-    this.answer = '';
+    /** Names of what this page has added, the oldest first, and the request that has not been answered. */
+    this.added = [];
+    this.asked = null;
+    this.points = '';
+    this.send = send;
     this.onChange = onChange;
-    this.addButton.addEventListener('click', () => this.ask({ add: this.definition }, send));
-    this.removeButton.addEventListener('click', () => this.ask({ remove: this.added }, send));
+    this.say('');
+    this.addButton.addEventListener('click', () => this.add());
+    this.removeButton.addEventListener('click', () => this.remove());
     form.addEventListener('input', () => {
-      this.answer = '';
+      this.say('');
       onChange();
     });
     form.addEventListener('submit', (event) => event.preventDefault());
@@ -124,30 +143,60 @@ export class FixtureForm {
     return this.form.querySelector('#fixture-remove');
   }
 
+  /** What became of a request, until something else is shown. */
+  say(text, isProblem = false) {
+    this.answer = text;
+    this.answerIsProblem = isProblem;
+  }
+
+  add() {
+    if (isDisabled(this.addButton)) return;
+    const add = rounded(this.definition);
+    if (new TextEncoder().encode(JSON.stringify({ type: 'fixture', add })).length > kLongestRequestBytes) {
+      this.say('There are too many points to add it from here: run the command on the box.', true);
+      this.onChange();
+      return;
+    }
+    this.ask({ add });
+  }
+
+  remove() {
+    if (!isDisabled(this.removeButton)) this.ask({ remove: this.added.at(-1) });
+  }
+
   /** Sends a request, and another one only when the answer has come. */
-  ask(request, send) {
+  ask(request) {
     this.asked = request;
-    this.answer = 'Asking the box.';
-    send({ type: 'fixture', ...request });
+    this.say('Asking the box.');
+    this.send({ type: 'fixture', ...request });
     this.onChange();
   }
 
-  /** A message `hello` of the bridge; what was asked before it is lost. */
+  /** A message `hello` of the bridge, for which this page is a new one. */
   takeHello({ addsFixtures = false }) {
     this.mayAdd = addsFixtures;
+    this.connected = true;
+    this.added = [];
+    this.onChange();
+  }
+
+  takeLoss() {
+    if (this.asked) this.say('The connection was lost before the box answered: the list of fixtures says whether it was done.', true);
+    this.connected = false;
     this.asked = null;
-    this.answer = '';
     this.onChange();
   }
 
   /** A message `fixture` of the bridge: the answer to a request. */
   takeAnswer({ name, problem }) {
-    if (!this.asked) return;
+    if (!this.asked || name !== (this.asked.add?.name ?? this.asked.remove)) return;
     const adds = Boolean(this.asked.add);
     this.asked = null;
-    if (!problem) this.added = adds ? name : '';
+    // what somebody else has removed meanwhile is not offered again
+    if (!adds && (!problem || !this.namesTaken().includes(name))) this.added = this.added.filter((one) => one !== name);
+    if (adds && !problem) this.added.push(name);
     const done = adds ? `${name} acts now.` : `${name} is removed.`;
-    this.answer = problem ? `Nothing was changed: ${problem}` : done;
+    this.say(problem ? `Nothing was changed: ${problem}` : done, Boolean(problem));
     this.onChange();
   }
 
@@ -170,20 +219,32 @@ export class FixtureForm {
     };
     const { definition, problem } = fixtureOf(points, wish, this.orbit.eye, this.namesTaken());
     this.definition = problem ? null : definition;
-    this.addButton.hidden = !this.mayAdd;
-    this.addButton.disabled = !this.definition || Boolean(this.asked);
-    this.removeButton.hidden = !this.mayAdd || !this.added;
-    this.removeButton.disabled = Boolean(this.asked);
-    this.removeButton.textContent = `Remove ${this.added}`;
+    const key = JSON.stringify(points);
+    if (key !== this.points && !this.asked) this.say('');
+    this.points = key;
+    this.showButtons();
     // that the name is taken follows from what was just added, and is no news
     const text = this.answer || problem;
     const status = this.form.querySelector('[role=status]');
     if (status.textContent !== text) status.textContent = text;
+    status.classList.toggle('problem', !this.answer || this.answerIsProblem);
     return {
       command: definition && !problem ? commandOf(definition) : '',
       // what was added is drawn as the box has it
-      preview: definition && wish.name !== this.added && { name: `${wish.name || kind} (preview)`, group: 'preview', enabled: true, shape: shapeOf(definition) },
+      preview: definition && !this.added.includes(wish.name) && { name: `${wish.name || kind} (preview)`, group: 'preview', enabled: true, shape: shapeOf(definition) },
     };
+  }
+
+  showButtons() {
+    const { addButton, removeButton } = this;
+    const waits = !this.connected || Boolean(this.asked);
+    const last = this.added.at(-1);
+    addButton.hidden = !this.mayAdd;
+    setDisabled(addButton, waits || !this.definition);
+    if (!last && document.activeElement === removeButton) addButton.focus();
+    removeButton.hidden = !this.mayAdd || !last;
+    setDisabled(removeButton, waits);
+    if (last) removeButton.textContent = `Remove ${last}`;
   }
 
   /** Enables the kinds that so many points determine; returns the chosen one. */

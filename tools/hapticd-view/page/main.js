@@ -222,6 +222,7 @@ bridge = new Bridge({
   onDepth: takeDepth,
   onConnection: (connection) => {
     notices.connection = connection;
+    if (connection.state === 'closed') picks.form.takeLoss();
     if (connection.state === 'open') notices.box = { reachable: true, reason: '' };
     showNotices();
   },

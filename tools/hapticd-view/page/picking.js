@@ -100,7 +100,7 @@ export class PickList {
   }
 
   noteFor(made) {
-    if (made) return 'The picture shows what the command below would add; nothing acts until it is run on the box.';
+    if (made) return 'The picture shows what would be added; nothing acts before it has been added to the box.';
     const missing = kFewestLandmarks - this.picks.length;
     return missing > 0 ? `To register the camera, pick ${counted(missing, 'more point')}.` : 'Run this on the box and touch each point with the handle when asked:';
   }
