@@ -1,18 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <sysexits.h>
-#include <unistd.h>
 #include <CLI/CLI.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
 
-#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -23,6 +20,7 @@
 #include "config/base/program.h"
 #include "config/settings/settings.h"
 #include "tools/hapticd-view/box_link/box_source.h"
+#include "tools/hapticd-view/box_link/fixture_changes.h"
 #include "tools/hapticd-view/box_link/varlink_stream.h"
 #include "tools/hapticd-view/server/access.h"
 #include "tools/hapticd-view/server/listener.h"
@@ -75,7 +73,11 @@ class Bridge {
                           .token = options.token},
                 .page = std::move(page),
                 .ask_open_to_everybody =
-                    [this](OpenToEverybody::Answer answer) { open_to_everybody_.ask(std::move(answer)); }},
+                    [this, adds = !options.control_socket.empty()](OpenToEverybody::Answer answer) {
+                      // to add fixtures takes the token, whoever may look
+                      if (adds) return answer(false);
+                      open_to_everybody_.ask(std::move(answer));
+                    }},
         signals_(context_, SIGTERM, SIGINT),
         timer_(context_) {}
   /// Connections are owned by what waits for them, and use the other parts to the end.
@@ -96,7 +98,7 @@ class Bridge {
       listeners_.push_back(std::move(*listener));
     }
     if (options.idle_exit_s) idle_exit_s_ = options.idle_exit_s;
-    return std::nullopt;
+    return options.control_socket.empty() ? std::nullopt : beyondLoopback();
   }
 
   void run() {
@@ -115,6 +117,19 @@ class Bridge {
   }
 
  private:
+  /// Why fixtures cannot be added from where it listens; nothing: they can.
+  std::optional<BridgeFailure> beyondLoopback() const {
+    for (const Listener& listener : listeners_) {
+      if (listener.isLoopback()) continue;
+      return BridgeFailure{
+          {"--add-fixtures",
+           listener.endpointText() + " can be reached over the network, and the link is not encrypted",
+           "listen on 127.0.0.1, and use 'ssh -L' from elsewhere"},
+          EX_USAGE};
+    }
+    return std::nullopt;
+  }
+
   void warnOfNetwork(const std::string& endpoint) {
     server_.log.write(fmt::format(
         "warning: {} can be reached over the network, and the link is not encrypted: who listens in sees the "
@@ -182,16 +197,6 @@ std::string pageFolder() {
   return HAPTICD_VIEW_PAGE;
 }
 
-/// Whether this user may use the control socket.
-base::Result<void> mayControl(const std::string& socket) {
-  if (::access(socket.c_str(), W_OK) == 0) return {};
-  const bool absent = errno == ENOENT;
-  return std::unexpected(base::Error{
-      socket, absent ? "there is no control socket" : fmt::format("cannot be used: {}", std::strerror(errno)),
-      absent ? "start hapticd first, or name its socket with --control-socket"
-             : "--add-fixtures needs a member of the group haptic"});
-}
-
 int run(int argc, char** argv) {
   CLI::App app{
       "hapticd-view: shows what the box sees and exerts, live, to browsers and to viewers that speak the\n"
@@ -224,20 +229,21 @@ int run(int argc, char** argv) {
   app.add_option("--allow-host", options.hosts,
                  "further name of this computer that clients may use, for each; others are refused")
       ->type_name("NAME");
-  app.add_option("--allow-origin", options.origins,
-                 "further site whose pages may look, for each: https://example.org, file://")
-      ->type_name("ORIGIN");
+  auto* origin = app.add_option("--allow-origin", options.origins,
+                                "further site whose pages may look, for each: https://example.org, file://")
+                     ->type_name("ORIGIN");
   app.add_option("--page", options.page, "folder with the page (that of the installation)")->type_name("DIR");
   auto* file =
       app.add_option("--token-file", token_file,
                      fmt::format("with what clients must show, made when it is absent ({})", kTokenFile))
           ->type_name("FILE");
   app.add_flag("--no-token", no_token, "everybody who reaches the address may look")->excludes(file);
-  auto* adds =
-      app.add_flag("--add-fixtures", add_fixtures,
-                   "let the page add virtual fixtures, with the rights of who runs this program: whoever has "
-                   "the token can then push a hand");
-  adds->excludes("--no-token");
+  auto* adds = app.add_flag(
+      "--add-fixtures", add_fixtures,
+      "let the page add virtual fixtures, with the rights of who runs this program: whoever has "
+      "the token can then push a hand. Only on a loopback address, and with a token file that no "
+      "other user can read");
+  adds->excludes("--no-token")->excludes(origin);
   app.add_option("--control-socket", control_socket, "for that (" + control_socket + ")")
       ->type_name("FILE")
       ->needs(adds);
@@ -253,13 +259,14 @@ int run(int argc, char** argv) {
     return base::endWithoutWork(app, error, EX_USAGE);
   }
   if (!no_token) {
-    const auto token = tokenOf(token_file);
+    const auto token =
+        tokenOf(token_file, add_fixtures ? TokenReaders::owner : TokenReaders::owner_and_group);
     if (!token) return fail(token.error(), EX_CANTCREAT);
     options.token = *token;
   }
   if (make_token) return EX_OK;
   if (add_fixtures) {
-    if (auto allowed = mayControl(control_socket); !allowed) return fail(allowed.error(), EX_NOPERM);
+    if (auto allowed = mayChangeFixtures(control_socket); !allowed) return fail(allowed.error(), EX_NOPERM);
     options.control_socket = control_socket;
   }
   if (options.page.empty()) options.page = pageFolder();

@@ -212,8 +212,8 @@ Json BoxSource::hello() const {
 
 void BoxSource::changeFixture(Viewer& viewer, const FixtureRequest& request) {
   if (!fixture_changes_) return Source::changeFixture(viewer, request);
-  fixture_changes_->request(request, [this, &viewer, name = nameIn(request)](const std::string& problem) {
-    if (std::ranges::find(viewers_, &viewer) != viewers_.end()) viewer.onFixtureAnswer(name, problem);
+  fixture_changes_->request(viewer, request, [&viewer, name = nameIn(request)](const std::string& problem) {
+    viewer.onFixtureAnswer(name, problem);
   });
 }
 
@@ -233,6 +233,7 @@ void BoxSource::add(Viewer& viewer) {
 
 void BoxSource::remove(Viewer& viewer) {
   std::erase(viewers_, &viewer);
+  if (fixture_changes_) fixture_changes_->forget(viewer);
   wantsChanged();
   if (!viewers_.empty()) return;
   monitor_.close();
@@ -342,6 +343,7 @@ void BoxSource::setDepth(bool available, const std::string& reason) {
 
 void BoxSource::setAdditions(const Json& additions) {
   additions_ = additions;
+  if (fixture_changes_) fixture_changes_->follow(additions_);
   for (Viewer* viewer : viewers_) viewer->onAdditions(additions_);
 }
 

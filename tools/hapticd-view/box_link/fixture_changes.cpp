@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cerrno>
+#include <string_view>
 #include <utility>
 
 #include "tools/lib/client/reply_reader.h"
@@ -10,52 +13,113 @@
 namespace hapticd::tools::view {
 namespace {
 
+constexpr const char* kMethod = "io.hapticd.Control.ChangeFixtures";
+constexpr std::string_view kDenied = "org.varlink.service.PermissionDenied";
 /// The box answers within a few milliseconds, or after its force loop did not respond for a second.
 constexpr std::chrono::milliseconds kSilence{5000};
 
 /// Why the box has not done it, in words.
 std::string problemOf(const ClientError& error) {
+  if (error.what == kDenied) return "the box no longer lets the user of hapticd-view change fixtures";
   const Json& refused = error.parameters;
   if (!refused.is_object() || !refused.contains("reason"))
     return error.remedy.empty() ? error.what : fmt::format("{} ({})", error.what, error.remedy);
   const std::string field = textAt(refused, "field");
   const std::string remedy = textAt(refused, "remedy");
   return fmt::format("{}{}{}", field == "-" ? "" : field + " ", textAt(refused, "reason"),
-                     remedy == "-" ? "" : fmt::format(" ({})", remedy));
+                     remedy == "-" || remedy.empty() ? "" : fmt::format(" ({})", remedy));
+}
+
+/// The definition of the fixture of that name; null: there is none.
+const Json* definitionOf(const Json& additions, const std::string& name) {
+  for (const Json& entry : listAt(additions, "fixtures")) {
+    const Json* const entry_name = fieldAt(entry, "name");
+    if (entry_name != nullptr && *entry_name == name) return fieldAt(entry, "definition");
+  }
+  return nullptr;
 }
 
 }  // namespace
+
+base::Result<void> mayChangeFixtures(const std::string& control_socket) {
+  const auto refused = [&](const std::string& what, const char* remedy) {
+    return std::unexpected(base::Error{"--add-fixtures", what, remedy});
+  };
+  constexpr const char* kMembers =
+      "start hapticd-view as a member of the group haptic, or without this option";
+  auto client = VarlinkClient::connect(control_socket);
+  if (!client) {
+    const bool denied = client.error().system_error == EACCES || client.error().system_error == EPERM;
+    return refused(client.error().what,
+                   denied ? kMembers : "start hapticd first, or name its socket with --control-socket");
+  }
+  // No set of fixtures has this generation: who may change fixtures is told that somebody else has, others
+  // that they may not.
+  const auto reply = client->call(kMethod, {{"generation", -1}});
+  if (!reply && reply.error().what == "io.hapticd.Control.ChangedMeanwhile") return {};
+  if (!reply && reply.error().what == kDenied)
+    return refused("this user may not change fixtures through " + control_socket, kMembers);
+  return refused(reply ? control_socket + ": the answer is not one of hapticd" : problemOf(reply.error()),
+                 "");
+}
 
 FixtureChanges::~FixtureChanges() {
   if (call_) call_->stop();
 }
 
-void FixtureChanges::request(const FixtureRequest& request, Answer answer) {
-  const auto now = Clock::now();
-  if (call_ || now - last_ < kPause) return answer("the last request was a moment ago (try again)");
-  if (request.add.is_null() && !added_.contains(request.remove))
-    return answer("only fixtures that were added here can be removed here (hapticctl fixture remove)");
+void FixtureChanges::request(const Viewer& viewer, const FixtureRequest& request, Answer answer) {
+  const auto now = now_();
+  if (call_ || (last_ && now - *last_ < kPause))
+    return answer("the last request was a moment ago (try again)");
+  if (request.add.is_null() && !mayRemove(viewer, request.remove)) {
+    return answer(
+        "only fixtures that were added here, and that nobody has changed since, can be removed here "
+        "(hapticctl fixture remove)");
+  }
   last_ = now;
+  viewer_ = &viewer;
   requested_ = request;
   answer_ = std::move(answer);
   const Json parameters =
       request.add.is_null() ? Json{{"remove", {request.remove}}} : Json{{"add", Json::array({request.add})}};
   call_ = std::make_shared<VarlinkStream>(context_, kSilence);
-  call_->start(socket_, "io.hapticd.Control.ChangeFixtures", parameters, /*more=*/false,
-               {.on_reply =
-                    [this](const Json&, const base::Descriptor&) {
-                      if (requested_.add.is_null()) {
-                        added_.erase(requested_.remove);
-                      } else {
-                        added_.insert(nameIn(requested_));
-                      }
-                      finish("");
-                    },
+  call_->start(socket_, kMethod, parameters, /*more=*/false,
+               {.on_reply = [this](const Json&, const base::Descriptor&) { onDone(); },
                 .on_end =
                     [this](const ClientError& error) {
                       if (answer_) finish(problemOf(error));
                       call_.reset();
                     }});
+}
+
+void FixtureChanges::onDone() {
+  const std::string name = nameIn(requested_);
+  std::erase_if(added_, [&](const Added& each) { return each.name == name; });
+  if (viewer_ != nullptr && !requested_.add.is_null()) added_.push_back({viewer_, name});
+  if (added_.size() > kMaxAdded) added_.erase(added_.begin());
+  finish("");
+}
+
+void FixtureChanges::follow(const Json& additions) {
+  std::erase_if(added_, [&](Added& each) {
+    const Json* const definition = definitionOf(additions, each.name);
+    // a list that was fetched before the box added it does not hold it yet
+    if (definition == nullptr) return each.definition.has_value();
+    if (!each.definition) each.definition = *definition;
+    return *each.definition != *definition;
+  });
+}
+
+void FixtureChanges::forget(const Viewer& viewer) {
+  std::erase_if(added_, [&](const Added& each) { return each.viewer == &viewer; });
+  if (viewer_ != &viewer) return;
+  viewer_ = nullptr;
+  if (answer_) answer_ = [](const std::string&) {};
+}
+
+bool FixtureChanges::mayRemove(const Viewer& viewer, const std::string& name) const {
+  return std::ranges::any_of(added_,
+                             [&](const Added& each) { return each.viewer == &viewer && each.name == name; });
 }
 
 void FixtureChanges::finish(const std::string& problem) {

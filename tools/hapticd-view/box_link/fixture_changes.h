@@ -4,48 +4,73 @@
 #include <boost/asio/io_context.hpp>
 
 #include <chrono>
+#include <cstddef>
 #include <functional>
 #include <memory>
-#include <set>
+#include <optional>
 #include <string>
+#include <vector>
 
+#include "config/base/error.h"
 #include "tools/hapticd-view/box_link/varlink_stream.h"
 #include "tools/hapticd-view/live/source.h"
 
 namespace hapticd::tools::view {
 
+/// Asks the box at a control socket whether this process may change its fixtures, and changes nothing. Blocks
+/// for at most VarlinkClient::kTimeLimit.  Thread: any.
+/// Errors: it may not, or no box answers there.
+base::Result<void> mayChangeFixtures(const std::string& control_socket);
+
 /// Adds fixtures to a box for viewers, through its control socket, with the rights of the user who runs this
-/// program; and removes those again. It calls nothing else there, and one call at a time. Thread: the
-/// io_context's.
+/// program. A viewer removes again what it has added itself, unless somebody else has changed or replaced it
+/// since. Calls nothing else there, and one call at a time. Thread: the io_context's.
 class FixtureChanges {
  public:
   using Clock = std::chrono::steady_clock;
+  using Now = std::function<Clock::time_point()>;
   /// `problem`: why nothing was changed and what to do, for people; empty: it was done.
   using Answer = std::function<void(const std::string& problem)>;
 
   /// Requests of all viewers together: a person makes fewer.
   static constexpr std::chrono::milliseconds kPause{500};
+  /// So many fixtures may be removed again, as many as a box has room for; of more the oldest may not.
+  static constexpr std::size_t kMaxAdded = 16;
 
   /// `socket`: path of io.hapticd.Control.
-  FixtureChanges(boost::asio::io_context& context, std::string socket)
-      : context_(context), socket_(std::move(socket)) {}
+  FixtureChanges(boost::asio::io_context& context, std::string socket, Now now = Clock::now)
+      : context_(context), socket_(std::move(socket)), now_(std::move(now)) {}
   ~FixtureChanges();
   FixtureChanges(const FixtureChanges&) = delete;
   FixtureChanges& operator=(const FixtureChanges&) = delete;
 
-  /// Answers at once where the request is refused here, else when the box has answered.
-  void request(const FixtureRequest& request, Answer answer);
+  /// `viewer`: who asks. Answers at once where the request is refused here, else when the box has answered.
+  void request(const Viewer& viewer, const FixtureRequest& request, Answer answer);
+  /// The fixtures of the box have changed; as Viewer::onAdditions().
+  void follow(const Json& additions);
+  /// The viewer is gone: nobody removes again what it has added, and its answer is dropped.
+  void forget(const Viewer& viewer);
 
  private:
+  struct Added {
+    const Viewer* viewer;
+    std::string name;
+    std::optional<Json> definition = {};  // as the box lists it, once it does
+  };
+
+  bool mayRemove(const Viewer& viewer, const std::string& name) const;
+  void onDone();
   void finish(const std::string& problem);
 
   boost::asio::io_context& context_;
   const std::string socket_;
-  std::set<std::string> added_;  // names that may be removed
+  const Now now_;
+  std::vector<Added> added_;  // the oldest first
   std::shared_ptr<VarlinkStream> call_;
+  const Viewer* viewer_ = nullptr;  // who has asked; null: gone meanwhile
   FixtureRequest requested_;
   Answer answer_;
-  Clock::time_point last_{};
+  std::optional<Clock::time_point> last_;
 };
 
 }  // namespace hapticd::tools::view

@@ -142,8 +142,9 @@ bool isDue(Clock::time_point& next, Clock::time_point now, double per_second) {
 
 }  // namespace
 
-LiveSession::LiveSession(Source& source, MessageSink& sink, Now now)
-    : source_(source), sink_(sink), now_(std::move(now)) {
+LiveSession::LiveSession(Source& source, MessageSink& sink, Now now,
+                         std::function<void(const std::string& problem)> on_refused)
+    : source_(source), sink_(sink), now_(std::move(now)), on_refused_(std::move(on_refused)) {
   sink_.send(textMessage(textOf(source_.hello())), MessageKey::queued);
 }
 
@@ -202,6 +203,7 @@ void LiveSession::onBox(bool reachable, const std::string& reason) {
 }
 
 void LiveSession::onFixtureAnswer(const std::string& name, const std::string& problem) {
+  if (!problem.empty() && on_refused_) on_refused_(problem);
   sink_.send(textMessage(textOf({{"type", "fixture"}, {"name", name}, {"problem", problem}})),
              MessageKey::queued);
 }

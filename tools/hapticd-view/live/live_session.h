@@ -63,8 +63,10 @@ class LiveSession final : public Session {
 
   static constexpr double kWindowsPerSecond = 60;
 
-  /// `source` and `sink` outlive the session. Sends `hello`.
-  LiveSession(Source& source, MessageSink& sink, Now now = Clock::now);
+  /// `source` and `sink` outlive the session. Sends `hello`. `on_refused`: logs why a change of fixtures was
+  /// refused.
+  LiveSession(Source& source, MessageSink& sink, Now now = Clock::now,
+              std::function<void(const std::string& problem)> on_refused = {});
 
   void onTick(const rt::Tick& tick) override { summary_.add(tick); }
   void onTicksLost(std::uint64_t ticks) override { summary_.addLost(ticks); }
@@ -88,6 +90,7 @@ class LiveSession final : public Session {
   Source& source_;
   MessageSink& sink_;
   Now now_;
+  std::function<void(const std::string& problem)> on_refused_;
   TickSummary summary_;
   Clock::time_point next_window_{};
   Clock::time_point next_depth_{};

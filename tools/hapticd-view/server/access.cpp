@@ -174,7 +174,7 @@ std::optional<Refusal> refusalOf(const RequestHead& head, const AccessRules& rul
 namespace {
 
 constexpr const char* kGroup = "haptic-view";
-constexpr mode_t kMode = 0640;
+constexpr mode_t kGroupMode = 0640;
 
 using base::Error;
 
@@ -200,14 +200,16 @@ void giveToGroup(int descriptor) {
 }
 
 /// Writes a draft beside the file and gives it the file's name, so that no reader finds half a token.
-base::Result<void> writeToken(const std::filesystem::path& file, const std::string& token) {
+base::Result<void> writeToken(const std::filesystem::path& file, const std::string& token,
+                              TokenReaders readers) {
   std::string draft = file.string() + ".XXXXXX";
   const base::Descriptor descriptor(::mkostemp(draft.data(), O_CLOEXEC));  // of mode 0600
   if (!descriptor) return systemError(file, "cannot be made");
   const std::string line = token + "\n";
-  giveToGroup(descriptor.get());
+  const bool for_group = readers == TokenReaders::owner_and_group;
+  if (for_group) giveToGroup(descriptor.get());
   bool good = ::write(descriptor.get(), line.data(), line.size()) == static_cast<ssize_t>(line.size());
-  good = good && ::fchmod(descriptor.get(), kMode) == 0;
+  good = good && (!for_group || ::fchmod(descriptor.get(), kGroupMode) == 0);
   // link() refuses where another process has made the file meanwhile, and then that one's token holds
   good = good && (::link(draft.c_str(), file.c_str()) == 0 || errno == EEXIST);
   const auto failed = systemError(file, "cannot be written");
@@ -216,9 +218,16 @@ base::Result<void> writeToken(const std::filesystem::path& file, const std::stri
   return {};
 }
 
-base::Result<std::string> readToken(const std::filesystem::path& file) {
+base::Result<std::string> readToken(const std::filesystem::path& file, TokenReaders readers) {
   struct stat status {};
-  if (::stat(file.c_str(), &status) == 0 && (status.st_mode & S_IRWXO) != 0) {
+  const bool known = ::stat(file.c_str(), &status) == 0;
+  if (known && readers == TokenReaders::owner &&
+      ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0 || status.st_uid != ::geteuid())) {
+    return std::unexpected(Error{file.string(),
+                                 "others than this user may use this token, which lets a page add fixtures",
+                                 "name another file with --token-file; it is made"});
+  }
+  if (known && (status.st_mode & S_IRWXO) != 0) {
     return std::unexpected(Error{file.string(), "others than owner and group may use this token",
                                  fmt::format("remove the file, so that a new one is made")});
   }
@@ -242,14 +251,14 @@ base::Result<std::string> newToken() {
   return token;
 }
 
-base::Result<std::string> tokenOf(const std::filesystem::path& file) {
+base::Result<std::string> tokenOf(const std::filesystem::path& file, TokenReaders readers) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) {
     const auto token = newToken();
     if (!token) return token;
-    if (auto written = writeToken(file, *token); !written) return std::unexpected(written.error());
+    if (auto written = writeToken(file, *token, readers); !written) return std::unexpected(written.error());
   }
-  return readToken(file);
+  return readToken(file, readers);
 }
 
 bool isSameToken(std::string_view given, std::string_view expected) noexcept {

@@ -66,9 +66,17 @@ inline constexpr std::size_t kTokenDigits = 32;  ///< hexadecimal: 128 bits
 /// A new token from the kernel's random numbers.
 base::Result<std::string> newToken();
 
+/// Who may read a token.
+enum class TokenReaders {
+  owner_and_group,  ///< and with it look
+  owner,            ///< this user alone, because the token is a right to change something
+};
+
 /// The token in that file. Where there is no file it is made, with a new token from the kernel's random
-/// numbers, readable for its owner and, where it exists, the group haptic-view.
-base::Result<std::string> tokenOf(const std::filesystem::path& file);
+/// numbers, readable for its owner and, if it may be and exists, the group haptic-view.
+/// Errors: others may read it, too.
+base::Result<std::string> tokenOf(const std::filesystem::path& file,
+                                  TokenReaders readers = TokenReaders::owner_and_group);
 
 /// Whether both are equal. The time it takes depends on the lengths alone.
 bool isSameToken(std::string_view given, std::string_view expected) noexcept;

@@ -86,7 +86,10 @@ void WebSocketClient::start(const UpgradeRequest& request, const std::string& pr
 void WebSocketClient::begin(const std::string& protocol) {
   server_.log.write(fmt::format("client {} connected to {}", name_, protocol.empty() ? "/live" : protocol));
   if (protocol.empty()) {
-    session_ = std::make_unique<LiveSession>(server_.source, *this);
+    const auto on_refused = [this](const std::string& problem) {
+      server_.log.refuse(name_, "a change of fixtures: " + problem);
+    };
+    session_ = std::make_unique<LiveSession>(server_.source, *this, LiveSession::Clock::now, on_refused);
   } else {
     session_ = makeFoxgloveSession(server_.source, *this);
   }

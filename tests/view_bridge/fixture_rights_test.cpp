@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// hapticd-view --add-fixtures: to whom it gives the right of its user, and to whom it does not.
+#include <gtest/gtest.h>
+#include <sysexits.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tests/support/file_content.h"
+#include "tests/view_bridge/bridge_under_test.h"
+
+namespace hapticd::test {
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+struct Box {
+  explicit Box(const std::vector<std::string>& set = {}) : daemon(home, kWallYaml, set) {
+    EXPECT_TRUE(daemon.answers());
+  }
+  std::vector<std::string> adding() const {
+    return {"--add-fixtures", "--control-socket", home.controlSocket()};
+  }
+
+  DaemonHome home;
+  Daemon daemon;
+};
+
+/// Runs it until it ends, with a page and a token of its own.
+Finished finishedWith(std::vector<std::string> options, const ProgramOptions& program = {}) {
+  const TemporaryFolder folder;
+  folder.write("index.html", "");
+  if (program.user) fs::permissions(folder.path(), fs::perms::all);
+  const auto orDefault = [&](const std::string& option, const std::string& value) {
+    if (std::ranges::find(options, option) != options.end()) return;
+    options.insert(options.end(), {option, value});
+  };
+  orDefault("--page", folder.path());
+  orDefault("--listen", "127.0.0.1:0");
+  if (std::ranges::find(options, "--no-token") == options.end())
+    orDefault("--token-file", folder.path() / "token");
+  options.insert(options.begin(), HAPTICD_VIEW_PROGRAM);
+  return runToEnd(options, program);
+}
+
+TEST(ViewFixtureRight, IsThatOfItsUser) {
+  const Box box;
+  // who may only read is refused there in the same way
+  const Finished reader = finishedWith({"--add-fixtures", "--control-socket", box.home.statusSocket()});
+  EXPECT_EQ(reader.ending, exitedWith(EX_NOPERM)) << reader.errors;
+  EXPECT_TRUE(contains(reader.errors, "this user may not change fixtures"));
+  if (::geteuid() != 0) GTEST_SKIP() << "needs root to be another user";
+  const Finished nobody = finishedWith(box.adding(), {.user = 65534});
+  EXPECT_EQ(nobody.ending, exitedWith(EX_NOPERM)) << nobody.errors;
+  EXPECT_TRUE(contains(nobody.errors, "member of the group haptic"));
+}
+
+TEST(ViewFixtureRight, IsNotGivenWhereOthersWouldGetIt) {
+  const Box box;
+  for (const auto& options : std::vector<std::vector<std::string>>{
+           {"--no-token"}, {"--allow-origin", "https://example.org"}, {"--listen", "0.0.0.0:0"}}) {
+    std::vector<std::string> all = box.adding();
+    all.insert(all.end(), options.begin(), options.end());
+    const Finished refused = finishedWith(all);
+    EXPECT_EQ(refused.ending, exitedWith(EX_USAGE)) << options[0] << refused.errors;
+    EXPECT_TRUE(contains(refused.errors, "--add-fixtures"));
+  }
+  const Finished unused = finishedWith({"--control-socket", box.home.controlSocket()});
+  EXPECT_EQ(unused.ending, exitedWith(EX_USAGE)) << unused.errors;
+}
+
+TEST(ViewFixtureRight, IsBoundToATokenThatNoOtherUserCanRead) {
+  const Box box;
+  const TemporaryFolder folder;
+  const fs::path token = folder.path() / "token";
+  const auto makeToken = [&] {
+    std::vector<std::string> options = box.adding();
+    options.insert(options.end(), {"--make-token", "--token-file", token});
+    return finishedWith(options);
+  };
+  EXPECT_EQ(makeToken().ending, exitedWith(0));
+  EXPECT_EQ(static_cast<unsigned>(fs::status(token).permissions()), 0600U);
+  EXPECT_EQ(makeToken().ending, exitedWith(0)) << "the file that is there is used";
+  for (const unsigned mode : {0640U, 0604U}) {
+    fs::permissions(token, fs::perms(mode));
+    const Finished refused = makeToken();
+    EXPECT_EQ(refused.ending, exitedWith(EX_CANTCREAT));
+    EXPECT_TRUE(contains(refused.errors, "--token-file"));
+  }
+}
+
+TEST(ViewFixtureRight, TakesTheTokenEvenWhereEverybodyMayLook) {
+  const Box box({"control.depth_for_everyone=true"});
+  BridgeUnderTest looking(box.home);
+  EXPECT_TRUE(WebSocketPeer(looking.port(), "/live").isOpen());
+  BridgeUnderTest adding(box.home, box.adding());
+  EXPECT_TRUE(WebSocketPeer(adding.port(), "/live").answer().starts_with("HTTP/1.1 401"));
+  EXPECT_TRUE(WebSocketPeer(adding.port(), adding.liveTarget()).isOpen());
+}
+
+TEST(ViewFixtureRight, LeavesALineInTheLogWhereItIsRefused) {
+  const Box box;
+  const std::string request = R"({"type":"fixture","add":{"name":"nerve","kind":"sphere","radius_m":-1}})";
+  BridgeUnderTest looking(box.home);
+  WebSocketPeer viewer(looking.port(), looking.liveTarget());
+  viewer.sendText(request);
+  EXPECT_TRUE(looking.logs("a change of fixtures: hapticd-view may not change the box"));
+  BridgeUnderTest adding(box.home, box.adding());
+  WebSocketPeer page(adding.port(), adding.liveTarget());
+  page.sendText(request);
+  EXPECT_NE(page.nextOf("fixture").value("problem", ""), "");
+  EXPECT_TRUE(adding.logs("a change of fixtures: "));
+}
+
+TEST(ViewFixtureRight, IsNotThatOfTheInstalledService) {
+  for (const char* unit : {"systemd/hapticd-view.service.in", "systemd/hapticd-view.socket.in"}) {
+    const std::string text = contentOf(fs::path(HAPTICD_SOURCE_FOLDER) / unit);
+    EXPECT_FALSE(text.empty()) << unit;
+    EXPECT_EQ(text.find("--add-fixtures"), std::string::npos) << unit;
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::test
