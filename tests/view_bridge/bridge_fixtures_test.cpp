@@ -3,7 +3,9 @@
 // additions, no more than a person makes, and with the daemon's own checks.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/view_bridge/bridge_under_test.h"
@@ -42,6 +44,7 @@ json answerTo(WebSocketPeer& peer, const json& message) {
     peer.sendText(request(message));
     const json answer = peer.nextOf("fixture");
     if (answer.value("problem", "").find("try again") == std::string::npos) return answer;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   return json();
 }
