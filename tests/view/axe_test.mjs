@@ -66,6 +66,10 @@ const kStates = {
     }
   },
   'with picked points as fixtures': (page) => page.selectOption('#pick-use', 'fixture'),
+  'with an answer of the box': async (page) => {
+    await page.click('#fixture-add');
+    await until(page, () => document.querySelector('#fixture-form [role=status]').textContent.includes('busy'));
+  },
   'after a refusal': async (page, fake) => {
     Object.assign(fake.status, { mode: 'idle', cause: 'inside_surface' });
     await until(page, () => document.querySelector('#cause').textContent.includes('refused'));
@@ -89,6 +93,7 @@ for (const colorScheme of ['dark', 'light']) {
   for (const viewport of kViewports) {
     test(`axe finds nothing in the ${colorScheme} theme at ${viewport.width}x${viewport.height}`, async () => {
       const fake = new FakeBridge(pageFolder);
+      fake.change = () => 'the box is busy (try again)';
       try {
         const page = await browser.open(await fake.start(), { viewport, colorScheme });
         await hasFrames(page, 1);
