@@ -5,8 +5,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/support/file_content.h"
@@ -100,6 +102,55 @@ TEST(ViewFixtureRight, TakesTheTokenEvenWhereEverybodyMayLook) {
   BridgeUnderTest adding(box.home, box.adding());
   EXPECT_TRUE(WebSocketPeer(adding.port(), "/live").answer().starts_with("HTTP/1.1 401"));
   EXPECT_TRUE(WebSocketPeer(adding.port(), adding.liveTarget()).isOpen());
+}
+
+constexpr const char* kAddNerve =
+    R"({"type":"fixture","add":{"name":"nerve","kind":"sphere","position_m":[0,0,-2],"radius_m":0.02}})";
+constexpr const char* kRemoveNerve = R"({"type":"fixture","remove":"nerve"})";
+
+/// The problem in the answer to a request, which is repeated while the bridge asks to wait.
+std::string problemOf(WebSocketPeer& page, const std::string& request) {
+  std::string problem = "(try again)";
+  for (int tries = 0; tries < 1000 && problem.ends_with("(try again)"); ++tries) {
+    page.sendText(request);
+    problem = page.nextOf("fixture").value("problem", "no answer");
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));  // at most 100 messages a second
+  }
+  return problem;
+}
+
+/// Waits until the page has been told that the first fixture has this radius.
+bool learnsRadius(WebSocketPeer& page, double radius_m) {
+  for (int lists = 0; lists < 20; ++lists) {
+    const json fixtures = page.nextOf("additions").value("fixtures", json::array());
+    if (!fixtures.empty() && fixtures[0].at("definition").value("radius_m", 0.0) == radius_m) return true;
+  }
+  return false;
+}
+
+TEST(ViewFixtureRight, ReachesNoFixtureOfOthers) {
+  const Box box;
+  BridgeUnderTest bridge(box.home, box.adding());
+  WebSocketPeer page(bridge.port(), bridge.liveTarget());
+  WebSocketPeer other(bridge.port(), bridge.liveTarget());
+  ASSERT_EQ(problemOf(page, kAddNerve), "");
+  ASSERT_TRUE(learnsRadius(page, 0.02));
+  EXPECT_TRUE(contains(problemOf(other, kRemoveNerve), "added here"));
+  ASSERT_EQ(box.home.control({"fixture", "change", "nerve", "--radius-m", "0.03"}).ending, exitedWith(0));
+  ASSERT_TRUE(learnsRadius(page, 0.03));
+  EXPECT_TRUE(contains(problemOf(page, kRemoveNerve), "nobody has changed since"));
+  EXPECT_TRUE(contains(box.home.control({"fixture", "list"}).output, "nerve"));
+}
+
+TEST(ViewFixtureRight, EndsWithTheConnectionOfThePage) {
+  const Box box;
+  BridgeUnderTest bridge(box.home, box.adding());
+  {
+    WebSocketPeer page(bridge.port(), bridge.liveTarget());
+    ASSERT_EQ(problemOf(page, kAddNerve), "");
+  }
+  WebSocketPeer again(bridge.port(), bridge.liveTarget());
+  EXPECT_TRUE(contains(problemOf(again, kRemoveNerve), "added here"));
 }
 
 TEST(ViewFixtureRight, LeavesALineInTheLogWhereItIsRefused) {
