@@ -71,7 +71,7 @@ test('the button adds exactly what the command would add', async () => {
   await says('Asking the box.');
   assert.equal(await isReady('#fixture-add'), false);
   await page.keyboard.press('Enter');
-  answer('radius_m is too small (make it larger)');
+  answer('nothing was changed: radius_m is too small (make it larger)');
   await says('Nothing was changed: radius_m is too small (make it larger)');
   assert.deepEqual(waiting, [], 'one request at a time');
   assert.equal(await focused(), 'fixture-add', 'the focus stays');
@@ -105,7 +105,7 @@ test('an answer makes way for what is wrong with the next points', async () => {
   await field('name').fill('two words');
   await page.click('#pick-clear');
   await pickAt([-0.3, 0.2, -1.15]);
-  await says('The name has 1 to 32 letters, digits, _ and -.');
+  await says('The name has 1 to 32 letters, digits, _ and -, and does not begin with -.');
   assert.equal(await isReady('#fixture-add'), false);
   await field('name').fill('nerve');
   assert.equal(await isReady('#fixture-add'), true);

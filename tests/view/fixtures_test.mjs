@@ -114,7 +114,7 @@ test('picked points become commands that add fixtures', async () => {
   for (const [name, value, wrong] of [
     ['radius', '0.1', /radius is a number from 0\.5 to 10000 mm/], ['radius', '', /radius is a number/],
     ['clearance', '40', /leaves no room inside/], ['clearance', '51', /from 0 to 50 mm/],
-    ['name', 'two words', /letters, digits/], ['name', 'nerve', /already/],
+    ['name', 'two words', /letters, digits/], ['name', '-x', /does not begin with -/], ['name', 'nerve', /already/],
   ]) {
     const before = await field(name).inputValue();
     await field(name).fill(value);
@@ -162,7 +162,7 @@ test('a bridge that may adds what the form shows, and removes it again', async (
   const requests = [];
   fake.change = (request) => {
     requests.push(request);
-    return requests.length === 1 ? 'the box is busy (try again)' : '';
+    return requests.length === 1 ? 'nothing was changed: the box is busy (try again)' : '';
   };
   fake.sockets.clients.forEach((client) => client.terminate());
   await page.locator('#fixture-add').waitFor({ state: 'visible', timeout: kLimitMs });

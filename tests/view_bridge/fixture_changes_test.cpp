@@ -117,12 +117,15 @@ TEST(FixtureChanges, TellsWhyTheBoxRefuses) {
   const std::vector<Case> cases{
       {R"({"error":"io.hapticd.Control.FixtureRefused","parameters":{"fixture":"nerve","field":"radius_m",
            "reason":"is missing","remedy":"give it","problems":[{}]}})",
-       "radius_m is missing (give it)"},
+       "nothing was changed: radius_m is missing (give it)"},
       {R"({"error":"io.hapticd.Control.FixtureRefused","parameters":{"fixture":"nerve","field":null,
            "reason":"has no place","remedy":"","problems":[{}]}})",
-       "has no place"},
+       "nothing was changed: has no place"},
       {R"({"error":"org.varlink.service.PermissionDenied"})",
-       "the box no longer lets the user of hapticd-view change fixtures"},
+       "nothing was changed: the box no longer lets the user of hapticd-view change fixtures"},
+      {R"({"error":"io.hapticd.Control.NotApplied","parameters":{"generation":7}})",
+       "it is not known whether this was done: the force loop has not taken it over in time; see the list of "
+       "fixtures"},
   };
   for (const Case& refused : cases) {
     Box box(refused.reply);

@@ -159,7 +159,7 @@ TEST(ViewFixtureRight, LeavesALineInTheLogWhereItIsRefused) {
   BridgeUnderTest looking(box.home);
   WebSocketPeer viewer(looking.port(), looking.liveTarget());
   viewer.sendText(request);
-  EXPECT_TRUE(looking.logs("a change of fixtures: hapticd-view may not change the box"));
+  EXPECT_TRUE(looking.logs("a change of fixtures: nothing was changed: hapticd-view may not change the box"));
   BridgeUnderTest adding(box.home, box.adding());
   WebSocketPeer page(adding.port(), adding.liveTarget());
   page.sendText(request);

@@ -14,20 +14,44 @@ namespace hapticd::tools::view {
 namespace {
 
 constexpr const char* kMethod = "io.hapticd.Control.ChangeFixtures";
+constexpr std::string_view kNotApplied = "io.hapticd.Control.NotApplied";
 constexpr std::string_view kDenied = "org.varlink.service.PermissionDenied";
 /// The box answers within a few milliseconds, or after its force loop did not respond for a second.
 constexpr std::chrono::milliseconds kSilence{5000};
 
+std::string refusal(std::string_view why) {
+  return fmt::format("nothing was changed: {}", why);
+}
+
+/// Whether the box may have done what it was asked for all the same: it took the change and its loop did not,
+/// or the connection broke after the call was sent.
+bool mayBeDone(const ClientError& error) {
+  if (error.what == kNotApplied) return true;
+  const bool unreached = error.system_error == ENOENT || error.system_error == ECONNREFUSED ||
+                         error.system_error == EACCES || error.system_error == EPERM;
+  return error.kind != ClientError::Kind::error_reply && !unreached;
+}
+
+std::string textOf(const ClientError& error) {
+  return error.remedy.empty() ? error.what : fmt::format("{} ({})", error.what, error.remedy);
+}
+
 /// Why the box has not done it, in words.
-std::string problemOf(const ClientError& error) {
+std::string reasonOf(const ClientError& error) {
+  if (error.what == kNotApplied) return "the force loop has not taken it over in time";
   if (error.what == kDenied) return "the box no longer lets the user of hapticd-view change fixtures";
   const Json& refused = error.parameters;
-  if (!refused.is_object() || !refused.contains("reason"))
-    return error.remedy.empty() ? error.what : fmt::format("{} ({})", error.what, error.remedy);
+  if (!refused.is_object() || !refused.contains("reason")) return textOf(error);
   const std::string field = textAt(refused, "field");
   const std::string remedy = textAt(refused, "remedy");
   return fmt::format("{}{}{}", field == "-" ? "" : field + " ", textAt(refused, "reason"),
                      remedy == "-" || remedy.empty() ? "" : fmt::format(" ({})", remedy));
+}
+
+std::string problemOf(const ClientError& error) {
+  return mayBeDone(error) ? fmt::format("it is not known whether this was done: {}; see the list of fixtures",
+                                        reasonOf(error))
+                          : refusal(reasonOf(error));
 }
 
 /// The definition of the fixture of that name; null: there is none.
@@ -59,8 +83,7 @@ base::Result<void> mayChangeFixtures(const std::string& control_socket) {
   if (!reply && reply.error().what == "io.hapticd.Control.ChangedMeanwhile") return {};
   if (!reply && reply.error().what == kDenied)
     return refused("this user may not change fixtures through " + control_socket, kMembers);
-  return refused(reply ? control_socket + ": the answer is not one of hapticd" : problemOf(reply.error()),
-                 "");
+  return refused(reply ? control_socket + ": the answer is not one of hapticd" : reasonOf(reply.error()), "");
 }
 
 FixtureChanges::~FixtureChanges() {
@@ -70,11 +93,11 @@ FixtureChanges::~FixtureChanges() {
 void FixtureChanges::request(const Viewer& viewer, const FixtureRequest& request, Answer answer) {
   const auto now = now_();
   if (call_ || (last_ && now - *last_ < kPause))
-    return answer("the last request was a moment ago (try again)");
+    return answer(refusal("the last request was a moment ago (try again)"));
   if (request.add.is_null() && !mayRemove(viewer, request.remove)) {
     return answer(
-        "only fixtures that were added here, and that nobody has changed since, can be removed here "
-        "(hapticctl fixture remove)");
+        refusal("only fixtures that were added here, and that nobody has changed since, can be removed here "
+                "(hapticctl fixture remove)"));
   }
   last_ = now;
   viewer_ = &viewer;

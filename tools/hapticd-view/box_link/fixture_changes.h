@@ -29,7 +29,8 @@ class FixtureChanges {
  public:
   using Clock = std::chrono::steady_clock;
   using Now = std::function<Clock::time_point()>;
-  /// `problem`: why nothing was changed and what to do, for people; empty: it was done.
+  /// `problem`: a sentence about why nothing was changed, or why that is not known, and what to do; empty: it
+  /// was done.
   using Answer = std::function<void(const std::string& problem)>;
 
   /// Requests of all viewers together: a person makes fewer.

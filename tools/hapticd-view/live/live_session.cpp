@@ -36,8 +36,9 @@ std::string nameIn(const FixtureRequest& request) {
 }
 
 void Source::changeFixture(Viewer& viewer, const FixtureRequest& request) {
-  viewer.onFixtureAnswer(nameIn(request),
-                         "hapticd-view may not change the box (start it with --add-fixtures)");
+  viewer.onFixtureAnswer(
+      nameIn(request),
+      "nothing was changed: hapticd-view may not change the box (start it with --add-fixtures)");
 }
 
 std::optional<ClientMessage> parseClientMessage(std::string_view text) {

@@ -53,8 +53,8 @@ class Viewer {
   /// The connection to the box came or went. reason: for people, with the remedy; empty when reachable.
   virtual void onBox(bool /*reachable*/, const std::string& /*reason*/) {}
 
-  /// The answer to Source::changeFixture(). problem: why nothing was changed and what to do; empty: it was
-  /// done.
+  /// The answer to Source::changeFixture(). problem: a sentence about why nothing was
+  /// changed, or why that is not known; empty: it was done.
   virtual void onFixtureAnswer(const std::string& /*name*/, const std::string& /*problem*/) {}
 
   /// What the source needs to fetch for this viewer. After a change call Source::wantsChanged().

@@ -5,7 +5,8 @@ import { shapeOf } from './fixtures.js';
 import { cross, dot, norm, scale, subtract, unit } from './vectors.js';
 import { counted } from './words.js';
 
-const kName = /^[A-Za-z0-9_-]{1,32}$/;
+/** As the box takes it, but for a hyphen at the beginning, which a command line takes for an option. */
+const kName = /^[A-Za-z0-9_][A-Za-z0-9_-]{0,31}$/;
 const kDecimals = 4;
 /** The bridge ends the connection of who sends a longer message. */
 const kLongestRequestBytes = 4096;
@@ -80,7 +81,7 @@ export function fixtureOf(points, wish, eye, taken = []) {
   if (definition.side === 'in' && definition.clearance_m >= definition.radius_m) {
     problem ||= 'The clearance leaves no room inside: make it smaller than the radius.';
   }
-  if (!kName.test(wish.name)) problem ||= 'The name has 1 to 32 letters, digits, _ and -.';
+  if (!kName.test(wish.name)) problem ||= 'The name has 1 to 32 letters, digits, _ and -, and does not begin with -.';
   else if (taken.includes(wish.name)) problem ||= `There is a fixture ${wish.name} already: choose another name.`;
   return { definition: Object.values(definition).some(Number.isNaN) ? null : definition, problem };
 }
@@ -196,7 +197,7 @@ export class FixtureForm {
     if (!adds && (!problem || !this.namesTaken().includes(name))) this.added = this.added.filter((one) => one !== name);
     if (adds && !problem) this.added.push(name);
     const done = adds ? `${name} acts now.` : `${name} is removed.`;
-    this.say(problem ? `Nothing was changed: ${problem}` : done, Boolean(problem));
+    this.say(problem ? `${problem[0].toUpperCase()}${problem.slice(1)}` : done, Boolean(problem));
     this.onChange();
   }
 
