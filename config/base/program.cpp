@@ -60,6 +60,11 @@ bool closeOutput() {
 
 }  // namespace
 
+void writeOutput(std::string_view text) {
+  errno = 0;
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size()) noteOutputError(errno);
+}
+
 bool flushOutput() {
   errno = 0;
   if (std::fflush(stdout) != 0) noteOutputError(errno);

@@ -18,6 +18,10 @@ namespace hapticd::base {
 /// before the reason.  Thread: main.
 int runProgram(std::string_view name, const std::function<int()>& work);
 
+/// Writes to standard output; an error is reported when the program ends, with its cause also where the text
+/// is longer than the stream's buffer.
+void writeOutput(std::string_view text);
+
 /// Flushes standard output; returns false if this or an earlier write failed. Programs that print for a long
 /// time end then, and runProgram() prints the reason.  Thread: main.
 bool flushOutput();
@@ -50,7 +54,7 @@ template <typename App, typename ParseError>
 int endWithoutWork(const App& app, const ParseError& error, int usage_status) {
   std::ostringstream output, errors;
   const bool asked_for = app.exit(error, output, errors) == 0;
-  std::fputs(output.str().c_str(), stdout);
+  writeOutput(output.str());
   if (!asked_for) printUsageError(commandPath(app), error.what());
   return asked_for ? 0 : usage_status;
 }
