@@ -254,6 +254,10 @@ TEST_F(ReplayBadInput, PositionsThatTouchNothingAreNamed) {
   EXPECT_EQ(finished.ending, exitedWith(0));
   EXPECT_TRUE(contains(finished.errors, "hip.csv: no position touches the scene, all forces are zero"));
   EXPECT_TRUE(contains(finished.output, "1 force, 1 scene modelled"));
+  write("hip.csv", "t_s,x_m,y_m,z_m\n");
+  const Finished without = replay({"--force"});
+  EXPECT_EQ(without.ending, exitedWith(0));
+  EXPECT_FALSE(contains(without.errors, "no position touches")) << "there is none";
 }
 
 }  // namespace

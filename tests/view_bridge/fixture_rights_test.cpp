@@ -71,6 +71,9 @@ TEST(ViewFixtureRight, IsNotGivenWhereOthersWouldGetIt) {
     EXPECT_EQ(refused.ending, exitedWith(EX_USAGE)) << options[0] << refused.errors;
     EXPECT_TRUE(contains(refused.errors, "--add-fixtures"));
   }
+  const Finished absent = finishedWith({"--add-fixtures", "--control-socket", box.home.path() / "None"});
+  EXPECT_EQ(absent.ending, exitedWith(EX_NOPERM)) << absent.errors;
+  EXPECT_TRUE(contains(absent.errors, "start hapticd first"));
   const Finished unused = finishedWith({"--control-socket", box.home.controlSocket()});
   EXPECT_EQ(unused.ending, exitedWith(EX_USAGE)) << unused.errors;
 }
@@ -106,6 +109,8 @@ TEST(ViewFixtureRight, TakesTheTokenEvenWhereEverybodyMayLook) {
 
 constexpr const char* kAddNerve =
     R"({"type":"fixture","add":{"name":"nerve","kind":"sphere","position_m":[0,0,-2],"radius_m":0.02}})";
+constexpr const char* kAddWrong =
+    R"({"type":"fixture","add":{"name":"artery","kind":"sphere","position_m":[0,0,-2],"radius_m":-1}})";
 constexpr const char* kRemoveNerve = R"({"type":"fixture","remove":"nerve"})";
 
 /// The problem in the answer to a request, which is repeated while the bridge asks to wait.
@@ -126,6 +131,47 @@ bool learnsRadius(WebSocketPeer& page, double radius_m) {
     if (!fixtures.empty() && fixtures[0].at("definition").value("radius_m", 0.0) == radius_m) return true;
   }
   return false;
+}
+
+std::vector<std::string> namesIn(const DaemonHome& home) {
+  const json reply = json::parse(home.control({"--json", "fixture", "list"}).output, nullptr, false);
+  std::vector<std::string> names;
+  for (const json& fixture : reply.value("fixtures", json::array()))
+    names.push_back(fixture.value("name", ""));
+  return names;
+}
+
+TEST(ViewFixtureRight, AddsAndRemovesWithTheChecksOfTheBox) {
+  const Box box;
+  box.home.control(
+      {"fixture", "add", "vein", "--kind", "sphere", "--position-m", "0,0,-2.5", "--radius-m", "0.01"});
+  BridgeUnderTest bridge(box.home, box.adding());
+  WebSocketPeer page(bridge.port(), bridge.liveTarget());
+  EXPECT_EQ(page.nextOf("hello", 1).value("addsFixtures", false), true);
+  EXPECT_EQ(problemOf(page, kAddNerve), "");
+  EXPECT_TRUE(contains(problemOf(page, kAddNerve), "same name"));
+  EXPECT_TRUE(contains(problemOf(page, kAddWrong), "radius_m"));
+  EXPECT_EQ(namesIn(box.home), (std::vector<std::string>{"vein", "nerve"}));
+  EXPECT_EQ(problemOf(page, kRemoveNerve), "");
+  EXPECT_EQ(namesIn(box.home), std::vector<std::string>{"vein"});
+}
+
+TEST(ViewFixtureRight, IsForNothingElse) {
+  Box box;
+  BridgeUnderTest bridge(box.home, box.adding());
+  WebSocketPeer page(bridge.port(), bridge.liveTarget());
+  const std::string before = box.home.control({"--json", "get"}).output;
+  for (const char* text :
+       {R"({"type":"engage"})", R"({"type":"fixture","engage":true})", R"({"type":"fixture","add":"all"})",
+        R"({"type":"fixture","remove":["vein"]})", R"({"type":"set","parameters":{"force.radius_m":0.01}})",
+        R"({"method":"io.hapticd.Control.Engage","parameters":{}})", R"({"type":"fixture"})"}) {
+    page.sendText(text);
+  }
+  // what follows is answered after them
+  EXPECT_EQ(problemOf(page, kAddNerve), "");
+  EXPECT_EQ(box.home.control({"--json", "get"}).output, before);
+  EXPECT_EQ(box.daemon.status().at("mode"), "idle");
+  EXPECT_EQ(namesIn(box.home), std::vector<std::string>{"nerve"});
 }
 
 TEST(ViewFixtureRight, ReachesNoFixtureOfOthers) {
@@ -155,14 +201,14 @@ TEST(ViewFixtureRight, EndsWithTheConnectionOfThePage) {
 
 TEST(ViewFixtureRight, LeavesALineInTheLogWhereItIsRefused) {
   const Box box;
-  const std::string request = R"({"type":"fixture","add":{"name":"nerve","kind":"sphere","radius_m":-1}})";
   BridgeUnderTest looking(box.home);
   WebSocketPeer viewer(looking.port(), looking.liveTarget());
-  viewer.sendText(request);
+  EXPECT_EQ(viewer.nextOf("hello", 1).value("addsFixtures", true), false);
+  viewer.sendText(kAddWrong);
   EXPECT_TRUE(looking.logs("a change of fixtures: nothing was changed: hapticd-view may not change the box"));
   BridgeUnderTest adding(box.home, box.adding());
   WebSocketPeer page(adding.port(), adding.liveTarget());
-  page.sendText(request);
+  page.sendText(kAddWrong);
   EXPECT_NE(page.nextOf("fixture").value("problem", ""), "");
   EXPECT_TRUE(adding.logs("a change of fixtures: "));
 }

@@ -271,7 +271,7 @@ int replayFile(const Options& options) {
   for (const std::string& problem : replay.depthProblems()) {
     std::fputs(fmt::format("haptic-replay: warning: {}: {}\n", options.depth, problem).c_str(), stderr);
   }
-  if (!forces->any) {
+  if (!forces->any && !samples->empty()) {
     std::fputs(fmt::format("haptic-replay: warning: {}: no position touches the scene, all forces are zero\n",
                            options.hip)
                    .c_str(),

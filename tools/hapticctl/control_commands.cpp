@@ -252,7 +252,8 @@ void addReload(CommandLine& line) {
 }
 
 std::string undoText(const Json& reply, bool preview) {
-  return (preview ? "would undo:\n" : "undone:\n") + linesOf(listAt(reply, "changes"));
+  return (preview ? "undo would make these changes:\n" : "undone by these changes:\n") +
+         linesOf(listAt(reply, "changes"));
 }
 
 void addUndo(CommandLine& line) {

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "config/settings/parameter_table.h"
 #include "daemon/control/base/addition_change.h"
 
@@ -14,6 +16,24 @@ std::vector<config::RegionSettings> withoutStiffness(std::vector<config::RegionS
   for (config::RegionSettings& region : regions) {
     region.stiffness_n_per_m = 0;
     region.damping_n_s_per_m = 0;
+  }
+  return regions;
+}
+
+/// The regions of `before`; those that the change to `after` has not touched as they are now, with what
+/// estimators have measured since.
+std::vector<config::RegionSettings> regionsBefore(const config::SceneAdditions& before,
+                                                  const config::SceneAdditions& after,
+                                                  const config::SceneAdditions& now) {
+  const auto named = [](const config::SceneAdditions& additions, const std::string& name) {
+    const auto found = std::ranges::find(additions.regions, name, &config::RegionSettings::name);
+    return found == additions.regions.end() ? nullptr : &*found;
+  };
+  std::vector<config::RegionSettings> regions = before.regions;
+  for (config::RegionSettings& region : regions) {
+    const config::RegionSettings* const changed = named(after, region.name);
+    const config::RegionSettings* const current = named(now, region.name);
+    if (changed && current && *changed == region) region = *current;
   }
   return regions;
 }
@@ -75,11 +95,8 @@ std::optional<config::Settings> ChangeHistory::undone(const config::Settings& no
   for (const config::Parameter& parameter : config::allParameters()) {
     if (parameter.effect == config::Effect::live) parameter.set(settings, parameter.get(before));
   }
-  // A list that the change has not touched keeps what was measured since.
-  if (before.additions.fixtures != after.additions.fixtures)
-    settings.additions.fixtures = before.additions.fixtures;
-  if (before.additions.regions != after.additions.regions)
-    settings.additions.regions = before.additions.regions;
+  settings.additions.fixtures = before.additions.fixtures;
+  settings.additions.regions = regionsBefore(before.additions, after.additions, now.additions);
   settings.additions.label_image = before.additions.label_image;
   settings.additions.label_image_origin = before.additions.label_image_origin;
   return settings;

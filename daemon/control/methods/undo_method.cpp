@@ -15,7 +15,8 @@ Reply nothingToUndo(const ChangeHistory& history, const config::Settings& now) {
       history.isOutdated(now)
           ? "the configuration has been reloaded since the last change (set the values by hand, or edit the "
             "configuration and reload it again)"
-          : "no client has changed parameters, fixtures or regions since the daemon started";
+          : "no change of parameters, fixtures or regions by a client is left (the last 16 are remembered "
+            "while the daemon runs)";
   return failed("io.hapticd.Control.NothingToUndo", reason);
 }
 

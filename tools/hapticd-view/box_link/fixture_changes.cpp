@@ -32,16 +32,13 @@ bool mayBeDone(const ClientError& error) {
   return error.kind != ClientError::Kind::error_reply && !unreached;
 }
 
-std::string textOf(const ClientError& error) {
-  return error.remedy.empty() ? error.what : fmt::format("{} ({})", error.what, error.remedy);
-}
-
 /// Why the box has not done it, in words.
 std::string reasonOf(const ClientError& error) {
   if (error.what == kNotApplied) return "the force loop has not taken it over in time";
   if (error.what == kDenied) return "the box no longer lets the user of hapticd-view change fixtures";
   const Json& refused = error.parameters;
-  if (!refused.is_object() || !refused.contains("reason")) return textOf(error);
+  if (!refused.is_object() || !refused.contains("reason"))
+    return error.remedy.empty() ? error.what : fmt::format("{} ({})", error.what, error.remedy);
   const std::string field = textAt(refused, "field");
   const std::string remedy = textAt(refused, "remedy");
   return fmt::format("{}{}{}", field == "-" ? "" : field + " ", textAt(refused, "reason"),

@@ -7,7 +7,9 @@ import { counted } from './words.js';
 
 /** As the box takes it, but for a hyphen at the beginning, which a command line takes for an option. */
 const kName = /^[A-Za-z0-9_][A-Za-z0-9_-]{0,31}$/;
-const kDecimals = 4;
+/** Of coordinates, which a camera does not measure more exactly, and of lengths that a person types, in metres. */
+const kPlaceDecimals = 4;
+const kLengthDecimals = 6;
 /** The bridge ends the connection of who sends a longer message. */
 const kLongestRequestBytes = 4096;
 
@@ -23,8 +25,8 @@ function normalOf([a, b, c], eye) {
 }
 
 /**
- * What points can become: how many the kind needs at least, and the members that they determine. `fields`: what has to be
- * said besides. Null: not by these points.
+ * What points can become: how many the kind needs at least, and the members that they determine, or null where these points
+ * do not. `fields`: what has to be said besides.
  */
 const kKinds = {
   sphere: { points: 1, fields: ['radius', 'clearance', 'side'], of: (p) => ({ position_m: p.at(-1) }) },
@@ -60,7 +62,7 @@ function lengthProblem(kind, field, mm) {
  * A fixture of points in the world: {definition, problem}, the members as in the configuration. `wish`: kind, name,
  * radiusMm, clearanceMm, side; `taken`: names that there are already.
  */
-export function fixtureOf(points, wish, eye, taken = []) {
+function fixtureOf(points, wish, eye, taken = []) {
   const kind = kKinds[wish.kind];
   if (points.length < kind.points) {
     return { definition: null, problem: `Pick ${counted(kind.points - points.length, 'more point')} for this kind.` };
@@ -87,21 +89,17 @@ export function fixtureOf(points, wish, eye, taken = []) {
 }
 
 /** A definition with its numbers as the command has them, so that command and button add the same. */
-function rounded(value) {
-  if (typeof value === 'number') return Number(value.toFixed(kDecimals)) + 0;
-  if (Array.isArray(value)) return value.map(rounded);
+function rounded(value, decimals = kLengthDecimals) {
+  if (typeof value === 'number') return Number(value.toFixed(decimals)) + 0;
+  if (Array.isArray(value)) return value.map((one) => rounded(one, kPlaceDecimals));
   if (typeof value !== 'object') return value;
   return Object.fromEntries(Object.entries(value).map(([member, one]) => [member, rounded(one)]));
 }
 
 /** The shell command that adds a fixture; its name needs no quotes. */
-export function commandOf({ name, kind, ...members }) {
-  const number = (value) => String(rounded(value));
-  const text = (value) => {
-    if (!Array.isArray(value)) return typeof value === 'number' ? number(value) : value;
-    return Array.isArray(value[0]) ? `"${value.map(text).join(' ')}"` : value.map(number).join(',');
-  };
-  const options = Object.entries(members).map(([member, value]) => `--${member.replaceAll('_', '-')} ${text(value)}`);
+function commandOf({ name, kind, ...members }) {
+  const text = (value) => (Array.isArray(value?.[0]) ? `"${value.map(String).join(' ')}"` : String(value));
+  const options = Object.entries(rounded(members)).map(([member, value]) => `--${member.replaceAll('_', '-')} ${text(value)}`);
   return [`hapticctl fixture add ${name} --kind ${kind}`, ...options].join(' ');
 }
 
@@ -205,7 +203,7 @@ export class FixtureForm {
     return this.form.elements.namedItem(name);
   }
 
-  /** Brings the form up to date with the points; returns {command, note, preview}. */
+  /** Brings the form up to date with the points; returns {command, preview}. */
   show(points) {
     const kind = this.offerKinds(points.length);
     const { fields } = kKinds[kind];

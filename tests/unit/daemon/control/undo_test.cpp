@@ -142,15 +142,27 @@ TEST_F(UndoTest, UndoesAProfileAsAWhole) {
 }
 
 TEST_F(UndoTest, KeepsWhatEstimatorsMeasuredWhereTheChangeWasElsewhere) {
+  const auto liver = [this] { return state()["regions"][0]["stiffness_n_per_m"].get<double>(); };
+  const auto measure = [this](double stiffness_n_per_m) {
+    done("FeedStiffness", {{"xM", 0}, {"yM", 0}, {"zM", 0}, {"stiffnessNPerM", stiffness_n_per_m}});
+  };
+  json lung = tissue("lung", 400);
+  lung["position_m"] = {1, 0, 0};
   done("ChangeRegions", {{"add", {tissue("liver", 500)}}});
   done("SetParameters", {{"parameters", {{"force.radius_m", 0.021}}}});
-  done("FeedStiffness", {{"xM", 0}, {"yM", 0}, {"zM", 0}, {"stiffnessNPerM", 300}});
-  done("SetParameters", {{"parameters", {{"contact.friction", 0.2}}}});  // takes the measurement over
-  const json measured = state()["regions"];
-  EXPECT_NE(500, measured[0]["stiffness_n_per_m"]);
-  done("Undo");
-  done("Undo");
-  EXPECT_EQ(measured, state()["regions"]);
+  measure(300);
+  done("ChangeRegions", {{"add", {lung}}});  // which hands over what was measured before
+  const double first = liver();
+  EXPECT_NE(500, first);
+  measure(200);
+  done("ChangeRegions", {{"change", {{{"name", "lung"}, {"friction", 0.1}}}}});
+  const double second = liver();
+  EXPECT_NE(first, second);
+  for (const std::size_t regions : {2U, 1U, 1U}) {
+    done("Undo");
+    EXPECT_EQ(regions, state()["regions"].size());
+    EXPECT_EQ(second, liver());
+  }
   done("Undo");
   EXPECT_EQ(json::array(), state()["regions"]);
 }
