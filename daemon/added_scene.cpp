@@ -28,8 +28,11 @@ double exertedShare(const rt::Tick& tick) {
 }  // namespace
 
 AddedScene::AddedScene(rt::ControlChannels& channels, const rt::DepthModel& depth_model,
-                       const rt::PoseParameters& T_world_camera)
-    : channels_(channels), depth_model_(depth_model), T_world_camera_(T_world_camera) {}
+                       const rt::PoseParameters& T_world_camera, const std::filesystem::path& state_folder)
+    : channels_(channels),
+      depth_model_(depth_model),
+      T_world_camera_(T_world_camera),
+      solids_(state_folder) {}
 
 void AddedScene::returnUnusedMemory(bool memory_locked) {
   if (sets_) return;
@@ -53,16 +56,28 @@ AddedScene::Sets& AddedScene::setsToChange() {
 
 void AddedScene::apply(const config::SceneAdditions& additions) {
   if (additions.fixtures != additions_.fixtures) {
-    rt::FixtureSet& fixtures = setsToChange().fixtures;
-    config::toFixtureSet(additions.fixtures, additions_.fixtures, T_world_camera_, fixtures);
-    additions_.fixtures = additions.fixtures;
-    channels_.fixtures.write(fixtures);
+    solids_.use(additions.fixtures, generations().fixtures + 1);
+    publishFixtures(additions.fixtures);
   }
   if (additions.regions != additions_.regions || additions.label_image != additions_.label_image) {
     ++regions_generation_;
     if (additions.label_image != additions_.label_image) readLabels(additions.label_image);
     publishRegions(additions.regions);
   }
+}
+
+void AddedScene::publishFixtures(const std::vector<config::FixtureSettings>& fixtures) {
+  rt::FixtureSet& set = setsToChange().fixtures;
+  config::toFixtureSet(fixtures, additions_.fixtures, T_world_camera_, solids_.table(), set);
+  additions_.fixtures = fixtures;
+  channels_.fixtures.write(set);
+}
+
+bool AddedScene::takeFiles(std::uint64_t fixtures_in_use) {
+  const bool solids = solids_.takeLoaded();
+  if (solids) publishFixtures(additions_.fixtures);
+  solids_.release(fixtures_in_use);
+  return takeLabels() || solids;
 }
 
 /// Reads the image on a thread of its own, because the disk may not respond.

@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <future>
 #include <memory>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "config/settings/fixture_settings.h"
 #include "config/settings/label_image.h"
 #include "daemon/base/box.h"
+#include "daemon/state/solid_store.h"
 #include "daemon/state/state_worker.h"
 #include "rt/base/parameters.h"
 #include "rt/depth/depth_model.h"
@@ -23,17 +25,20 @@ namespace hapticd::daemon {
 /// place. Thread: control thread only.
 class AddedScene {
  public:
-  /// `channels` and `depth_model` must outlive the object.
+  /// `channels` and `depth_model` must outlive the object. `state_folder`: holds the solids.
   AddedScene(rt::ControlChannels& channels, const rt::DepthModel& depth_model,
-             const rt::PoseParameters& T_world_camera);
+             const rt::PoseParameters& T_world_camera, const std::filesystem::path& state_folder);
 
   /// Hands over what differs from the last call; nothing as long as there has never been a fixture or region.
   void apply(const config::SceneAdditions& additions);
   /// Returns the memory of paths and labels to the system until there is a fixture or region. To be called
   /// after memory is locked, which `memory_locked` tells, and before the force loop runs.
   void returnUnusedMemory(bool memory_locked);
-  /// Takes a label image that has been read meanwhile, and hands its labels over. Returns whether it did.
-  bool takeLabels();
+  /// Waits until the solids of these fixtures are in memory, or cannot be read. To be called before apply().
+  void loadSolids(const std::vector<config::FixtureSettings>& fixtures) { solids_.load(fixtures); }
+  /// Takes a label image and solids that have been read meanwhile, and hands them over. Returns whether it
+  /// did. `fixtures_in_use`: FixtureSet::generation of the force loop.
+  bool takeFiles(std::uint64_t fixtures_in_use);
   /// Hands over regions that differ in their stiffness and damping only, which generations() does not count.
   void followStiffness(const std::vector<config::RegionSettings>& regions);
 
@@ -45,6 +50,10 @@ class AddedScene {
   TissueStatus tissueStatus(const rt::Tick& tick) const;
   /// The region that covers a position, as an index; nothing: none does.
   std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const;
+  SolidStore& solids() { return solids_; }
+  const SolidStore& solids() const { return solids_; }
+  /// Why a fixture does not act, and the remedy; empty: all do, or will in a moment.
+  std::string solidProblem() const { return solids_.problemOf(additions_.fixtures); }
   /// Returns why the label image has no effect with a camera of this description, and the remedy; empty: it
   /// has, or there is none.
   std::string warning(const rt::DepthModelParameters& camera) const;
@@ -59,6 +68,8 @@ class AddedScene {
 
  private:
   Sets& setsToChange();
+  void publishFixtures(const std::vector<config::FixtureSettings>& fixtures);
+  bool takeLabels();
   void publishRegions(const std::vector<config::RegionSettings>& regions);
   void readLabels(const std::string& file);
   std::uint8_t labelAt(const rt::Vec3& position_m_in_world) const;
@@ -71,6 +82,7 @@ class AddedScene {
   std::unique_ptr<Sets> sets_;
   bool lock_when_used_ = false;  // the memory of the channels was returned
   std::uint64_t regions_generation_ = 0;
+  SolidStore solids_;
   config::LabelImage labels_;
   std::future<base::Result<config::LabelImage>> loading_;
   std::string warning_;

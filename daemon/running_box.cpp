@@ -82,7 +82,7 @@ RunningBox::RunningBox(const config::Settings& settings, std::unique_ptr<FaultIn
       faults_(std::move(faults)),
       depth_model_(settings.camera.effectiveDepthModel(), settings.camera.pose()),
       control_(std::make_unique<rt::ControlChannels>()),
-      added_scene_(*control_, depth_model_, settings.camera.pose()),
+      added_scene_(*control_, depth_model_, settings.camera.pose(), settings.state.folder),
       scene_thread_(settings.camera.effectiveDepthModel(), settings.camera.pose(), settings.grid,
                     rt::SceneNeeds::of(settings.effectiveLive()), scenes_, focus_),
       camera_(drivers::makeCamera(settings.camera)),
@@ -95,8 +95,10 @@ RunningBox::RunningBox(const config::Settings& settings, std::unique_ptr<FaultIn
     camera_ = faults_->around(std::move(camera_));
     handle_ = faults_->around(std::move(handle_));
   }
-  directive_.engage = settings.control.engage_at_start;
+  added_scene_.loadSolids(settings_.additions.fixtures);
   added_scene_.apply(settings_.additions);
+  // A person who engages it is told why not, and decides.
+  directive_.engage = settings.control.engage_at_start && added_scene_.solidProblem().empty();
   recordAdditions();
   decideLaw();
 }
@@ -207,7 +209,8 @@ void RunningBox::recordAdditions() {
   const auto& [fixtures, tissue] = *added_scene_.sets();
   if (std::pair(fixtures.generation, tissue.generation) == recorded_additions_) return;
   recorded_additions_ = {fixtures.generation, tissue.generation};
-  trace_.add(trace::recordOf(settings_.additions, fixtures, tissue, rt::monotonicNow_ns()));
+  trace_.add(trace::recordOf(settings_.additions, fixtures, tissue, added_scene_.solids().table(),
+                             rt::monotonicNow_ns()));
 }
 
 void RunningBox::setMeasuredStiffness(const std::vector<MeasuredStiffness>& measured) {
@@ -291,7 +294,7 @@ void RunningBox::drainTicks(const std::function<void(const rt::Tick&)>& on_tick)
     if (on_tick) on_tick(tick);
   }
   adaptToDistance();
-  if (added_scene_.takeLabels()) recordAdditions();
+  if (added_scene_.takeFiles(loopState().tick.fixture_generation)) recordAdditions();
   sampleRate();
   showLeds();
 }
@@ -397,6 +400,7 @@ std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
   if (faults_) list.push_back(faults_->notice());
   if (std::string warning = added_scene_.warning(scene_thread_.camera()); !warning.empty())
     list.push_back(std::move(warning));
+  if (std::string problem = added_scene_.solidProblem(); !problem.empty()) list.push_back(std::move(problem));
   const std::vector<std::string> found =
       warningsOf(status, {.settings = settings_,
                           .live = directive_.parameters,

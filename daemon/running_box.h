@@ -80,6 +80,13 @@ class RunningBox final : public Box {
   std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const override {
     return added_scene_.regionAt(position_m_in_world);
   }
+  bool knowsSolid(const std::string& sha256) const override { return added_scene_.solids().knows(sha256); }
+  std::future<base::Result<StoredSolid>> storeSolid(base::Descriptor memory) override {
+    return added_scene_.solids().store(std::move(memory));
+  }
+  void takeSolid(const StoredSolid& stored) override { added_scene_.solids().take(stored); }
+  bool readsSolids() const override { return added_scene_.solids().loading(); }
+  std::string solidProblem() const override { return added_scene_.solidProblem(); }
   std::uint64_t acknowledgedGeneration() override;
   std::future<base::Result<std::string>> startTrace(const TraceRequest& request) override;
   std::future<base::Result<std::string>> stopTrace() override;

@@ -8,6 +8,7 @@
 
 #include "config/additions/addition_fields.h"
 #include "config/base/counted.h"
+#include "config/base/sha256.h"
 #include "config/base/value_text.h"
 
 namespace hapticd::config {
@@ -67,7 +68,12 @@ class FieldChecks {
   }
 
   void checkMember(const Field& field, std::string Owner::*member) {
-    if (!isAdditionName(owner_.*member)) refuse(field, base::inQuotes(owner_.*member), "is not a valid name");
+    if (member == &Owner::name) {
+      if (!isAdditionName(owner_.*member))
+        refuse(field, base::inQuotes(owner_.*member), "is not a valid name");
+    } else if (!base::isSha256(owner_.*member)) {
+      refuse(field, base::inQuotes(owner_.*member), "is not the SHA-256 of a file");
+    }
   }
   void checkMember(const Field&, bool Owner::*) {}
   void checkMember(const Field& field, int Owner::*member) { checkNumber(field, owner_.*member); }

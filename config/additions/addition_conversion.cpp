@@ -7,20 +7,16 @@
 
 #include "config/settings/fixture_settings.h"
 #include "rt/base/pose.h"
+#include "rt/base/rotation.h"
 #include "rt/fixtures/fixture.h"
 
 namespace hapticd::config {
 namespace {
 
-using Rotation = std::array<double, 9>;
+using rt::Rotation;
 
 constexpr double kRadPerDeg = std::numbers::pi / 180;
 constexpr Rotation kIdentity{1, 0, 0, 0, 1, 0, 0, 0, 1};
-
-rt::Vec3 rotated(const Rotation& r, const rt::Vec3& v) {
-  return {r[0] * v.x + r[1] * v.y + r[2] * v.z, r[3] * v.x + r[4] * v.y + r[5] * v.z,
-          r[6] * v.x + r[7] * v.y + r[8] * v.z};
-}
 
 Rotation product(const Rotation& a, const Rotation& b) {
   Rotation c{};
@@ -103,6 +99,10 @@ rt::Shape shapeOf(const FixtureSettings& fixture, const Frame& frame) {
       shape.axis_in_world = frame.direction(fixture.axis);
       shape.half_angle_sine = std::sin(fixture.half_angle_deg * kRadPerDeg);
       shape.half_angle_cosine = std::cos(fixture.half_angle_deg * kRadPerDeg);
+      break;
+    case rt::FixtureKind::solid:
+      shape.kind = rt::ShapeKind::box;
+      shape.rotation = frame.rotation(fixture.rotation_deg);
       break;
     case rt::FixtureKind::standoff:
     case rt::FixtureKind::path:
@@ -215,7 +215,7 @@ Quaternion orientationOf(const rt::Vec3& rotation_deg) {
 }
 
 void toFixtureSet(const std::vector<FixtureSettings>& fixtures, const std::vector<FixtureSettings>& before,
-                  const rt::PoseParameters& T_world_camera, rt::FixtureSet& set) {
+                  const rt::PoseParameters& T_world_camera, const SolidTable& solids, rt::FixtureSet& set) {
   const auto old = set.fixtures;
   const std::size_t old_count = std::min<std::size_t>(set.count, before.size());
   ++set.generation;
@@ -231,6 +231,11 @@ void toFixtureSet(const std::vector<FixtureSettings>& fixtures, const std::vecto
     if (const std::size_t j = indexOf(fixtures[i].name, before, old_count); j < old_count) {
       fixture.identity = old[j].identity;
       if (isSameDefinition(fixtures[i], before[j])) fixture.definition = old[j].definition;
+    }
+    if (fixtures[i].kind == rt::FixtureKind::solid) {
+      const auto solid = solids.find(fixtures[i].solid);
+      if (solid != solids.end()) fixture.grid = solid->second->grid();
+      fixture.enabled = fixture.enabled && solid != solids.end();
     }
     if (fixtures[i].kind != rt::FixtureKind::path) continue;
     std::vector<rt::Vec3> points_m_in_world;

@@ -14,6 +14,8 @@ using Fixture = FixtureSettings;
 using Region = RegionSettings;
 
 constexpr std::size_t kMaxNameLength = 32;
+constexpr std::string_view kNameRange = "1 to 32 letters, digits, '_' and '-'";
+constexpr std::string_view kHashRange = "64 hexadecimal digits in small letters";
 
 // Metres. The smallest size that the scene can show at all is far above it.
 constexpr double kMinSize_m = 0.0001;
@@ -109,7 +111,8 @@ const std::array kFixtureFields = std::to_array<AdditionField<Fixture>>({
     {"enabled", "", &Fixture::enabled, 0, 0, always<Fixture>, never<Fixture>,
      "whether it acts", Looser::lower},
     {"position_m", "m", vector(&Fixture::position_m, place), -kFarthest_m, kFarthest_m, isPlaced, isPlaced,
-     "plane: a point of it; box, sphere: centre; capsule: first end; cone: tip; point: the point"},
+     "plane: a point of it; box, sphere: centre; capsule: first end; cone: tip; solid: origin of its frame; "
+     "point: the point"},
     {"normal", "", vector(&Fixture::normal, direction), -kMaxDirection, kMaxDirection,
      isOf<plane>, isOf<plane>,
      "towards the free side; any length except zero"},
@@ -120,16 +123,19 @@ const std::array kFixtureFields = std::to_array<AdditionField<Fixture>>({
      "second end"},
     {"size_m", "m", vector(&Fixture::size_m, size), kMinSize_m, kFarthest_m, isOf<box>, isOf<box>,
      "lengths of the edges"},
-    {"rotation_deg", "deg", vector(&Fixture::rotation_deg, angles), -360, 360, isOf<box>, never<Fixture>,
+    {"rotation_deg", "deg", vector(&Fixture::rotation_deg, angles), -360, 360, isOf<box, solid>,
+     never<Fixture>,
      "roll, pitch and yaw about the fixed axes x, y and z of the frame, in this order"},
     {"orientation_xyzw", "", QuaternionMember<Fixture>{&Fixture::rotation_deg, "rotation_deg"}, -1, 1,
-     isOf<box>, never<Fixture>,
+     isOf<box, solid>, never<Fixture>,
      "the rotation as a unit quaternion, instead of rotation_deg"},
     {"radius_m", "m", &Fixture::radius_m, kMinSize_m, kFarthest_m,
      isOf<sphere, capsule>, isOf<sphere, capsule>,
      "radius"},
     {"half_angle_deg", "deg", &Fixture::half_angle_deg, 1, 85, isOf<cone>, never<Fixture>,
      "angle between the axis and the side of the cone"},
+    {"solid", "", &Fixture::solid, 0, 0, isOf<solid>, isOf<solid>,
+     "SHA-256 of the file with its shape, which fixture add --mesh and --labels send"},
     {"points_m", "m", &Fixture::points_m, -kFarthest_m, kFarthest_m, isOf<path>, isOf<path>,
      "2 to 256 points of the path, neighbours at least 0.0005 m apart, no turn over 175 degrees; closed where "
      "the last is the first"},
@@ -251,24 +257,26 @@ std::string rangeOf(const AdditionField<Owner>& field) {
     return fmt::format(fmt::runtime(form),
                        field.unit.empty() ? range : fmt::format("{} {}", range, field.unit));
   };
-  return std::visit(
-      Overloaded{
-          [](std::string Owner::*) -> std::string { return "1 to 32 letters, digits, '_' and '-'"; },
-          [](bool Owner::*) -> std::string { return "true or false"; },
-          [&](int Owner::*) { return numbers("whole number {}"); },
-          [&](double Owner::*) { return numbers("{}"); },
-          [&](std::vector<rt::Vec3> Owner::*) { return numbers("2 to 256 points [x, y, z], each {}"); },
-          [](const WordMember<Owner>& member) {
-            return fmt::format("one of: {}", fmt::join(member.words, ", "));
-          },
-          [&](const VectorMember<Owner>& member) {
-            return member.use == direction ? "[x, y, z], any length except zero"
-                                           : numbers("[x, y, z], each {}");
-          },
-          [](const QuaternionMember<Owner>& member) {
-            return fmt::format("[x, y, z, w] of length 1, without {}", member.vector);
-          }},
-      field.member);
+  return std::visit(Overloaded{[](std::string Owner::*member) {
+                                 return std::string(member == &Owner::name ? kNameRange : kHashRange);
+                               },
+                               [](bool Owner::*) -> std::string { return "true or false"; },
+                               [&](int Owner::*) { return numbers("whole number {}"); },
+                               [&](double Owner::*) { return numbers("{}"); },
+                               [&](std::vector<rt::Vec3> Owner::*) {
+                                 return numbers("2 to 256 points [x, y, z], each {}");
+                               },
+                               [](const WordMember<Owner>& member) {
+                                 return fmt::format("one of: {}", fmt::join(member.words, ", "));
+                               },
+                               [&](const VectorMember<Owner>& member) {
+                                 return member.use == direction ? "[x, y, z], any length except zero"
+                                                                : numbers("[x, y, z], each {}");
+                               },
+                               [](const QuaternionMember<Owner>& member) {
+                                 return fmt::format("[x, y, z, w] of length 1, without {}", member.vector);
+                               }},
+                    field.member);
 }
 template std::string rangeOf(const AdditionField<FixtureSettings>&);
 template std::string rangeOf(const AdditionField<RegionSettings>&);

@@ -9,6 +9,7 @@
 
 #include "config/base/error.h"
 #include "config/settings/label_image.h"
+#include "config/solids/solid_file.h"
 #include "rt/base/parameters.h"
 #include "rt/base/vec3.h"
 #include "rt/base/words.h"
@@ -56,14 +57,17 @@ struct FixtureSettings {
   rt::FixtureSide side = rt::FixtureSide::out;  ///< plane to cone
   FixtureFrame frame = FixtureFrame::world;
   bool enabled = true;
-  rt::Vec3 position_m{};  ///< plane: a point of it; box, sphere: centre; capsule: first end; cone: tip; point
-  rt::Vec3 normal{0, 0, 1};    ///< plane: towards the free side; any length except zero
-  rt::Vec3 axis{0, 0, 1};      ///< cone: from the tip into the cone; any length except zero
-  rt::Vec3 end_m{};            ///< capsule: second end
-  rt::Vec3 size_m{};           ///< box: its edges, each > 0
-  rt::Vec3 rotation_deg{};     ///< box: roll, pitch, yaw about the fixed axes of its frame, in this order
-  double radius_m = 0;         ///< sphere, capsule
-  double half_angle_deg = 30;  ///< cone
+  /// plane: a point of it; box, sphere: centre; capsule: first end; cone: tip; solid: origin of its frame;
+  /// point
+  rt::Vec3 position_m{};
+  rt::Vec3 normal{0, 0, 1};  ///< plane: towards the free side; any length except zero
+  rt::Vec3 axis{0, 0, 1};    ///< cone: from the tip into the cone; any length except zero
+  rt::Vec3 end_m{};          ///< capsule: second end
+  rt::Vec3 size_m{};         ///< box: its edges, each > 0
+  rt::Vec3 rotation_deg{};  ///< box, solid: roll, pitch, yaw about the fixed axes of its frame, in this order
+  double radius_m = 0;      ///< sphere, capsule
+  double half_angle_deg = 30;        ///< cone
+  std::string solid{};               ///< solid: SHA-256 of its file (config/solids/solid_file.h)
   std::vector<rt::Vec3> points_m{};  ///< path: 2 to kMaxPathPoints
   bool allow_crossing = false;       ///< path: it may cross itself
   double bend_radius_m = 0.005;  ///< path: its bends are arcs of this radius, or less where there is no room
@@ -162,9 +166,9 @@ std::string lineOf(const RegionSettings& region);
 
 /// Converts checked fixtures to the form of the force loop, in the world frame. `set` keeps the identity of
 /// fixtures by name, and the definition of those that differ in nothing but `enabled`; its generation is
-/// incremented.
+/// incremented. `solids` must outlive the set; a fixture whose solid is not among them does not act.
 void toFixtureSet(const std::vector<FixtureSettings>& fixtures, const std::vector<FixtureSettings>& before,
-                  const rt::PoseParameters& T_world_camera, rt::FixtureSet& set);
+                  const rt::PoseParameters& T_world_camera, const SolidTable& solids, rt::FixtureSet& set);
 /// The same for regions. `image`: their label image, at most kMaxFrameWidth x kMaxFrameHeight; empty: none.
 void toTissueMap(const std::vector<RegionSettings>& regions, const std::vector<RegionSettings>& before,
                  const LabelImage& image, const rt::PoseParameters& T_world_camera, rt::TissueMap& map);

@@ -11,10 +11,12 @@
 #include <utility>
 #include <vector>
 
+#include "config/base/descriptor.h"
 #include "config/base/error.h"
 #include "config/settings/fixture_settings.h"
 #include "config/settings/parameter_table.h"
 #include "daemon/base/reloads.h"
+#include "daemon/state/solid_store.h"
 #include "daemon/status/box_status.h"
 #include "daemon/trace/reader/trace_folder.h"
 #include "rt/base/vec3.h"
@@ -73,6 +75,16 @@ class Box {
   /// Hands checked fixtures and regions to the force loop, which replace all others. Returns the generation
   /// to wait for.
   virtual std::uint64_t applyAdditions(const config::SceneAdditions& additions) = 0;
+  /// Whether the store has a solid that a fixture may refer to.
+  virtual bool knowsSolid(const std::string& sha256) const = 0;
+  /// Stores a solid from a sealed memory file (solid_store.h).  Waits for the disk; takeSolid() makes the
+  /// result known.
+  virtual std::future<base::Result<StoredSolid>> storeSolid(base::Descriptor memory) = 0;
+  virtual void takeSolid(const StoredSolid& stored) = 0;
+  /// Whether solids of additions() are still being read; their fixtures act as soon as they are.
+  virtual bool readsSolids() const = 0;
+  /// Why a fixture of additions() does not act although it is enabled, and the remedy; empty: all do.
+  virtual std::string solidProblem() const = 0;
   /// The region of additions() that covers a position, as an index; nothing: none does.
   virtual std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const = 0;
   /// Gives regions of additions() another stiffness and damping, each within its range. Nobody waits for it.

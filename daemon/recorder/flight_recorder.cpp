@@ -54,7 +54,9 @@ constexpr std::size_t kMaxRecords = 10'000;
 constexpr std::size_t kMaxAdditionsBytes = std::size_t{32} << 20;
 
 std::size_t bytesOf(const trace::AdditionsRecord& additions) {
-  return sizeof additions + additions.text.size() + additions.labels.bytes.size();
+  std::size_t bytes = sizeof additions + additions.text.size() + additions.labels.bytes.size();
+  for (const auto& solid : additions.solids) bytes += solid->bytes();
+  return bytes;
 }
 
 /// Whether the tick was computed with these fixtures and regions or with newer ones.

@@ -156,7 +156,7 @@ const std::vector<GuardedLibrary>& guardedLibraries() {
       {"libfreenect", {"drivers/camera/freenect"}},
       {"libusb", {"drivers"}},
       {"lz4", {"daemon/trace"}},
-      {"nettle/", {"drivers/handle/udp"}},
+      {"nettle/", {"config/base", "drivers/handle/udp"}},
       {"png.h", {"drivers/camera/recorded", "tools/hapticctl/snapshot"}},
       {"nlohmann/", {"daemon", "tools"}},
       {"systemd/", {"daemon", "tools/hapticd-view/server"}},

@@ -10,6 +10,7 @@
 #include <map>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include "config/base/counted.h"
@@ -240,6 +241,19 @@ std::vector<base::Error> addFrom(const std::string& file, config::SceneAdditions
   return errors;
 }
 
+/// The solids of all fixtures, from where the daemon keeps them.
+base::Result<config::SolidTable> solidsOf(const config::Settings& settings) {
+  config::SolidTable solids;
+  for (const config::FixtureSettings& fixture : settings.additions.fixtures) {
+    if (fixture.kind != rt::FixtureKind::solid || solids.contains(fixture.solid)) continue;
+    auto solid =
+        config::loadSolid(std::filesystem::path(settings.state.folder) / config::kSolidFolder, fixture.solid);
+    if (!solid) return std::unexpected(solid.error());
+    solids[fixture.solid] = std::move(*solid);
+  }
+  return solids;
+}
+
 int replayFile(const Options& options) {
   auto settings = config::loadSettings(options.config, options.overrides);
   if (!settings) return fail(settings.error(), EX_CONFIG);
@@ -265,7 +279,10 @@ int replayFile(const Options& options) {
     if (!loaded) return fail({loaded.error()}, EX_CONFIG);
     labels = std::move(*loaded);
   }
-  Replay replay(*settings, *source, options.stage, options.handle_delay_ms * 1e-3, labels);
+  auto solids = solidsOf(*settings);
+  if (!solids) return fail({solids.error()}, EX_CONFIG);
+  Replay replay(*settings, *source, options.stage, options.handle_delay_ms * 1e-3, labels,
+                std::move(*solids));
   const auto forces = forcesOf(replay, *samples);
   if (!forces) return fail({forces.error()}, EX_DATAERR);
   for (const std::string& problem : replay.depthProblems()) {

@@ -112,7 +112,7 @@ std::optional<base::Error> wholeFrameProblem(const config::Settings& settings, c
 }
 
 Replay::Replay(const config::Settings& settings, const DepthSource& source, Stage stage,
-               double handle_delay_s, const config::LabelImage& labels)
+               double handle_delay_s, const config::LabelImage& labels, config::SolidTable solids)
     : settings_(settingsFor(settings, source)),
       source_(source),
       stage_(stage),
@@ -121,6 +121,7 @@ Replay::Replay(const config::Settings& settings, const DepthSource& source, Stag
       handle_delay_s_(handle_delay_s),
       frame_(std::make_unique<rt::DepthFrame>()),
       spare_(std::make_unique<rt::DepthFrame>()),
+      solids_(std::move(solids)),
       fixtures_(std::make_unique<rt::FixtureSet>()),
       tissue_(std::make_unique<rt::TissueMap>()) {
   settings_.live = settings_.effectiveLive();
@@ -129,7 +130,7 @@ Replay::Replay(const config::Settings& settings, const DepthSource& source, Stag
   box_.parameters() = settings_.live;
   box_.start() = settings_.startParameters();
   box_.setLoopPeriod(1 / settings_.loop.rate_hz);
-  config::toFixtureSet(settings.additions.fixtures, {}, settings.camera.pose(), *fixtures_);
+  config::toFixtureSet(settings.additions.fixtures, {}, settings.camera.pose(), solids_, *fixtures_);
   config::toTissueMap(settings.additions.regions, {}, labels, settings.camera.pose(), *tissue_);
   box_.setAdditions(fixtures_.get(), tissue_.get());
 }

@@ -86,7 +86,7 @@ class Replay {
   /// `handle_delay_s`: that the driver of the handle would report (rt::HandleState::delay_s). `labels`: of
   /// the label image (config::loadLabelImage), for the tissue regions of the settings; empty: none.
   Replay(const config::Settings& settings, const DepthSource& source, Stage stage, double handle_delay_s = 0,
-         const config::LabelImage& labels = {});
+         const config::LabelImage& labels = {}, config::SolidTable solids = {});
 
   /// Where force.law is auto, the law follows from the distance of the first HIP.
   /// `sample.time_s` must not decrease from call to call at the stage `command`.
@@ -121,6 +121,7 @@ class Replay {
   bool frame_taken_ = false;
   std::optional<double> last_time_s_;  // of the sample before, at the stage `command`
   bool law_decided_ = false;
+  config::SolidTable solids_;
   std::unique_ptr<rt::FixtureSet> fixtures_;
   std::unique_ptr<rt::TissueMap> tissue_;
 };

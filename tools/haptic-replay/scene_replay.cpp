@@ -55,9 +55,10 @@ const RecordedAdditions::Entry* RecordedAdditions::ofTissue(std::uint64_t genera
 }
 
 AdditionsReplay::AdditionsReplay(RecordedAdditions recorded, const rt::PoseParameters& T_world_camera,
-                                 std::string name)
+                                 config::SolidTable solids, std::string name)
     : recorded_(std::move(recorded)),
       T_world_camera_(T_world_camera),
+      solids_(std::move(solids)),
       name_(std::move(name)),
       fixtures_(std::make_unique<rt::FixtureSet>()),
       tissue_(std::make_unique<rt::TissueMap>()) {}
@@ -66,7 +67,7 @@ base::Result<bool> AdditionsReplay::goTo(std::uint64_t fixture_generation, std::
   if (fixture_generation != fixtures_->generation) {
     const auto* const entry = recorded_.ofFixtures(fixture_generation);
     if (entry == nullptr) return false;
-    const auto restored = trace::restore(entry->record, T_world_camera_, name_, *fixtures_);
+    const auto restored = trace::restore(entry->record, T_world_camera_, name_, solids_, *fixtures_);
     if (!restored) return std::unexpected(restored.error());
   }
   if (tissue_generation != tissue_->generation) {

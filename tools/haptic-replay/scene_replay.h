@@ -85,7 +85,8 @@ class RecordedAdditions {
 class AdditionsReplay {
  public:
   /// `T_world_camera`: the camera's pose in that session. `name`: of the trace, for messages.
-  AdditionsReplay(RecordedAdditions recorded, const rt::PoseParameters& T_world_camera, std::string name);
+  AdditionsReplay(RecordedAdditions recorded, const rt::PoseParameters& T_world_camera,
+                  config::SolidTable solids, std::string name);
 
   /// Advances to these generations; 0: none. Returns false where the trace does not hold one of them.
   /// Errors: a record that this version cannot read.
@@ -97,6 +98,7 @@ class AdditionsReplay {
  private:
   RecordedAdditions recorded_;
   rt::PoseParameters T_world_camera_;
+  config::SolidTable solids_;
   std::string name_;
   std::unique_ptr<rt::FixtureSet> fixtures_;
   std::unique_ptr<rt::TissueMap> tissue_;

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "config/settings/parameter_table.h"
+#include "daemon/trace/format/additions.h"
 
 namespace hapticd::tools {
 namespace {
@@ -80,6 +81,9 @@ base::Result<TraceReplay::Index> TraceReplay::indexOf(const std::filesystem::pat
   auto info = trace::readTrace(trace, visitor);
   if (!info) return std::unexpected(info.error());
   index.info = std::move(*info);
+  auto solids = trace::solidsIn(index.info.attachments, trace.string());
+  if (!solids) return std::unexpected(solids.error());
+  index.solids = std::move(*solids);
   if (!index.info.missing.empty() || !index.usable) return refuse(trace, kOtherVersion, kSameVersion);
   if (index.snapshots.empty() || index.frames_ns.empty()) {
     const char* const what = index.frames_ns.empty() ? "depth" : "snapshot of the core";
@@ -96,7 +100,7 @@ TraceReplay::TraceReplay(std::filesystem::path trace, config::RecordedSettings s
       frames_(std::make_unique<TraceFrames>(trace_, std::move(index_.frames_ns))),
       scenes_(std::make_unique<SceneReplay>(settings_, std::move(index_.models), *frames_)),
       additions_(std::make_unique<AdditionsReplay>(std::move(index_.additions), settings_.camera.pose(),
-                                                   trace_.string())),
+                                                   std::move(index_.solids), trace_.string())),
       start_(settings_.startParameters()),
       core_(std::make_unique<rt::HapticCore>(scenes_->pointCapacity())) {
   comparison_.unknown_parameters.insert(settings.unknown.begin(), settings.unknown.end());

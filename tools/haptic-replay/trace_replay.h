@@ -68,6 +68,7 @@ class TraceReplay {
     std::vector<trace::ModelRecord> models;
     std::map<std::uint64_t, trace::DirectiveRecord> directives;  // by generation
     RecordedAdditions additions;
+    config::SolidTable solids;
     std::map<std::uint64_t, rt::CoreSnapshot> snapshots;  // by the tick that they were taken before
     std::set<std::int64_t> frames_ns;                     // arrivals of those in the trace
     bool usable = true;                                   // this version's core has that memory

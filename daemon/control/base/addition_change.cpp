@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "config/additions/addition_checks.h"
 #include "config/additions/addition_json.h"
 #include "config/additions/addition_reader.h"
 #include "config/base/value_text.h"
@@ -291,6 +292,17 @@ std::vector<AdditionDifference> differencesOf(const config::SceneAdditions& befo
                            fmt::format("{} bytes", after.label_image.size())});
   }
   return differences;
+}
+
+std::vector<config::AdditionError> missingSolids(const Box& box, const config::SceneAdditions& additions) {
+  std::vector<config::AdditionError> missing;
+  for (const config::FixtureSettings& fixture : additions.fixtures) {
+    if (fixture.kind != rt::FixtureKind::solid || box.knowsSolid(fixture.solid)) continue;
+    missing.push_back(config::additionError(
+        "fixture", fixture.name, "solid", "names a solid that the box does not have",
+        "send its shape with hapticctl fixture add NAME --mesh FILE, or with --labels"));
+  }
+  return missing;
 }
 
 }  // namespace hapticd::daemon

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "config/settings/fixture_settings.h"
+#include "daemon/base/box.h"
 #include "daemon/base/journal_entry.h"
 #include "daemon/control/server/varlink_message.h"
 
@@ -25,6 +26,9 @@ struct AdditionChange {
 /// Errors: all problems, also of elements of another type; `before` is not touched.
 std::expected<config::SceneAdditions, std::vector<config::AdditionError>> changedAdditions(
     const config::SceneAdditions& before, AdditionList list, const AdditionChange& change);
+
+/// The fixtures whose solid the box does not have, each as an error.
+std::vector<config::AdditionError> missingSolids(const Box& box, const config::SceneAdditions& additions);
 
 /// How a fixture or region differs from what it was.
 struct AdditionDifference {

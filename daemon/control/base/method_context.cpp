@@ -111,7 +111,8 @@ PendingAnswers::Poll whenApplied(MethodContext& context, std::uint64_t generatio
   using Clock = std::chrono::steady_clock;
   return [&context, generation, deadline = Clock::now() + context.apply_timeout,
           reply = std::move(reply)]() mutable -> std::optional<Reply> {
-    if (context.box.acknowledgedGeneration() >= generation) return reply();
+    const bool complete = !context.box.readsSolids();
+    if (complete && context.box.acknowledgedGeneration() >= generation) return reply();
     if (Clock::now() < deadline) return std::nullopt;
     return Reply{"io.hapticd.Control.NotApplied", {{"generation", generation}}};
   };

@@ -38,9 +38,9 @@ Reply refusal(AdditionList list, const std::vector<config::AdditionError>& error
           std::move(parameters)};
 }
 
-/// How a box is turned, for clients that reckon with quaternions.
-OrderedJson orientationJson(bool is_box, const rt::Vec3& rotation_deg) {
-  if (!is_box) return {};
+/// How a box or solid is turned, for clients that reckon with quaternions.
+OrderedJson orientationJson(bool is_turned, const rt::Vec3& rotation_deg) {
+  if (!is_turned) return {};
   const auto [x, y, z, w] = config::orientationOf(rotation_deg);
   return OrderedJson::array({x, y, z, w});
 }
@@ -134,6 +134,9 @@ std::vector<Method> AdditionMethods::methods() {
            .access = control,
            .parameters = {"remove", "add", "change", "generation"},
            .answer = std::bind_front(&Self::changeList, this, AdditionList::fixtures)},
+          {.name = "io.hapticd.Control.StoreSolid",
+           .access = control,
+           .answer = std::bind_front(&Self::storeSolid, this)},
           {.name = "io.hapticd.Control.ChangeRegions",
            .access = control,
            .parameters = {"remove", "add", "change", "generation"},
@@ -159,7 +162,7 @@ void AdditionMethods::listFixtures(const Call&, const Caller& caller, Replies& r
   for (const config::FixtureSettings& fixture : context_.box.additions().fixtures) {
     const auto conduct = std::ranges::find(status.each, fixture.name, &FixtureConduct::name);
     const bool known = conduct != status.each.end();
-    const bool is_box = fixture.kind == rt::FixtureKind::box;
+    const bool is_turned = fixture.kind == rt::FixtureKind::box || fixture.kind == rt::FixtureKind::solid;
     entries.push_back(
         {{"name", fixture.name},
          {"origin", nameOf(fixture.origin.value)},
@@ -173,7 +176,7 @@ void AdditionMethods::listFixtures(const Call&, const Caller& caller, Replies& r
          {"stiffnessNPerM", known ? OrderedJson(conduct->stiffness_n_per_m) : OrderedJson()},
          {"breaches", known ? OrderedJson(conduct->breach.number) : OrderedJson()},
          {"onCameraLoss", rt::wordOf(config::effectiveOnCameraLoss(fixture))},
-         {"orientationXyzw", orientationJson(is_box, fixture.rotation_deg)}});
+         {"orientationXyzw", orientationJson(is_turned, fixture.rotation_deg)}});
   }
   replies.finish(
       caller.connection,
@@ -212,6 +215,24 @@ void AdditionMethods::changeList(AdditionList list, const Call& call, const Call
   apply(list, *change, call, caller, replies);
 }
 
+void AdditionMethods::storeSolid(const Call& call, const Caller& caller, Replies& replies) {
+  constexpr const char* kRefused = "io.hapticd.Control.SolidRefused";
+  if (!call.descriptor) {
+    return replies.finish(caller.connection,
+                          failed(kRefused, "no memory file came with the call (pass its descriptor along)"));
+  }
+  if (context_.pending.full(Access::control))
+    return replies.finish(caller.connection, failed(kRefused, PendingAnswers::kFullReason));
+  using Stored = base::Result<StoredSolid>;
+  context_.pending.add(
+      call, caller, replies, PendingAnswers::Unawaited::finish,
+      whenReady<Stored>(context_.box.storeSolid(std::move(*call.descriptor)), [this](const Stored& stored) {
+        if (!stored) return failed(kRefused, stored.error().text());
+        context_.box.takeSolid(*stored);
+        return Reply{"", {{"solid", stored->solid->sha256()}}};
+      }));
+}
+
 void AdditionMethods::setStiffness(const Call& call, const Caller& caller, Replies& replies) {
   if (const auto wrong = wrongNumber(call, {"stiffnessNPerM", "dampingNSPerM"}))
     return replies.finish(caller.connection, *wrong);
@@ -232,6 +253,8 @@ void AdditionMethods::apply(AdditionList list, const AdditionChange& change, con
   const config::SceneAdditions before = context_.box.additions();
   auto after = changedAdditions(before, list, change);
   if (!after) return replies.finish(caller.connection, refusal(list, after.error()));
+  if (const auto missing = missingSolids(context_.box, *after); !missing.empty())
+    return replies.finish(caller.connection, refusal(list, missing));
   config::Settings settings = context_.box.settings();
   settings.additions = *after;
   if (const auto conflicts = config::checkTogether(settings); !conflicts.empty()) {

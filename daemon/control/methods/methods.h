@@ -34,6 +34,7 @@ class AdditionMethods {
   void listFixtures(const Call&, const Caller&, Replies&);
   void listRegions(const Call&, const Caller&, Replies&);
   void changeList(AdditionList list, const Call& call, const Caller& caller, Replies& replies);
+  void storeSolid(const Call&, const Caller&, Replies&);
   void setStiffness(const Call&, const Caller&, Replies&);
   void feedStiffness(const Call&, const Caller&, Replies&);
 

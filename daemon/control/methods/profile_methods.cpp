@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "config/settings/parameter_table.h"
+#include "daemon/control/base/addition_change.h"
 #include "daemon/control/base/method_context.h"
 
 namespace hapticd::daemon {
@@ -197,6 +198,8 @@ std::expected<PendingAnswers::Poll, Reply> ProfileMethods::apply(const Caller& c
   if (const auto errors = config::checkTogether(settings); !errors.empty()) {
     return std::unexpected(failed(kFailed, textOf(errors)));
   }
+  if (const auto missing = missingSolids(context_.box, settings.additions); !missing.empty())
+    return std::unexpected(failed(kFailed, missing.front().error.text()));
   std::vector<std::string> changed =
       logParameters(context_, caller, fmt::format("by profile {},", name), context_.box.settings(), settings);
   logAdditions(context_, caller, fmt::format("by profile {}", name), context_.box.additions(),

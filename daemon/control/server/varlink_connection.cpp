@@ -9,11 +9,18 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <limits>
 #include <utility>
 
 #include "daemon/control/server/varlink_message.h"
 
 namespace hapticd::daemon {
+namespace {
+
+/// Stands for an end that is not known yet.
+constexpr std::size_t kJustPassed = std::numeric_limits<std::size_t>::max();
+
+}  // namespace
 
 VarlinkConnection::VarlinkConnection(base::Descriptor socket, const Caller& caller)
     : socket_(std::move(socket)), caller_(caller) {}
@@ -22,6 +29,7 @@ bool VarlinkConnection::receive() {
   input_waits = false;
   input_.erase(0, taken_);
   scanned_ -= std::min(scanned_, taken_);
+  passed_end_ -= std::min(passed_end_, taken_);
   taken_ = 0;
 
   const std::size_t held = input_.size();
@@ -30,12 +38,37 @@ bool VarlinkConnection::receive() {
   input_.resize(held + room);
   ssize_t received = -1;
   do {
-    received = ::recv(socket_.get(), input_.data() + held, room, MSG_DONTWAIT);
+    received = receiveSome(input_.data() + held, room);
   } while (received < 0 && errno == EINTR);
   input_.resize(held + static_cast<std::size_t>(std::max<ssize_t>(received, 0)));
+  if (received > 0 && passed_ && passed_end_ == kJustPassed) passed_end_ = input_.size();
   if (received > 0) return true;
   if (received == 0 || (errno != EAGAIN && errno != EWOULDBLOCK)) input_ended_ = true;
   return false;
+}
+
+/// As recv(). Where the client may control, a descriptor that comes along replaces the previous one. The
+/// kernel ends a read behind the bytes that a descriptor came with.
+ssize_t VarlinkConnection::receiveSome(char* to, std::size_t room) noexcept {
+  if (caller_.access != Access::control) return ::recv(socket_.get(), to, room, MSG_DONTWAIT);
+  iovec bytes{to, room};
+  msghdr message{};
+  message.msg_iov = &bytes;
+  message.msg_iovlen = 1;
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control{};
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
+  const ssize_t received = ::recvmsg(socket_.get(), &message, MSG_DONTWAIT | MSG_CMSG_CLOEXEC);
+  if (received < 0) return received;
+  const cmsghdr* const rights = CMSG_FIRSTHDR(&message);
+  if (rights && rights->cmsg_level == SOL_SOCKET && rights->cmsg_type == SCM_RIGHTS &&
+      rights->cmsg_len == CMSG_LEN(sizeof(int))) {
+    int descriptor = -1;
+    std::memcpy(&descriptor, CMSG_DATA(rights), sizeof(descriptor));
+    passed_ = base::Descriptor(descriptor);
+    passed_end_ = kJustPassed;
+  }
+  return received;
 }
 
 bool VarlinkConnection::hasInput() noexcept {
@@ -50,8 +83,13 @@ bool VarlinkConnection::hasMessage() noexcept {
 std::optional<std::string_view> VarlinkConnection::takeMessage() {
   if (!hasMessage()) return std::nullopt;
   const std::string_view message(input_.data() + taken_, scanned_ - taken_);
+  if (passed_end_ <= taken_) passed_.close();  // of an earlier message, whose method did not take it
   taken_ = scanned_ + 1;
   return message;
+}
+
+base::Descriptor VarlinkConnection::takeDescriptor() noexcept {
+  return passed_end_ <= taken_ ? std::move(passed_) : base::Descriptor();
 }
 
 bool VarlinkConnection::overfull() const noexcept {

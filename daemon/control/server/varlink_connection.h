@@ -73,6 +73,9 @@ class VarlinkConnection {
   bool receive();
   /// The next whole message without its NUL; valid until the next receive().
   std::optional<std::string_view> takeMessage();
+  /// Gives up the descriptor that came with the message that was taken last; none: no descriptor did. Only a
+  /// client that may control can pass one, and only one with each message.
+  base::Descriptor takeDescriptor() noexcept;
   /// Whether a message is longer than the bound: the client does not speak the protocol.
   bool overfull() const noexcept;
   /// Sends as much as the kernel takes and keeps the rest. Marks the connection dead if the client is gone.
@@ -89,13 +92,16 @@ class VarlinkConnection {
     return caller_.access == Access::control ? kMaxControlCallBytes : kMaxCallBytes;
   }
   bool hasMessage() noexcept;
+  ssize_t receiveSome(char* to, std::size_t room) noexcept;
   ssize_t sendSome() noexcept;
 
   base::Descriptor socket_;
   Caller caller_;
   std::string input_;
-  std::size_t taken_ = 0;    // bytes of input_ that takeMessage() gave out
-  std::size_t scanned_ = 0;  // bytes of input_ known to hold no NUL behind taken_, counted from the start
+  std::size_t taken_ = 0;       // bytes of input_ that takeMessage() gave out
+  std::size_t scanned_ = 0;     // bytes of input_ known to hold no NUL behind taken_, counted from the start
+  base::Descriptor passed_;     // the newest that came with input_ ...
+  std::size_t passed_end_ = 0;  // ... and the end of the bytes that it came with
   std::string output_;
   std::size_t sent_ = 0;
   base::Descriptor attached_;  // goes with the first byte of output_

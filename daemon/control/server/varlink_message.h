@@ -3,9 +3,12 @@
 
 #include <cstddef>
 #include <expected>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
+
+#include "config/base/descriptor.h"
 
 namespace hapticd::daemon {
 
@@ -27,6 +30,8 @@ struct Call {
   bool oneway = false;
   bool more = false;
   bool upgrade = false;
+  /// A file that the client passed along (SCM_RIGHTS), which the method may take; null: none.
+  std::shared_ptr<base::Descriptor> descriptor = nullptr;
 };
 
 /// A reply to a call.

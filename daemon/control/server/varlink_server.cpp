@@ -368,8 +368,10 @@ void VarlinkServer::serveOneCall(VarlinkConnection& connection) {
 }
 
 void VarlinkServer::answer(VarlinkConnection& connection, std::string_view message) {
-  const auto call = parseCall(message);
+  auto call = parseCall(message);
   if (!call) return reject(connection, call.error());
+  if (base::Descriptor passed = connection.takeDescriptor(); passed)
+    call->descriptor = std::make_shared<base::Descriptor>(std::move(passed));
   // The replies to a oneway call find no open call and are discarded.
   connection.call_open = !call->oneway;
   handler_.handle(*call, connection.caller(), *this);

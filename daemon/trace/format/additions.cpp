@@ -7,12 +7,16 @@
 #include <optional>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 namespace hapticd::trace {
 namespace {
 
 constexpr const char* kOtherNames = "their names and numbers do not agree";
 constexpr const char* kOtherLabels = "the labels do not fit the size of their image";
+/// Where attachments that are solids seem to be.
+const std::string kAttachedSolids = "solids/";
+
 constexpr const char* kNoNumber = "a number of theirs is missing";
 
 base::Error unreadable(const std::string& name, const std::string& what) {
@@ -56,7 +60,8 @@ std::optional<config::LabelImage> labelsOf(const AdditionsRecord& record) {
 }  // namespace
 
 AdditionsRecord recordOf(const config::SceneAdditions& additions, const rt::FixtureSet& fixtures,
-                         const rt::TissueMap& tissue, std::int64_t time_ns) {
+                         const rt::TissueMap& tissue, const config::SolidTable& solids,
+                         std::int64_t time_ns) {
   AdditionsRecord record;
   record.time_ns = time_ns;
   record.fixture_generation = fixtures.generation;
@@ -76,16 +81,39 @@ AdditionsRecord recordOf(const config::SceneAdditions& additions, const rt::Fixt
   for (std::size_t i = 0; i < additions.regions.size() && i < tissue.count; ++i) {
     record.regions.emplace_back(additions.regions[i].name, fmt::format("{}", tissue.regions[i].identity));
   }
+  for (const config::FixtureSettings& fixture : additions.fixtures) {
+    const auto solid = solids.find(fixture.solid);
+    if (fixture.kind == rt::FixtureKind::solid && solid != solids.end())
+      record.solids.push_back(solid->second);
+  }
   return record;
 }
 
+TraceAttachment attachmentOf(const config::Solid& solid) {
+  return {kAttachedSolids + config::solidFileName(solid.sha256()), "application/octet-stream",
+          config::bytesOf(solid)};
+}
+
+base::Result<config::SolidTable> solidsIn(const std::vector<TraceAttachment>& attachments,
+                                          const std::string& name) {
+  config::SolidTable table;
+  for (const TraceAttachment& attachment : attachments) {
+    if (!attachment.name.starts_with(kAttachedSolids)) continue;
+    auto solid = config::solidFrom(attachment.data, fmt::format("{}: {}", name, attachment.name));
+    if (!solid) return std::unexpected(solid.error());
+    table[(*solid)->sha256()] = std::move(*solid);
+  }
+  return table;
+}
+
 base::Result<void> restore(const AdditionsRecord& record, const rt::PoseParameters& T_world_camera,
-                           const std::string& name, rt::FixtureSet& fixtures) {
+                           const std::string& name, const config::SolidTable& solids,
+                           rt::FixtureSet& fixtures) {
   const auto additions = config::additionsFromText(record.text, name);
   if (!additions) return std::unexpected(unreadable(name, additions.error().front().error.text()));
   if (!sameNames(additions->fixtures, record.fixtures)) return std::unexpected(unreadable(name, kOtherNames));
   fixtures.count = 0;
-  config::toFixtureSet(additions->fixtures, {}, T_world_camera, fixtures);
+  config::toFixtureSet(additions->fixtures, {}, T_world_camera, solids, fixtures);
   fixtures.generation = record.fixture_generation;
   for (std::size_t i = 0; i < record.fixtures.size(); ++i) {
     std::string_view numbers = record.fixtures[i].second;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "config/base/error.h"
 #include "config/settings/fixture_settings.h"
@@ -15,13 +16,21 @@ namespace hapticd::trace {
 /// Describes fixtures and tissue regions as a record. `fixtures` and `tissue` are what the force loop gets of
 /// `additions`.
 AdditionsRecord recordOf(const config::SceneAdditions& additions, const rt::FixtureSet& fixtures,
-                         const rt::TissueMap& tissue, std::int64_t time_ns);
+                         const rt::TissueMap& tissue, const config::SolidTable& solids, std::int64_t time_ns);
+
+/// A solid as a file of the trace.
+TraceAttachment attachmentOf(const config::Solid& solid);
+/// The solids among the files of a trace. `name`: of the trace.  Errors: one is damaged.
+base::Result<config::SolidTable> solidsIn(const std::vector<TraceAttachment>& attachments,
+                                          const std::string& name);
 
 // Make `fixtures` or `tissue` what it was when it was recorded, with its generation and all numbers that the
-// force loop knows its parts by. `T_world_camera`: the camera's pose in that session.
-// Errors: a record that this version cannot read; `where` is `name`.
+// force loop knows its parts by. `T_world_camera`: the camera's pose in that session. `solids`: those that
+// the record refers to; they must outlive the set. Errors: a record that this version cannot read; `where` is
+// `name`.
 base::Result<void> restore(const AdditionsRecord& record, const rt::PoseParameters& T_world_camera,
-                           const std::string& name, rt::FixtureSet& fixtures);
+                           const std::string& name, const config::SolidTable& solids,
+                           rt::FixtureSet& fixtures);
 base::Result<void> restore(const AdditionsRecord& record, const rt::PoseParameters& T_world_camera,
                            const std::string& name, rt::TissueMap& tissue);
 

@@ -52,7 +52,8 @@ constexpr auto fieldsOf(std::type_identity<Record>) {
                     HAPTICD_TRACED(label_width_px),
                     HAPTICD_TRACED(label_height_px),
                     HAPTICD_TRACED(fixtures),
-                    HAPTICD_TRACED(regions)};
+                    HAPTICD_TRACED(regions),
+                    HAPTICD_TRACED(solids).tracedAs("")};
 }
 
 template <std::same_as<EventRecord> Record>
@@ -79,7 +80,10 @@ template <typename Record>
 void visitFields(Record& record, auto&& visit) {
   rt::forEachField<std::remove_const_t<Record>>([&](const auto& field) {
     auto& member = field.get(record);
-    if constexpr (rt::Tabled<std::remove_cvref_t<decltype(member)>>) {
+    using Member = std::remove_cvref_t<decltype(member)>;
+    if constexpr (std::same_as<Member, AttachedSolids>) {
+      return;
+    } else if constexpr (rt::Tabled<Member>) {
       visitFields(member, visit);
     } else if (!field.trace_name.text().empty()) {
       visit(field.trace_name.text(), member);

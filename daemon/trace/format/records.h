@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "config/solids/solid_file.h"
 #include "rt/base/vec3.h"
 #include "rt/base/words.h"
 #include "rt/depth/depth_frame_header.h"
@@ -54,6 +56,9 @@ struct DirectiveRecord {
   std::vector<std::pair<std::string, std::string>> parameters = {};
 };
 
+/// Solids that become attachments of a trace, once each (attachmentOf()), and are no field of a message.
+using AttachedSolids = std::vector<std::shared_ptr<const config::Solid>>;
+
 /// The virtual fixtures and tissue regions in effect from this pair of generations on. What the force loop
 /// remembers of them refers to the numbers that it knows them by, so these are recorded too.
 struct AdditionsRecord {
@@ -68,6 +73,7 @@ struct AdditionsRecord {
   std::vector<std::pair<std::string, std::string>> fixtures = {};
   /// Name of each region, and its rt::TissueRegion::identity.
   std::vector<std::pair<std::string, std::string>> regions = {};
+  AttachedSolids solids = {};  ///< those that the text refers to
 };
 
 /// An event, as in the journal.

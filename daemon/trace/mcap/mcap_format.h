@@ -126,7 +126,7 @@ class ByteReader {
 
 // Larger ones are not written.
 inline constexpr std::size_t kMaxMessageBytes = 4 << 20;
-inline constexpr std::size_t kMaxAttachmentBytes = 32 << 20;
+inline constexpr std::size_t kMaxAttachmentBytes = 65 << 20;
 // Larger ones are rejected when read, before memory is allocated for them. Other programs write larger chunks
 // and records than this one.
 inline constexpr std::size_t kMaxChunkBytes = 64 << 20;    ///< uncompressed

@@ -5,6 +5,23 @@
 #include <limits>
 
 namespace hapticd::trace::mcap {
+namespace {
+
+std::string recordOf(const AttachmentRecord& attachment) {
+  std::string record;
+  addRecord(record, Opcode::attachment, [&] {
+    ByteWriter writer(record);
+    writer.number(attachment.log_time_ns);
+    writer.number(attachment.create_time_ns);
+    writer.text(attachment.name);
+    writer.text(attachment.media_type);
+    writer.sized<std::uint64_t>([&] { writer.raw(attachment.data); });
+    writer.number(crcOf(std::string_view(record).substr(kRecordHeadBytes)));
+  });
+  return record;
+}
+
+}  // namespace
 
 Writer::Writer(TraceFile part, std::filesystem::path file, bool compress)
     : part_(std::move(part)), file_(std::move(file)), head_(kMagic) {
@@ -44,17 +61,9 @@ void Writer::addMetadata(std::string_view name, Pairs pairs) {
 }
 
 void Writer::addAttachment(const AttachmentRecord& attachment) {
-  const std::size_t at = head_.size();
-  addRecord(head_, Opcode::attachment, [&] {
-    ByteWriter writer(head_);
-    writer.number(attachment.log_time_ns);
-    writer.number(attachment.create_time_ns);
-    writer.text(attachment.name);
-    writer.text(attachment.media_type);
-    writer.sized<std::uint64_t>([&] { writer.raw(attachment.data); });
-    writer.number(crcOf(std::string_view(head_).substr(at + kRecordHeadBytes)));
-  });
-  summary_.addAttachment(at, head_.size() - at, attachment);
+  const std::string record = recordOf(attachment);
+  summary_.addAttachment(head_.size(), record.size(), attachment);
+  head_ += record;
 }
 
 base::Result<void> Writer::begin() {
@@ -62,6 +71,20 @@ base::Result<void> Writer::begin() {
   if (written) written = part_.synchronise();
   if (written) written = synchroniseFolder(file_.parent_path());
   return written;
+}
+
+base::Result<void> Writer::attach(const AttachmentRecord& attachment) {
+  if (failure_) return std::unexpected(*failure_);
+  const std::string record = recordOf(attachment);
+  const std::uint64_t offset = end_;
+  if (auto written = append(record); !written) {
+    failure_ = written.error();
+    pending_.clear();
+    places_.clear();
+    return written;
+  }
+  summary_.addAttachment(offset, record.size(), attachment);
+  return {};
 }
 
 void Writer::addMessage(std::uint16_t channel, std::uint32_t sequence, std::uint64_t time_ns,

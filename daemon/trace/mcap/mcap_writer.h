@@ -34,6 +34,8 @@ class Writer {
   void addAttachment(const AttachmentRecord& attachment);
   /// Writes the beginning of the file.
   base::Result<void> begin();
+  /// Writes an attachment between the chunks. Errors: as flush().
+  base::Result<void> attach(const AttachmentRecord& attachment);
 
   /// Adds a message to a future chunk. `time_ns` is its publish time, and its log time too unless a later
   /// one is in a chunk already: its log time is then that of the last message written.

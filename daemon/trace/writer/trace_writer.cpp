@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <string>
 
+#include "daemon/trace/format/additions.h"
 #include "daemon/trace/format/fields.h"
 #include "daemon/trace/format/messages.h"
 #include "daemon/trace/format/trace_format.h"
@@ -87,7 +89,16 @@ class TraceWriter::Implementation {
     for (const auto& [name, value] : directive.parameters) radii_.set(name, value);
     return add(directives_channel_, directive);
   }
-  base::Result<void> write(const AdditionsRecord& additions) { return add(additions_channel_, additions); }
+  base::Result<void> write(const AdditionsRecord& additions) {
+    for (const auto& solid : additions.solids) {
+      if (!attached_.insert(solid->sha256()).second) continue;
+      const TraceAttachment file = attachmentOf(*solid);
+      const std::uint64_t time_ns = realtimeOf(additions.time_ns);
+      if (auto written = file_.attach({time_ns, time_ns, file.name, file.media_type, file.data}); !written)
+        return counted(std::move(written));
+    }
+    return add(additions_channel_, additions);
+  }
   base::Result<void> write(const EventRecord& event) { return add(events_channel_, event); }
   base::Result<void> write(const SnapshotRecord& snapshot) { return add(snapshots_channel_, snapshot); }
   base::Result<void> write(const DepthRecord& depth) {
@@ -203,6 +214,7 @@ class TraceWriter::Implementation {
   std::uint64_t offset_ns_;
   OpenChannel ticks_channel_, models_channel_, directives_channel_, additions_channel_, events_channel_,
       snapshots_channel_, depth_channel_, scene_channel_, transforms_channel_, cloud_channel_;
+  std::set<std::string> attached_;  // SHA-256 of the solids in the file
   rt::DepthFrameHeader camera_;
   foxglove::SceneRadii radii_;
   ModelledBall ball_;

@@ -36,7 +36,7 @@ struct Set {
   Fixtures before;
 
   void take(const Fixtures& fixtures) {
-    toFixtureSet(fixtures, before, kCamera, *set);
+    toFixtureSet(fixtures, before, kCamera, {}, *set);
     before = fixtures;
   }
   const rt::Fixture& at(std::size_t index) const { return set->fixtures.at(index); }

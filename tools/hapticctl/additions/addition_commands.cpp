@@ -10,6 +10,8 @@
 #include "config/base/counted.h"
 #include "config/settings/fixture_settings.h"
 #include "tools/hapticctl/additions/addition_options.h"
+#include "tools/hapticctl/additions/markups.h"
+#include "tools/hapticctl/additions/solid_source.h"
 #include "tools/hapticctl/base/command_line.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/hapticctl/text/list_text.h"
@@ -26,15 +28,47 @@ std::string joined(const std::vector<std::string>& words) {
   return text;
 }
 
+/// What a file of markups defines, in the frame of its image; notes are printed.
+std::expected<config::SceneAdditions, int> additionsOfMarkups(const CommandOptions& options,
+                                                              const AdditionList& list,
+                                                              const std::string& file, bool registers) {
+  if (&list != &kFixtures) {
+    return std::unexpected(report(base::Error{file, "markups become fixtures, and no regions",
+                                              fmt::format("hapticctl fixture import {}", printable(file))},
+                                  options.json));
+  }
+  if (!registers) {
+    return std::unexpected(
+        report(base::Error{file, "markups are in the frame of their image, not in the world",
+                           "give --landmarks FILE, which may be a file of markups too"},
+               options.json));
+  }
+  auto made = fixturesOfMarkups(file);
+  if (!made) return std::unexpected(report(made.error(), options.json));
+  for (const std::string& note : made->notes) {
+    if (!options.json) fmt::print("{}\n", printable(note));
+  }
+  return std::move(made->additions);
+}
+
+/// What a file of YAML or JSON defines.
+std::expected<config::SceneAdditions, int> additionsOfText(const CommandOptions& options,
+                                                           const std::string& file, bool of_model) {
+  const auto content = contentOf(options, file);
+  if (!content) return std::unexpected(content.error());
+  auto additions =
+      of_model ? config::modelAdditionsFromText(*content, file) : config::additionsFromText(*content, file);
+  if (!additions) return std::unexpected(reportProblems(additions.error(), options.json));
+  return std::move(*additions);
+}
+
 /// Adds all fixtures or regions of a file, or none.
 int import(const CommandOptions& options, const AdditionList& list, const std::string& file, bool replace,
            const ModelOptions& model) {
   const bool of_model = !model.landmarks.empty();
-  const auto content = contentOf(options, file);
-  if (!content) return content.error();
-  auto additions =
-      of_model ? config::modelAdditionsFromText(*content, file) : config::additionsFromText(*content, file);
-  if (!additions) return reportProblems(additions.error(), options.json);
+  const auto additions = isMarkupFile(file) ? additionsOfMarkups(options, list, file, of_model)
+                                            : additionsOfText(options, file, of_model);
+  if (!additions) return additions.error();
   Json definitions = list.definitionsIn(*additions);
   if (definitions.empty()) {
     return report(base::Error{file, fmt::format("has no {}", list.plural),
@@ -163,14 +197,17 @@ void addAdding(CommandLine& line, CLI::App& group, const AdditionList& list) {
   const auto name = std::make_shared<std::string>();
   const auto members = std::make_shared<Json>(Json::object());
   const auto replace = std::make_shared<bool>(false);
+  const auto solid = std::make_shared<SolidSource>();
   CLI::App& command = line.add(group, "add", fmt::format("Add a {}", list.noun), [=, &options, &list] {
     Json definition = *members;
     definition["name"] = *name;
+    if (solid->given()) return addSolid(options, *solid, std::move(definition), *replace);
     return addAll(options, list, Json::array({std::move(definition)}), *replace, "added " + printable(*name));
   });
   addName(command, list, *name, true);
   command.add_flag("--replace", *replace, fmt::format("Replace the {} of this name", list.noun));
   list.addMembers(command, members);
+  if (&list == &kFixtures) addSolidOptions(command, solid);
 }
 
 void addChanging(CommandLine& line, CLI::App& group, const AdditionList& list) {
@@ -223,10 +260,12 @@ void addFiles(CommandLine& line, CLI::App& group, const AdditionList& list) {
   const auto model = std::make_shared<ModelOptions>();
   const auto replace = std::make_shared<bool>(false);
   CLI::App& importing =
-      line.add(group, "import",
-               fmt::format("Add all {} of a YAML or JSON file, or none if one is refused", list.plural),
+      line.add(group, "import", fmt::format("Add all {} of a file, or none if one is refused", list.plural),
                [=, &options, &list] { return import(options, list, *in, *replace, *model); });
-  importing.add_option("FILE", *in, fmt::format("The file, with a list below '{}:'", list.plural))
+  importing
+      .add_option("FILE", *in,
+                  fmt::format("The file: YAML or JSON with a list below '{}:'{}", list.plural,
+                              &list == &kFixtures ? ", or markups of 3D Slicer (.mrk.json, .fcsv)" : ""))
       ->type_name("FILE")
       ->required();
   importing.add_flag("--replace", *replace, fmt::format("Replace {} of the same names", list.plural));

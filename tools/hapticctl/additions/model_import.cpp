@@ -5,6 +5,7 @@
 
 #include "config/base/whole_file.h"
 #include "tools/hapticctl/additions/handle_touch.h"
+#include "tools/hapticctl/additions/markups.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/options/option_checks.h"
@@ -19,6 +20,11 @@ using Landmarks = std::vector<PlacedLandmark>;
 constexpr const char* kCommand = "import";
 
 std::expected<Landmarks, int> landmarksIn(const CommandOptions& options, const std::string& file) {
+  if (isMarkupFile(file)) {
+    auto landmarks = landmarksOfMarkups(file);
+    if (!landmarks) return std::unexpected(report(landmarks.error(), options.json));
+    return std::move(*landmarks);
+  }
   const auto content = contentOf(options, file);
   if (!content) return std::unexpected(content.error());
   auto landmarks = landmarksFromText(*content, file);
@@ -83,7 +89,7 @@ void addModelOptions(CLI::App& command, const std::shared_ptr<ModelOptions>& req
               "--landmarks", requested->landmarks,
               "The file is in the frame of a model with these landmarks, each of which is then touched "
               "with the handle; YAML: 'landmarks: [{name: tip, position_m: [0, 0, 0]}]', may be in the "
-              "same file")
+              "same file; or a point list of 3D Slicer (.mrk.json, .fcsv)")
           ->type_name("FILE");
   auto* measured = command
                        .add_option("--measured", requested->measured,

@@ -39,7 +39,7 @@ ClientResult<VarlinkClient> connectTo(const CommandOptions& options, bool may_ch
 ClientResult<Json> callOnce(const CommandOptions& options, const Call& call) {
   auto client = connectTo(options, call.may_change);
   if (!client) return std::unexpected(client.error());
-  return client->call(call.method, call.parameters, call.limit);
+  return client->call(call.method, call.parameters, call.limit, call.descriptor);
 }
 
 void printJson(const Json& document) {

@@ -27,6 +27,7 @@ struct Call {
   /// It changes something or waits for the disk, which only the control socket offers.
   bool may_change = false;
   std::chrono::milliseconds limit = VarlinkClient::kTimeLimit;
+  int descriptor = -1;  ///< of a file to pass along; -1: none
 };
 
 /// Connects to the socket that is named, or to the default control socket, or, where that does not open and a

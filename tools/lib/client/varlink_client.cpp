@@ -6,6 +6,7 @@
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/uio.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -13,6 +14,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <string_view>
 #include <utility>
 
 #include "tools/lib/client/reply_reader.h"
@@ -100,8 +102,8 @@ VarlinkClient::~VarlinkClient() {
 }
 
 ClientResult<Json> VarlinkClient::call(const std::string& method, const Json& parameters,
-                                       std::chrono::milliseconds limit) {
-  auto sent = send({{"method", method}, {"parameters", parameters}});
+                                       std::chrono::milliseconds limit, int descriptor) {
+  auto sent = send({{"method", method}, {"parameters", parameters}}, descriptor);
   if (!sent) return std::unexpected(sent.error());
   return next(limit);
 }
@@ -121,11 +123,34 @@ ClientResult<Json> VarlinkClient::next(std::chrono::milliseconds limit) {
   return std::move(reply["parameters"]);
 }
 
-ClientResult<void> VarlinkClient::send(const Json& call) {
+namespace {
+
+/// As send(); `descriptor` is passed along, -1: none.
+ssize_t sendSome(int socket, std::string_view bytes, int descriptor) {
+  if (descriptor < 0) return ::send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+  iovec part{const_cast<char*>(bytes.data()), bytes.size()};
+  msghdr message{};
+  message.msg_iov = &part;
+  message.msg_iovlen = 1;
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control{};
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
+  cmsghdr* const rights = CMSG_FIRSTHDR(&message);
+  rights->cmsg_level = SOL_SOCKET;
+  rights->cmsg_type = SCM_RIGHTS;
+  rights->cmsg_len = CMSG_LEN(sizeof(int));
+  std::memcpy(CMSG_DATA(rights), &descriptor, sizeof descriptor);
+  return ::sendmsg(socket, &message, MSG_NOSIGNAL);
+}
+
+}  // namespace
+
+ClientResult<void> VarlinkClient::send(const Json& call, int descriptor) {
   std::string message = call.dump(-1, ' ', false, Json::error_handler_t::replace);
   message.push_back('\0');
   for (std::size_t sent = 0; sent < message.size();) {
-    const ssize_t count = ::send(socket_, message.data() + sent, message.size() - sent, MSG_NOSIGNAL);
+    const ssize_t count =
+        sendSome(socket_, std::string_view(message).substr(sent), sent == 0 ? descriptor : -1);
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) {
       const int error = errno;

@@ -42,8 +42,9 @@ class VarlinkClient {
   ~VarlinkClient();
 
   /// Calls a method and returns the parameters of the reply.
+  /// `descriptor`: of a file to pass along with the call (SCM_RIGHTS); -1: none.
   ClientResult<Json> call(const std::string& method, const Json& parameters = Json::object(),
-                          std::chrono::milliseconds limit = kTimeLimit);
+                          std::chrono::milliseconds limit = kTimeLimit, int descriptor = -1);
 
   /// Begins a stream of replies, which next() returns. The connection cannot be used for other calls then.
   ClientResult<void> subscribe(const std::string& method, const Json& parameters);
@@ -57,7 +58,7 @@ class VarlinkClient {
  private:
   VarlinkClient(int socket, std::string path) : socket_(socket), path_(std::move(path)) {}
 
-  ClientResult<void> send(const Json& call);
+  ClientResult<void> send(const Json& call, int descriptor = -1);
   bool takeWhatHasCome();
   ClientResult<std::string> receiveMessage(std::chrono::milliseconds limit);
   ClientResult<void> waitForInput(std::chrono::steady_clock::time_point deadline) const;

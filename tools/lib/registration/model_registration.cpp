@@ -195,7 +195,8 @@ void move(config::FixtureSettings& fixture, const Motion& T_world_model) {
   if (fixture.kind == FixtureKind::plane) fixture.normal = T_world_model.direction(fixture.normal);
   if (fixture.kind == FixtureKind::cone) fixture.axis = T_world_model.direction(fixture.axis);
   if (fixture.kind == FixtureKind::capsule) fixture.end_m = T_world_model.place(fixture.end_m);
-  if (fixture.kind == FixtureKind::box) fixture.rotation_deg = T_world_model.angles(fixture.rotation_deg);
+  if (fixture.kind == FixtureKind::box || fixture.kind == FixtureKind::solid)
+    fixture.rotation_deg = T_world_model.angles(fixture.rotation_deg);
 }
 
 void move(config::RegionSettings& region, const Motion& T_world_model) {

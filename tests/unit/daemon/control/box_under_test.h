@@ -41,6 +41,13 @@ class BoxUnderTest final : public Box {
   std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const override;
   std::uint64_t engage(bool engaged, bool inside) override;
   bool engaged() override;
+  bool knowsSolid(const std::string& sha256) const override { return box_->knowsSolid(sha256); }
+  std::future<base::Result<StoredSolid>> storeSolid(base::Descriptor memory) override {
+    return box_->storeSolid(std::move(memory));
+  }
+  void takeSolid(const StoredSolid& stored) override { box_->takeSolid(stored); }
+  bool readsSolids() const override { return box_->readsSolids(); }
+  std::string solidProblem() const override { return box_->solidProblem(); }
   std::uint64_t acknowledgedGeneration() override;
   std::future<base::Result<std::string>> startTrace(const TraceRequest& request) override;
   std::future<base::Result<std::string>> stopTrace() override;

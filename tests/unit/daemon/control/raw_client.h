@@ -24,6 +24,8 @@ class RawClient {
   void send(std::string_view bytes);
   /// Sends one message: `text` and the NUL.
   void call(std::string_view text);
+  /// Sends one message with a descriptor.
+  void pass(std::string_view text, int descriptor);
   /// Sends as many bytes as possible without waiting.
   std::size_t sendWithoutWaiting(std::string_view bytes);
 

@@ -334,8 +334,8 @@ TEST(MeshField, MeasuresTheErrorWithTheConsumersValue) {
   FieldOptions options = within(0.0008);
   const TriangleMesh mesh = test::sphereBody({}, 0.02, 32).mesh;
   const auto plain = fieldOfMesh(mesh, "sphere", options);
-  options.value = [](const SampledField& field, const Vec3& place_m) {
-    return trilinearValue(field, place_m) - 0.0005;
+  options.reader = [](const SampledField& field) {
+    return [&field](const Vec3& place_m) { return trilinearValue(field, place_m) - 0.0005; };
   };
   const auto shifted = fieldOfMesh(mesh, "sphere", options);
   ASSERT_TRUE(plain && shifted);

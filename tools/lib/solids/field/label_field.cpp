@@ -281,7 +281,7 @@ base::Result<WorkGrid> smoothedDistance(const LabelMap& map, const std::string& 
                    "thicken it (Segment Editor, Margin, Grow) or segment with smaller voxels");
   result.bias_bound_m =
       result.smoothing_m * result.smoothing_m * std::max(kBiasCurvature_per_m, largestCurvature(grid.field));
-  result.from_voxels = surfaceError(grid.field, facesOf(grid), {}, trilinearValue);
+  result.from_voxels = surfaceError(grid.field, facesOf(grid), {}, trilinearReader);
   result.from_voxels.worst_m = grid.inLps_m(result.from_voxels.worst_m);
   return grid;
 }
@@ -326,7 +326,7 @@ base::Result<LabelField> fieldOfLabel(const LabelMap& map, const std::string& na
     result.report.band_m = bandOf(options, search.spacing_m());
     result.field = sampleInLps(*grid, box, result.report.band_m, search.spacing_m());
     result.report.surface =
-        surfaceError(result.field, references.places_m, references.distances_m, options.value);
+        surfaceError(result.field, references.places_m, references.distances_m, options.reader);
     const auto is_done = search.take(result.report.surface, name);
     if (!is_done) return std::unexpected(is_done.error());
     if (*is_done) return result;

@@ -199,7 +199,7 @@ base::Result<MeshField> finish(const MeshBody& body, const Topology& topology,
   if (auto done = checkWinding(result.winding, name); !done) return std::unexpected(done.error());
   if (std::ranges::none_of(result.field.distance_m, [](float distance) { return distance < 0; }))
     return refused(name, "encloses nothing", "export a closed surface, and thicken what is a sheet");
-  result.report.surface = surfaceError(result.field, places, {}, options.value);
+  result.report.surface = surfaceError(result.field, places, {}, options.reader);
   addWarnings(topology, result);
   return result;
 }
@@ -233,7 +233,7 @@ base::Result<MeshField> fieldOfMesh(TriangleMesh mesh, const std::string& name, 
     result.report.band_m = bandOf(options, spacing_m);
     result.field = gridAbout(box.low_m, box.high_m, result.report.band_m, spacing_m);
     sampleMesh(body, kReach * spacing_m, result.field, FarSamples::exact_sign);
-    const auto is_done = search.take(surfaceError(result.field, places, {}, options.value), name);
+    const auto is_done = search.take(surfaceError(result.field, places, {}, options.reader), name);
     if (!is_done) return std::unexpected(is_done.error());
     if (*is_done) return finish(body, topology, places, name, options, std::move(result));
   }

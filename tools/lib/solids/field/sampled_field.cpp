@@ -28,11 +28,12 @@ double trilinearValue(const SampledField& field, const rt::Vec3& place_m) {
 }
 
 SurfaceError surfaceError(const SampledField& field, std::span<const rt::Vec3> places_m,
-                          std::span<const double> distances_m, const FieldValue& value) {
+                          std::span<const double> distances_m, const FieldReader& reader) {
+  const FieldValue value = reader(field);
   SurfaceError error;
   double squares = 0;
   for (std::size_t i = 0; i < places_m.size(); ++i) {
-    const double off_m = value(field, places_m[i]) - (distances_m.empty() ? 0 : distances_m[i]);
+    const double off_m = value(places_m[i]) - (distances_m.empty() ? 0 : distances_m[i]);
     squares += off_m * off_m;
     // written so that a value that is not a number is the largest
     if (i > 0 && std::abs(off_m) <= error.max_m) continue;

@@ -34,11 +34,17 @@ struct SampledField {
   }
 };
 
-/// How a consumer reads the field: the distance, in metres, at a place within the grid.
-using FieldValue = std::function<double(const SampledField&, const rt::Vec3& place_m)>;
+/// The distance, in metres, at a place within a grid.
+using FieldValue = std::function<double(const rt::Vec3& place_m)>;
+/// How a consumer reads a field, which it may prepare first; the value must not outlive the field.
+using FieldReader = std::function<FieldValue(const SampledField&)>;
 
 /// The trilinear value; of the nearest place within the grid for one outside it.
 double trilinearValue(const SampledField& field, const rt::Vec3& place_m);
+/// The reader whose value it is.
+inline FieldValue trilinearReader(const SampledField& field) {
+  return [&field](const rt::Vec3& place_m) { return trilinearValue(field, place_m); };
+}
 
 /// How far the surface of a sampled field lies from that of the body.
 struct SurfaceError {
@@ -52,6 +58,6 @@ struct SurfaceError {
 /// Compares the consumer's value with the true distance at places next to the surface. `distances_m`: the
 /// true ones; empty: the places lie on the surface.
 SurfaceError surfaceError(const SampledField& field, std::span<const rt::Vec3> places_m,
-                          std::span<const double> distances_m, const FieldValue& value);
+                          std::span<const double> distances_m, const FieldReader& reader);
 
 }  // namespace hapticd::solids

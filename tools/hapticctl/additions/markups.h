@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "config/base/error.h"
+#include "config/settings/fixture_settings.h"
+#include "tools/lib/registration/model_registration.h"
+
+/// What was placed in 3D Slicer, as fixtures and landmarks. All in LPS, metres.
+namespace hapticd::tools {
+
+/// Whether the ending of a file's name is that of markups: .mrk.json or .fcsv.
+bool isMarkupFile(std::string_view file);
+
+/// Points of a file of markups that are landmarks, named by their labels.
+/// Errors: the file's; no point; two points of the same label.
+base::Result<std::vector<PlacedLandmark>> landmarksOfMarkups(const std::string& file);
+
+/// Fixtures made of markups.
+struct MarkupFixtures {
+  config::SceneAdditions additions;
+  std::vector<std::string> notes;  ///< for people: what became of each markup, and what was left out
+};
+
+/// Lines and curves become paths, a closed curve a closed path, planes and boxes forbidden regions. The names
+/// are those of the markups, or of the file where they have none, as far as a fixture's name allows. Points
+/// are landmarks and left out. Errors: the file's; nothing that could be a fixture.
+base::Result<MarkupFixtures> fixturesOfMarkups(const std::string& file);
+
+}  // namespace hapticd::tools
