@@ -43,9 +43,9 @@ constexpr double kMaxSpacing_m = 0.05;
 constexpr double kFarthest_m = 10;
 constexpr double kMinScale_m = 1e-9;
 constexpr double kMaxScale_m = 1e-3;
-/// Coefficients of neighbours differ by at most this many spacings. A distance has slope 1; where it has a
-/// kink, the spline's coefficients overshoot its slope by up to 1 / sqrt(2) on each side.
-constexpr double kMaxSlope = 1.8;
+/// Coefficients of neighbours differ by at most this many spacings. Neighbouring samples of a distance differ
+/// by at most one, and the inverse of the spline's (1 6 1) / 8 at most doubles that along each axis.
+constexpr double kMaxSlope = 8;
 /// Layers of samples at each side that are outside the solid: those that the spline reads there.
 constexpr std::uint32_t kBorder = 2;
 
@@ -150,8 +150,9 @@ std::string coefficientProblem(const rt::DistanceGrid& grid, const std::vector<s
                            (z > 0 && std::abs(here - coefficients[first + x - layer]) > most);
         if (steep)
           return fmt::format(
-              "at sample {}, {}, {} the distance changes by more than {} m for each metre, and a distance "
-              "changes by one",
+              "at sample {}, {}, {} the coefficients change by more than {} m for each metre, which those of "
+              "a "
+              "distance never do",
               x, y, z, kMaxSlope);
         if ((border_row || isBorder(x, nx)) && here <= 0)
           return fmt::format("at sample {}, {}, {}, at its border, is a place inside the solid", x, y, z);

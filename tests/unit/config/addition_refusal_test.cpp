@@ -287,7 +287,7 @@ TEST(AdditionsText, AreAllRefusedTogetherInTheOrderOfTheirLines) {
       "f.yaml:5: fixture a: radius_m: -1 m is out of range (set radius_m to 0.0001..10 m)\n"
       "f.yaml:6: fixture a: side: \"left\" is not an allowed choice (set side to one of: out, in, both)\n"
       "f.yaml:8: fixture b: kind: \"nothing\" is not an allowed choice (set kind to one of: standoff, plane, "
-      "box, sphere, capsule, cone, path, point)\n"
+      "box, sphere, capsule, cone, solid, path, point)\n"
       "f.yaml:14: region c: friction: 9 is out of range (set friction to 0..2)\n");
 }
 

@@ -17,6 +17,7 @@
 
 #include "config/additions/addition_json.h"
 #include "config/additions/addition_reader.h"
+#include "config/base/sha256.h"
 #include "config/settings/fixture_settings.h"
 
 namespace hapticd::config {
@@ -67,7 +68,9 @@ class RandomAdditions {
     }
   }
   template <typename Owner>
-  void set(Owner&, const AdditionField<Owner>&, std::string Owner::*) {}
+  void set(Owner& owner, const AdditionField<Owner>& field, std::string Owner::*member) {
+    if (field.name == "solid") owner.*member = base::sha256(std::to_string(below(1000)));
+  }
   template <typename Owner>
   void set(Owner& owner, const AdditionField<Owner>&, bool Owner::*member) {
     owner.*member = below(2) == 0;

@@ -73,15 +73,15 @@ TEST(SolidFile, RefusesByName) {
       {with(good, kSpacingAt, nan), "a spacing of nan m is out of range"},
       {with(good, kSpacingAt, 0.0), "a spacing of 0 m is out of range"},
       {with(good, kSpacingAt, -0.002), "a spacing of -0.002 m is out of range"},
-      {with(good, kSpacingAt, 1e-5), "the distance changes by more than"},
+      {with(good, kSpacingAt, 1e-5), "the coefficients change by more than"},
       {with(good, kScaleAt, infinity), "a scale of inf m is out of range"},
-      {with(good, kScaleAt, 1e-3), "the distance changes by more than"},
+      {with(good, kScaleAt, 1e-3), "the coefficients change by more than"},
       {with(good, kOriginAt + 8, nan), "along axis y it reaches from nan"},
       {with(good, kOriginAt, 11.0), "along axis x it reaches from 11"},
       {with(good, kErrorAt, nan), "an error of nan m is out of range"},
       {with(good, kSourceAt, '\x07'), "is no printable text"},
       {with(good, kSourceAt + 20, 'x'), "is no printable text"},
-      {with(good, kCoefficientsAt, std::int16_t{-5}), "the distance changes by more than"},
+      {with(good, kCoefficientsAt, std::int16_t{-32000}), "the coefficients change by more than"},
   };
   for (const auto& [bytes, problem] : cases)
     EXPECT_NE(problemOf(bytes).find(problem), std::string::npos) << problem << ": " << problemOf(bytes);
