@@ -20,16 +20,18 @@ namespace {
 
 /// What is added to the scene while the cost is measured.
 enum class AddedScene {
-  nothing,   ///< two equal cores: what the measurement itself adds
-  apart,     ///< 16 regions of all shapes, none near the hand
-  around,    ///< 16 regions of all shapes along the stroke, some of which hold the HIP
-  standoff,  ///< a stand-off of 5 mm that holds the HIP
-  paths,     ///< 16 paths of 256 points
-  tissue,    ///< 32 tissue regions of all contact models along the stroke
-  all,       ///< stand-off, 15 regions and paths, and 32 tissue regions
+  nothing,    ///< two equal cores: what the measurement itself adds
+  apart,      ///< 16 regions of all shapes, none near the hand
+  around,     ///< 16 regions of all shapes along the stroke, some of which hold the HIP
+  standoff,   ///< a stand-off of 5 mm that holds the HIP
+  solids,     ///< 16 solids of 128^3 samples along the stroke, some of which hold the HIP
+  one_place,  ///< the same 16 at one place, where all of them hold the HIP at once
+  paths,      ///< 16 paths of 256 points
+  tissue,     ///< 32 tissue regions of all contact models along the stroke
+  all,        ///< stand-off, 15 regions and paths, and 32 tissue regions
 };
-constexpr std::string_view kAddedSceneNames[] = {"nothing", "apart",  "around", "standoff",
-                                                 "paths",   "tissue", "all"};
+constexpr std::string_view kAddedSceneNames[] = {"nothing",   "apart", "around", "standoff", "solids",
+                                                 "one place", "paths", "tissue", "all"};
 
 /// Times of ticks, in nanoseconds.
 struct FixtureCost {
@@ -70,6 +72,8 @@ class Additions {
     if (scene == AddedScene::apart) addShapes(16, 0.5);
     if (scene == AddedScene::around) addShapes(16, 0);
     if (scene == AddedScene::all) addShapes(8, 0);
+    if (scene == AddedScene::solids) addSolids(kStroke_m);
+    if (scene == AddedScene::one_place) addSolids(0);
     if (scene == AddedScene::paths) addPaths(16);
     if (scene == AddedScene::all) addPaths(7);
     if (scene == AddedScene::tissue || scene == AddedScene::all) addRegions();
@@ -118,6 +122,44 @@ class Additions {
     }
   }
 
+  /// Bodies with bumps, each with memory of its own, as those of 16 organs.
+  void addSolids(double stroke_m) {
+    constexpr std::uint32_t kSamples = 128;
+    constexpr double kSpacing_m = 0.0005, kScale_m = 5e-6;
+    rt::DistanceGrid grid{.samples = {kSamples, kSamples, kSamples},
+                          .spacing_m = kSpacing_m,
+                          .origin_m = -0.5 * kSpacing_m * (kSamples - 1) * Vec3{1, 1, 1},
+                          .scale_m = kScale_m};
+    std::vector<float> samples;
+    samples.reserve(grid.size());
+    for (std::uint32_t z = 0; z < kSamples; ++z) {
+      for (std::uint32_t y = 0; y < kSamples; ++y) {
+        for (std::uint32_t x = 0; x < kSamples; ++x) {
+          const Vec3 p = grid.origin_m + kSpacing_m * Vec3(x, y, z);
+          const double bump_m = 0.0005 * std::sin(400 * p.x) * std::cos(300 * p.y);
+          samples.push_back(static_cast<float>(norm(p) - 0.015 + bump_m));
+        }
+      }
+    }
+    rt::toSplineCoefficients(samples, grid.samples);
+    constexpr int kSolids = static_cast<int>(rt::kMaxFixtures);
+    for (int i = 0; i < kSolids; ++i) {
+      std::vector<std::int16_t>& coefficients = coefficients_.emplace_back();
+      for (const float sample : samples)
+        coefficients.push_back(static_cast<std::int16_t>(std::lround(double{sample} / kScale_m)));
+      coefficients.push_back(0);
+      rt::Fixture& fixture = add(FixtureKind::solid);
+      fixture.grid = grid;
+      fixture.grid.number = static_cast<std::uint64_t>(i) + 1;
+      fixture.grid.coefficients = coefficients.data();
+      fixture.shape.kind = rt::ShapeKind::box;
+      const double angle = 2 * std::numbers::pi * i / kSolids;
+      fixture.shape.position_m_in_world = {stroke_m * std::cos(angle), stroke_m * std::sin(angle),
+                                           -kDistance_m - 0.01};
+      fixture.stiffness_n_per_m = 300 + 20 * i;
+    }
+  }
+
   void addPaths(int count) {
     std::vector<Vec3> points;
     for (int k = 0; k < 256; ++k) {
@@ -150,6 +192,7 @@ class Additions {
 
   std::unique_ptr<rt::FixtureSet> fixtures_ = std::make_unique<rt::FixtureSet>();
   std::unique_ptr<rt::TissueMap> tissue_ = std::make_unique<rt::TissueMap>();
+  std::vector<std::vector<std::int16_t>> coefficients_;  // of the solids
   std::uint32_t elements_ = 0;
 };
 
