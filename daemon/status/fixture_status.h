@@ -99,7 +99,9 @@ constexpr auto fieldsOf(std::type_identity<Status>) {
                     "From the interaction point to the boundary of the nearest forbidden region, negative "
                     "inside it; null: there is none")
           .gauge("fixture_distance_metres"),
-      HAPTICD_FIELD(warning, "Whether that distance is below proximity.warning_m"),
+      HAPTICD_FIELD(
+          warning,
+          "Whether that distance is below proximity.warning_m, or the stage of a fixture is warning or soft"),
       HAPTICD_FIELD(force_n,
                     "Magnitude of the force that all forbidden regions exert, before handle.force_scale; 0 "
                     "while the box is not engaged")

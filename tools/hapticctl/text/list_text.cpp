@@ -62,8 +62,9 @@ std::string stateOf(const Json& entry) {
   if (!flagAt(entry, "enabled")) return "disabled";
   const std::string stage = textAt(entry, "stage");
   if (stage == "warning" || stage == "soft" || stage == "breach") return stage;
-  const bool contact = flagAt(entry, "inContact") || stage == "contact";
-  return contact ? "in contact" : "enabled";
+  const bool slows = textAt(entry, "definition.effect") == "slow";
+  if (flagAt(entry, "inContact") && !slows) return "in contact";
+  return stage == "contact" ? "inside" : "enabled";
 }
 
 /// What limits the automatic stiffness; empty where it is configured.
@@ -145,7 +146,7 @@ std::string additionText(const Json& entry) {
   if (const double distance = numberAt(entry, "distanceM"); !std::isnan(distance))
     row("distance of the HIP", millimetres(distance));
   if (fieldAt(entry, "onCameraLoss")) row("while the camera is lost", textAt(entry, "onCameraLoss"));
-  if (fieldAt(entry, "stage")) row("stage", textAt(entry, "stage"));
+  if (const std::string stage = textAt(entry, "stage"); stage != "-") row("stage", stage);
   if (numberAt(entry, "warnings") > 0) row("warnings", countAt(entry, "warnings"));
   if (numberAt(entry, "breaches") > 0) {
     row("breaches",
