@@ -108,7 +108,8 @@ TEST(OpenMetrics, ShowsWhatEachFixtureSawWithItsNameAsLabel) {
   EXPECT_EQ(text.find("stage{fixture=\"path\""), std::string::npos) << "guidance has none";
   EXPECT_EQ(text.find("warnings_total{fixture=\"older\""), std::string::npos) << "not known";
   std::size_t heads = 0;
-  for (std::size_t at = 0; (at = text.find("# TYPE hapticd_fixture_breaches ", at)) != std::string::npos; ++at)
+  for (std::size_t at = 0; (at = text.find("# TYPE hapticd_fixture_breaches ", at)) != std::string::npos;
+       ++at)
     ++heads;
   EXPECT_EQ(heads, 1U) << "one family for all of them";
 }
