@@ -139,14 +139,23 @@ FixtureStatus AddedScene::fixtureStatus(const rt::LoopState& loop, double warnin
     const bool exerts = share > 0 && (tick.fixtures_in_contact >> i & 1U) != 0;
     if (exerts) status.in_contact.push_back(fixtures[i].name);
     const rt::FixtureState& state = loop.fixtures[i];
-    status.each.push_back({fixtures[i].name, fixtures[i].stiffness_n_per_m, state.stiffness_n_per_m,
-                           share * state.force_n, state.distance_m, state.breach});
+    status.warning |= state.stage == rt::FixtureStage::warning || state.stage == rt::FixtureStage::soft;
+    const bool slows = fixtures[i].effect == rt::FixtureEffect::slow;
+    status.each.push_back({.name = fixtures[i].name,
+                           .configured_n_per_m = slows ? 0 : fixtures[i].stiffness_n_per_m,
+                           .stiffness_n_per_m = state.stiffness_n_per_m,
+                           .force_n = share * state.force_n,
+                           .distance_m = state.distance_m,
+                           .stage = state.stage,
+                           .warnings = state.warnings,
+                           .breach = state.breach,
+                           .breaches = state.breaches});
   }
   if (tick.nearest_fixture < 0 || static_cast<std::size_t>(tick.nearest_fixture) >= fixtures.size())
     return status;
   status.nearest = fixtures[static_cast<std::size_t>(tick.nearest_fixture)].name;
   status.distance_m = tick.fixture_distance_m;
-  status.warning = tick.fixture_distance_m < warning_m;
+  status.warning |= tick.fixture_distance_m < warning_m;
   return status;
 }
 

@@ -90,17 +90,23 @@ void EventLog::logBreaches(const BoxStatus& status) {
     logged_ns = breach.entered_ns;
     const rt::Vec3& place = breach.entered_m_in_world;
     const double age_s = static_cast<double>(status.loop.state.tick.planned_ns - breach.entered_ns) * 1e-9;
-    write_({Priority::info,
-            fmt::format(
-                "the HIP was in the forbidden region of fixture {} for {:.2f} s, at most {:.1f} mm deep; "
-                "it entered {:.1f} s ago at ({:.4f}, {:.4f}, {:.4f}) m in the world",
-                fixture.name, breach.duration_s, breach.depth_m * 1e3, age_s, place.x, place.y, place.z),
-            EventKind::breach,
-            {{"FIXTURE", fixture.name},
-             {"ENTERED_AGE_S", fmt::format("{:.3f}", age_s)},
-             {"ENTERED_M", fmt::format("{:.5f} {:.5f} {:.5f}", place.x, place.y, place.z)},
-             {"DURATION_S", fmt::format("{:.3f}", breach.duration_s)},
-             {"DEPTH_M", fmt::format("{:.5f}", breach.depth_m)}}});
+    write_(
+        {Priority::info,
+         fmt::format(
+             "the HIP was in the forbidden region of fixture {} for {:.2f} s, at most {:.1f} mm deep, with "
+             "at most {:.3f} m/s and {:.2f} N; it entered {:.1f} s ago with {:.3f} m/s at ({:.4f}, {:.4f}, "
+             "{:.4f}) m in the world",
+             fixture.name, breach.duration_s, breach.depth_m * 1e3, breach.speed_m_per_s, breach.force_n,
+             age_s, breach.entry_m_per_s, place.x, place.y, place.z),
+         EventKind::breach,
+         {{"FIXTURE", fixture.name},
+          {"ENTERED_AGE_S", fmt::format("{:.3f}", age_s)},
+          {"ENTERED_M", fmt::format("{:.5f} {:.5f} {:.5f}", place.x, place.y, place.z)},
+          {"DURATION_S", fmt::format("{:.3f}", breach.duration_s)},
+          {"DEPTH_M", fmt::format("{:.5f}", breach.depth_m)},
+          {"ENTRY_SPEED_M_PER_S", fmt::format("{:.4f}", breach.entry_m_per_s)},
+          {"SPEED_M_PER_S", fmt::format("{:.4f}", breach.speed_m_per_s)},
+          {"FORCE_N", fmt::format("{:.3f}", breach.force_n)}}});
   }
 }
 

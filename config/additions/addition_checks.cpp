@@ -17,6 +17,8 @@ namespace {
 // Shorter directions lose digits when they are normalised.
 constexpr double kMinDirection = 1e-6;
 constexpr double kMinCapsule_m = 0.0001;
+// The surface is kept ready only so far from the HIP.
+constexpr double kFarthestStandoff_m = 0.05;
 constexpr std::size_t kMaxPathLength = 4095;
 
 std::string withUnit(double number, std::string_view unit) {
@@ -145,18 +147,73 @@ double inside_m(const FixtureSettings& fixture) {
 }
 
 void checkClearance(const FixtureSettings& fixture, FieldChecks<FixtureSettings>& checks) {
-  if (!checks.isGood({"clearance_m", "size_m", "radius_m", "side", "kind"})) return;
+  if (!checks.isGood({"clearance_m", "soft_m", "size_m", "radius_m", "side", "kind", "effect"})) return;
   if (fixture.kind == rt::FixtureKind::standoff && !(fixture.clearance_m > 0)) {
     checks.report("clearance_m", "is 0 m, and a standoff keeps the HIP that far from the surface",
                   "set clearance_m above 0, at most 0.05 m");
   }
+  if (fixture.kind == rt::FixtureKind::standoff && beginning_m(fixture) > kFarthestStandoff_m) {
+    checks.report(
+        "soft_m",
+        fmt::format("{} m and the clearance of {} m reach {} m from the surface, and a standoff may "
+                    "reach {} m",
+                    base::numberText(fixture.soft_m), base::numberText(fixture.clearance_m),
+                    base::numberText(beginning_m(fixture)), base::numberText(kFarthestStandoff_m)),
+        "lower soft_m or clearance_m");
+  }
   const double room_m = inside_m(fixture);
-  if (fixture.side == rt::FixtureSide::out || room_m <= 0 || fixture.clearance_m < room_m) return;
+  if (fixture.side == rt::FixtureSide::out || room_m <= 0 || beginning_m(fixture) < room_m) return;
+  if (fixture.soft_m > 0 && fixture.clearance_m < room_m) {
+    return checks.report(
+        "soft_m",
+        fmt::format("{} m leaves no room inside, where the boundary is at most {} m away",
+                    base::numberText(fixture.soft_m), base::numberText(room_m - fixture.clearance_m)),
+        fmt::format("set soft_m below {} m, make the {} larger, or set side to out",
+                    base::numberText(room_m - fixture.clearance_m), rt::wordOf(fixture.kind)));
+  }
   checks.report("clearance_m",
                 fmt::format("{} m leaves no room inside, where the boundary is at most {} m away",
                             base::numberText(fixture.clearance_m), base::numberText(room_m)),
                 fmt::format("set clearance_m below {} m, make the {} larger, or set side to out",
                             base::numberText(room_m), rt::wordOf(fixture.kind)));
+}
+
+/// The distances before the boundary, which must be in this order: warn, soften, stop.
+void checkMargins(const FixtureSettings& fixture, FieldChecks<FixtureSettings>& checks) {
+  if (rt::isGuidance(fixture.kind) || !(fixture.soft_m > 0)) return;
+  if (checks.isGood({"warning_m", "soft_m"}) && fixture.warning_m > 0 &&
+      fixture.warning_m <= fixture.soft_m) {
+    checks.report("warning_m",
+                  fmt::format("{} m is not before the soft layer, which begins {} m before the boundary",
+                              base::numberText(fixture.warning_m), base::numberText(fixture.soft_m)),
+                  fmt::format("set warning_m above {} m, or to 0", base::numberText(fixture.soft_m)));
+  }
+  if (!checks.isGood({"soft_m", "soft_stiffness_n_per_m", "stiffness_n_per_m", "max_force_n"})) return;
+  if (fixture.soft_stiffness_n_per_m > fixture.stiffness_n_per_m) {
+    return checks.report("soft_stiffness_n_per_m",
+                         fmt::format("{} N/m is stiffer than the region, which has {} N/m",
+                                     base::numberText(fixture.soft_stiffness_n_per_m),
+                                     base::numberText(fixture.stiffness_n_per_m)),
+                         fmt::format("set soft_stiffness_n_per_m to at most {} N/m",
+                                     base::numberText(fixture.stiffness_n_per_m)));
+  }
+  if (fixture.soft_stiffness_n_per_m * fixture.soft_m < fixture.max_force_n) return;
+  checks.report(
+      "soft_m",
+      fmt::format("the soft layer alone reaches max_force_n: {} m at {} N/m are {} N, and the "
+                  "boundary behind it could not be felt",
+                  base::numberText(fixture.soft_m), base::numberText(fixture.soft_stiffness_n_per_m),
+                  base::numberText(fixture.soft_stiffness_n_per_m * fixture.soft_m)),
+      fmt::format("set soft_m below {:.4g} m, or soft_stiffness_n_per_m lower, or max_force_n higher",
+                  fixture.max_force_n / fixture.soft_stiffness_n_per_m));
+}
+
+/// A region that slows the HIP is entered freely, so it has no side on which the HIP stays.
+void checkZone(const FixtureSettings& fixture, FieldChecks<FixtureSettings>& checks) {
+  if (!checks.isGood({"side", "effect", "kind"}) || fixture.effect != rt::FixtureEffect::slow) return;
+  if (fixture.side != rt::FixtureSide::both) return;
+  checks.report("side", "is both, and a region that slows the HIP can be entered and left freely",
+                "set side to out, to slow the HIP inside the shape, or to in, to slow it outside");
 }
 
 template <typename Owner>
@@ -198,6 +255,8 @@ std::vector<AdditionError> checkAlone(const FixtureSettings& fixture, const Fiel
   checks.run();
   if (skipped.contains("kind")) return checks.takeErrors();
   checkClearance(fixture, checks);
+  checkMargins(fixture, checks);
+  checkZone(fixture, checks);
   if (fixture.kind == rt::FixtureKind::capsule) checkCapsule(fixture, checks);
   if (fixture.kind == rt::FixtureKind::path && checks.isGood({"points_m"})) {
     if (auto problem = pathProblem(fixture.points_m, fixture.allow_crossing)) {

@@ -132,7 +132,15 @@ rt::Fixture converted(const FixtureSettings& fixture, const Frame& frame) {
   result.side = fixture.side;
   result.enabled = fixture.enabled;
   result.shape = shapeOf(fixture, frame);
-  result.clearance_m = fixture.clearance_m;
+  result.effect = fixture.effect;
+  result.clearance_m = beginning_m(fixture);
+  result.soft_m = fixture.soft_m;
+  result.soft_stiffness_n_per_m = fixture.soft_stiffness_n_per_m;
+  result.warning_m = fixture.warning_m;
+  result.breach_m = fixture.breach_m;
+  result.viscosity_n_s_per_m = fixture.viscosity_n_s_per_m;
+  result.speed_limit_m_per_s = fixture.speed_limit_m_per_s;
+  result.ramp_m = fixture.ramp_m;
   result.stiffness_n_per_m = fixture.stiffness_n_per_m;
   result.damping_n_s_per_m = fixture.damping_n_s_per_m;
   result.deadband_m = fixture.deadband_m;

@@ -46,6 +46,15 @@ constexpr bool hasFrame(const Fixture& fixture) {
 constexpr bool isForbidden(const Fixture& fixture) {
   return !isGuidance(fixture.kind);
 }
+constexpr bool holds(const Fixture& fixture) {
+  return isForbidden(fixture) && fixture.effect == rt::FixtureEffect::hold;
+}
+constexpr bool slows(const Fixture& fixture) {
+  return isForbidden(fixture) && fixture.effect == rt::FixtureEffect::slow;
+}
+constexpr bool hasSpring(const Fixture& fixture) {
+  return !slows(fixture);
+}
 constexpr bool hasSide(const Fixture& fixture) {
   return isForbidden(fixture) && fixture.kind != FixtureKind::standoff;
 }
@@ -105,6 +114,10 @@ const std::array kFixtureFields = std::to_array<AdditionField<Fixture>>({
     {"side", "", wordsFor<&Fixture::side, Fixture, rt::FixtureSide>(rt::kWords<rt::FixtureSide>), 0, 0,
      hasSide, never<Fixture>,
      "side of the boundary on which the HIP is kept; both: the one where it was when the fixture began to act"},
+    {"effect", "", wordsFor<&Fixture::effect, Fixture, rt::FixtureEffect>(rt::kWords<rt::FixtureEffect>), 0, 0,
+     isForbidden, never<Fixture>,
+     "hold: a spring holds the HIP off the region; slow: the HIP moves freely in it, against a force that only "
+     "opposes its motion"},
     {"frame", "", wordsFor<&Fixture::frame, Fixture, FixtureFrame>(rt::kWords<FixtureFrame>), 0, 0,
      hasFrame, never<Fixture>,
      "frame of the vectors"},
@@ -145,9 +158,24 @@ const std::array kFixtureFields = std::to_array<AdditionField<Fixture>>({
      "bends are arcs of this radius, or less where there is no room"},
     {"clearance_m", "m", &Fixture::clearance_m, 0, 0.05, isForbidden, isOf<standoff>,
      "the HIP is kept this far from the boundary; of a standoff: from the visible surface, above 0", Looser::lower},
-    {"stiffness_n_per_m", "N/m", &Fixture::stiffness_n_per_m, 1, 5000, always<Fixture>, never<Fixture>,
+    {"warning_m", "m", &Fixture::warning_m, 0, 0.1, isForbidden, never<Fixture>,
+     "nearer than this the fixture's stage is warning, and is counted; more than soft_m; 0: no warning",
+     Looser::lower},
+    {"soft_m", "m", &Fixture::soft_m, 0, 0.05, holds, never<Fixture>,
+     "thickness of a softer layer before the boundary; 0: none", Looser::lower},
+    {"soft_stiffness_n_per_m", "N/m", &Fixture::soft_stiffness_n_per_m, 1, 5000, holds, never<Fixture>,
+     "stiffness of that layer; at most stiffness_n_per_m", Looser::lower},
+    {"breach_m", "m", &Fixture::breach_m, 0.0001, 0.05, holds, never<Fixture>,
+     "deeper than this behind the boundary is a breach", Looser::higher},
+    {"viscosity_n_s_per_m", "N s/m", &Fixture::viscosity_n_s_per_m, 0.1, 50, slows, never<Fixture>,
+     "force against the motion for each m/s above the speed limit", Looser::lower},
+    {"speed_limit_m_per_s", "m/s", &Fixture::speed_limit_m_per_s, 0, 1, slows, never<Fixture>,
+     "no force up to this speed; 0: at any speed, as in a viscous medium", Looser::higher},
+    {"ramp_m", "m", &Fixture::ramp_m, 0.0005, 0.05, slows, never<Fixture>,
+     "the force rises to its full size over this depth behind the boundary", Looser::higher},
+    {"stiffness_n_per_m", "N/m", &Fixture::stiffness_n_per_m, 1, 5000, hasSpring, never<Fixture>,
      "stiffness of the spring that holds the HIP off the region or pulls it to the path or point", Looser::lower},
-    {"damping_n_s_per_m", "N s/m", &Fixture::damping_n_s_per_m, 0, 50, always<Fixture>, never<Fixture>,
+    {"damping_n_s_per_m", "N s/m", &Fixture::damping_n_s_per_m, 0, 50, hasSpring, never<Fixture>,
      "forbidden region: while approaching; guidance: across the path", Looser::never},
     {"deadband_m", "m", &Fixture::deadband_m, 0, 0.1, isGuide, never<Fixture>,
      "no force up to this distance from the path or point"},
@@ -234,7 +262,7 @@ std::span<const AdditionField<RegionSettings>> regionFields() {
 }
 
 std::string variantOf(const FixtureSettings& fixture) {
-  return fmt::format("kind {}", rt::wordOf(fixture.kind));
+  return fmt::format("kind {}{}", rt::wordOf(fixture.kind), slows(fixture) ? " and effect slow" : "");
 }
 
 std::string variantOf(const RegionSettings& region) {

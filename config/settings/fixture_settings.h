@@ -54,7 +54,8 @@ struct OriginMark {
 struct FixtureSettings {
   std::string name{};  ///< 1 to 32 letters, digits, '_' and '-'; unique
   rt::FixtureKind kind = rt::FixtureKind::sphere;
-  rt::FixtureSide side = rt::FixtureSide::out;  ///< plane to cone
+  rt::FixtureSide side = rt::FixtureSide::out;         ///< plane to cone
+  rt::FixtureEffect effect = rt::FixtureEffect::hold;  ///< forbidden regions
   FixtureFrame frame = FixtureFrame::world;
   bool enabled = true;
   /// plane: a point of it; box, sphere: centre; capsule: first end; cone: tip; solid: origin of its frame;
@@ -72,6 +73,13 @@ struct FixtureSettings {
   bool allow_crossing = false;       ///< path: it may cross itself
   double bend_radius_m = 0.005;  ///< path: its bends are arcs of this radius, or less where there is no room
   double clearance_m = 0;        ///< forbidden regions
+  double warning_m = 0;          ///< forbidden regions; 0: none; otherwise more than soft_m
+  double soft_m = 0;             ///< effect hold: the softer layer before the boundary; 0: none
+  double soft_stiffness_n_per_m = 100;  ///< effect hold: at most stiffness_n_per_m
+  double breach_m = 0.001;              ///< effect hold
+  double viscosity_n_s_per_m = 5;       ///< effect slow
+  double speed_limit_m_per_s = 0;       ///< effect slow
+  double ramp_m = 0.005;                ///< effect slow
   double stiffness_n_per_m = 300;
   double damping_n_s_per_m = 1;
   double deadband_m = 0;  ///< guidance
@@ -123,9 +131,14 @@ struct SceneAdditions {
   friend bool operator==(const SceneAdditions&, const SceneAdditions&) = default;
 };
 
-/// Returns the enabled stand-off with the largest clearance, or null.
+/// Returns how far from the boundary of its shape a forbidden region begins to act.
+inline double beginning_m(const FixtureSettings& fixture) {
+  return fixture.clearance_m + fixture.soft_m;
+}
+
+/// Returns the enabled stand-off that begins farthest from the surface, or null.
 const FixtureSettings* widestStandoff(const std::vector<FixtureSettings>& fixtures);
-/// Returns its clearance, or 0.
+/// Returns how far from the surface it begins, or 0.
 double standoffClearance_m(const std::vector<FixtureSettings>& fixtures);
 
 /// Returns `keep` or `fade`, also where the fixture says `auto`.

@@ -35,14 +35,14 @@ const FixtureSettings* widestStandoff(const std::vector<FixtureSettings>& fixtur
   const FixtureSettings* widest = nullptr;
   for (const FixtureSettings& fixture : fixtures) {
     if (fixture.kind != rt::FixtureKind::standoff || !fixture.enabled) continue;
-    if (widest == nullptr || fixture.clearance_m > widest->clearance_m) widest = &fixture;
+    if (widest == nullptr || beginning_m(fixture) > beginning_m(*widest)) widest = &fixture;
   }
   return widest;
 }
 
 double standoffClearance_m(const std::vector<FixtureSettings>& fixtures) {
   const FixtureSettings* const widest = widestStandoff(fixtures);
-  return widest != nullptr ? widest->clearance_m : 0;
+  return widest != nullptr ? beginning_m(*widest) : 0;
 }
 
 const CameraDriver& driverOf(const CameraSettings& settings) {

@@ -157,10 +157,12 @@ constexpr auto fieldsOf(std::type_identity<Status>) {
                     "the last second, fast_blink when it is lost; null: no such LED is configured")
           .named("camera")
           .shownAs([](const auto& leds) { return patternOf<drivers::Led::camera>(leds); }),
-      HAPTICD_FIELD(patterns,
-                    "on while engaged and in contact with the surface or with a fixture, double_blink while "
-                    "engaged without contact and nearer than proximity.warning_m to a forbidden region, "
-                    "slow_blink while engaged otherwise, off otherwise; null: no such LED is configured")
+      HAPTICD_FIELD(
+          patterns,
+          "on while engaged and in contact with the surface or with a fixture, double_blink while "
+          "engaged without contact and nearer to a forbidden region than proximity.warning_m or its "
+          "own warning_m, slow_blink while engaged otherwise, off otherwise; null: no such LED is "
+          "configured")
           .named("contact")
           .shownAs([](const auto& leds) { return patternOf<drivers::Led::contact>(leds); }),
       HAPTICD_FIELD(patterns,

@@ -27,7 +27,10 @@ struct FixtureConduct {
   double stiffness_n_per_m = 0;
   double force_n = 0;
   double distance_m = std::numeric_limits<double>::quiet_NaN();
+  std::optional<rt::FixtureStage> stage{};
+  std::uint64_t warnings = 0;
   rt::Breach breach{};
+  rt::BreachTotals breaches{};
 };
 template <std::same_as<FixtureConduct> Status>
 constexpr auto fieldsOf(std::type_identity<Status>) {
@@ -42,12 +45,30 @@ constexpr auto fieldsOf(std::type_identity<Status>) {
           "Magnitude of the force that it exerts, before handle.force_scale; 0 while the box is not engaged"),
       HAPTICD_FIELD(stiffness_n_per_m,
                     "Stiffness in effect: at most the configured one, less where guidance or stability limit "
-                    "it (docs/fixtures.md); 0: it does not act"),
+                    "it (docs/fixtures.md); 0: it does not act, or only slows the interaction point"),
       HAPTICD_FIELD(configured_n_per_m, "As it is configured").named("configuredStiffnessNPerM"),
+      HAPTICD_FIELD(
+          stage,
+          "How near the interaction point is to the forbidden region: nearer than its warning_m, in "
+          "its soft layer, behind its boundary, or deeper than its breach_m; null: not known, or it "
+          "is guidance")
+          .states("fixture_stage"),
+      HAPTICD_FIELD(
+          warnings,
+          "Times that the interaction point came nearer than the warning_m of the forbidden region, "
+          "since the fixture was added or enabled")
+          .counter("fixture_warnings"),
       HAPTICD_FIELD(breach.number,
                     "Times that the interaction point has been inside the forbidden region and left it, "
                     "since the fixture was added or enabled; each is an event of the kind breach")
-          .named("breaches")};
+          .named("breaches")
+          .counter("fixture_breaches"),
+      HAPTICD_FIELD(breaches.duration_s, "Time that it was inside in all of these, together")
+          .named("breachedS")
+          .counter("fixture_breach_seconds"),
+      HAPTICD_FIELD(breaches.depth_m, "Largest depth that it reached in any of them; 0: there was none")
+          .named("deepestBreachM")
+          .gauge("fixture_deepest_breach_metres")};
 }
 
 /// The virtual fixtures, as people see them.
@@ -78,7 +99,9 @@ constexpr auto fieldsOf(std::type_identity<Status>) {
                     "From the interaction point to the boundary of the nearest forbidden region, negative "
                     "inside it; null: there is none")
           .gauge("fixture_distance_metres"),
-      HAPTICD_FIELD(warning, "Whether that distance is below proximity.warning_m"),
+      HAPTICD_FIELD(
+          warning,
+          "Whether that distance is below proximity.warning_m, or the stage of a fixture is warning or soft"),
       HAPTICD_FIELD(force_n,
                     "Magnitude of the force that all forbidden regions exert, before handle.force_scale; 0 "
                     "while the box is not engaged")

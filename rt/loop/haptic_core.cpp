@@ -124,6 +124,7 @@ FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const Eva
          .now_ns = input.now_ns,
          .period_s = input.period_s,
          .engages = engaged && !state_.exerting,
+         .exerted_share = state_.before.mode_gain,
          .lag_damping_s = rules.fixture_damping_s,
          .max_stiffness_n_per_m = rules.fixture_stiffness_n_per_m,
          .max_damping_n_s_per_m = std::max(0.0, rules.largest_damping_n_s_per_m / scale - of_law),
@@ -136,7 +137,7 @@ FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const Eva
   tick.nearest_fixture = output.nearest;
   tick.fixture_distance_m = output.distance_m;
   tick.fixture_proxy_m_in_world = output.proxy_m_in_world;
-  tick.fixture_force_n_in_world = output.force_n;
+  tick.fixture_force_n_in_world = output.force_n + output.slowing_force_n;
   tick.guidance_force_n_in_world = output.guidance_force_n;
   return output;
 }
@@ -245,7 +246,8 @@ HapticCore::LagRules HapticCore::lagRules(const Input& input, const Evaluation& 
   return rules;
 }
 
-/// Adds the contact damping, unless the device applies it, and the forces of guidance fixtures.
+/// Adds the contact damping, unless the device applies it, and the forces of fixtures that guide or slow the
+/// HIP.
 Vec3 HapticCore::damp(const Input& input, const Evaluation& evaluation, const FixtureForces::Output& fixtures,
                       const LagRules& rules, Tick& tick) const HAPTICD_RT {
   const ForceSample& sample = evaluation.sample;
@@ -260,6 +262,8 @@ Vec3 HapticCore::damp(const Input& input, const Evaluation& evaluation, const Fi
   if (fixtures.holds) tick.damped_force_n_in_world += to_law * fixtures.force_n;
   if (!(fixtures.guidance_force_n == Vec3{}))
     tick.damped_force_n_in_world += to_law * fixtures.guidance_force_n;
+  if (!(fixtures.slowing_force_n == Vec3{}))
+    tick.damped_force_n_in_world += to_law * fixtures.slowing_force_n;
   return tick.damped_force_n_in_world;
 }
 
@@ -397,8 +401,10 @@ SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervi
       inContact(tick) || fixtures.holds, input.period_s);
   SafetyChain::Motion motion;
   if (comparable) motion = motionSince(before, change, input, evaluation, tick);
-  motion.max_damping_n_s_per_m =
-      rules.largest_damping_n_s_per_m - (input.handle.damps ? 0 : tick.contact_damping_n_s_per_m);
+  const double slowing_n_s_per_m =
+      mode_gain * scale.motion_scale * scale.force_scale * fixtures.slowing_n_s_per_m;
+  motion.max_damping_n_s_per_m = rules.largest_damping_n_s_per_m - slowing_n_s_per_m -
+                                 (input.handle.damps ? 0 : tick.contact_damping_n_s_per_m);
   motion.cue_n_in_world = tick.cue_force_n_in_world = cue(input, evaluation, tick) + knock(input);
   tick.hidden_latency_s = state_.latency.hidden_s();
   return state_.safety.apply(tick.scaled_force_n_in_world, parameters.safety, input.period_s, motion);

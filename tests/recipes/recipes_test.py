@@ -125,7 +125,7 @@ class Recipes(unittest.TestCase):
         self.box()
         added = self.hapticctl(*command("hapticctl fixture add")[1:])
         self.assertEqual("added keep-off\n", added.stdout, added.stderr)
-        self.eventually(lambda: "in contact" in self.hapticctl("fixture", "list").stdout)
+        self.eventually(lambda: any(state in self.hapticctl("fixture", "list").stdout for state in ("in contact", "breach")))
 
     def test_a_trace_is_read_by_numpy(self):
         self.box()

@@ -224,5 +224,73 @@ TEST(FixtureCore, ACoreRestoredFromMemoryGoesOnWithTheSameBits) {
   EXPECT_EQ(std::memcmp(&once.command_force_n_in_world, &again.command_force_n_in_world, sizeof(Vec3)), 0);
 }
 
+/// Changing a soft layer under a pressing hand steps the force no more than any other change.
+TEST(FixtureCore, ChangingTheSoftLayerInsideNeverStepsTheForce) {
+  FixtureCore core;
+  rt::Fixture& plane = core.add(FixtureKind::plane, floor(-0.1));
+  core.engage({});
+  plane.shape.position_m_in_world = core.origin;
+  plane.soft_m = plane.clearance_m = 0.004;
+  plane.soft_stiffness_n_per_m = 60;
+  core.redefine(plane);
+  const Vec3 inside{0, 0, -0.003};
+  for (const double soft_m : {0.0, 0.01, 0.002}) {
+    expectNoStep(core, inside, [&] {
+      plane.soft_m = plane.clearance_m = soft_m;
+      core.redefine(plane);
+    });
+  }
+}
+
+/// A viscous medium: it opposes the motion, is no contact that engaging would be refused for, and rests with
+/// the hand.
+TEST(FixtureCore, SlowsTheHandWithoutBeingContact) {
+  FixtureCore core;
+  core.rig.directive.engage_inside = false;
+  rt::Fixture& zone = core.add(FixtureKind::sphere, sphere(0.1));
+  zone.effect = rt::FixtureEffect::slow;
+  zone.viscosity_n_s_per_m = 2;
+  core.redefine(zone);
+  core.engage({});
+  rt::Tick tick = core.at({});
+  ASSERT_EQ(tick.mode, rt::Mode::engaged);
+  EXPECT_EQ(tick.command_force_n_in_world, Vec3{});
+  EXPECT_EQ(tick.fixtures_in_contact, 0U);
+  constexpr double kSpeed = 0.1;
+  double most_n = 0;
+  for (int i = 1; i <= 300; ++i) {
+    tick = core.at({0, i * kSpeed * kPeriod_s, 0});
+    ASSERT_LE(tick.command_force_n_in_world.y, 0);
+    ASSERT_LE(norm(tick.command_force_n_in_world), 2 * kSpeed * (1 + 1e-9));
+    most_n = std::max(most_n, norm(tick.command_force_n_in_world));
+    if (i == 50) {
+      EXPECT_EQ(tick.fixtures_in_contact, 1U);
+      EXPECT_NEAR(tick.fixture_force_n_in_world.y, -2 * kSpeed, 1e-9);
+      EXPECT_EQ(core.rig.core.fixture(0).stage, rt::FixtureStage::contact);
+    }
+  }
+  EXPECT_NEAR(most_n, 2 * kSpeed, 1e-3) << "after the low-pass and the slew limit";
+  tick = core.at({0, 300 * kSpeed * kPeriod_s, 0});
+  EXPECT_EQ(tick.fixture_force_n_in_world, Vec3{}) << "the hand rests";
+  EXPECT_EQ(tick.fixtures_in_contact, 0U);
+}
+
+TEST(FixtureCore, ABreachHasTheForceThatWasExertedAndNoneWhileDisengaged) {
+  for (const bool engaged : {false, true}) {
+    FixtureCore core;
+    core.add(FixtureKind::plane, floor());
+    if (engaged) core.engage({0, 0, 0.02});
+    for (int i = 0; i <= 240; ++i) core.at({0, 0, 0.02 - 0.0001 * i});
+    for (int i = 0; i <= 240; ++i) core.at({0, 0, -0.004 + 0.0001 * i});
+    for (int i = 0; i < 600; ++i) core.at({0, 0, 0.02});
+    const rt::Breach breach = core.rig.core.fixture(0).breach;
+    EXPECT_EQ(breach.number, 1U);
+    EXPECT_NEAR(breach.depth_m, 0.004, 1e-9);
+    EXPECT_NEAR(breach.entry_m_per_s, 0.1, 1e-6);
+    if (!engaged) EXPECT_EQ(breach.force_n, 0);
+    if (engaged) EXPECT_GE(breach.force_n, kStiffness * 0.004 - 1e-9);
+  }
+}
+
 }  // namespace
 }  // namespace hapticd::test

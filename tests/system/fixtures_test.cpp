@@ -153,7 +153,7 @@ TEST_F(Fixtures, OfGuidanceShowTheStiffnessInEffectBesideTheConfiguredOne) {
 
 /// The hand strokes along x, and the half of the strokes at x < 0 is forbidden, by a spring too soft to
 /// matter.
-TEST(FixtureBreaches, AreEventsWithPlaceDurationAndDepth) {
+TEST(FixtureBreaches, AreEventsWithPlaceDurationDepthSpeedAndForce) {
   const DaemonHome home;
   const std::string strokes =
       std::string(test::kWallYaml) +
@@ -179,11 +179,15 @@ TEST(FixtureBreaches, AreEventsWithPlaceDurationAndDepth) {
     const json fields = event.value("fields", json::object());
     EXPECT_EQ(fields.value("fixture", ""), "half") << event;
     const auto numberOf = [&fields](const char* name) { return std::stod(fields.value(name, "nan")); };
-    EXPECT_GT(numberOf("depth_m"), 1e-4) << event;
+    EXPECT_GT(numberOf("depth_m"), 1e-3) << event;
     EXPECT_LT(numberOf("depth_m"), 0.04) << "the stroke " << event;
     EXPECT_GT(numberOf("duration_s"), 0.1) << event;
     EXPECT_GT(numberOf("entered_age_s"), 0.49 + numberOf("duration_s"))
         << "outside for half a second " << event;
+    EXPECT_GT(numberOf("entry_speed_m_per_s"), 0) << event;
+    EXPECT_GE(numberOf("speed_m_per_s"), numberOf("entry_speed_m_per_s")) << event;
+    EXPECT_GT(numberOf("force_n"), 0) << event;
+    EXPECT_LE(numberOf("force_n"), 0.0505) << "max_force_n, and a digit of the text " << event;
     EXPECT_NEAR(numberOf("entered_m"), 0, 0.02) << "its first number, x: at the boundary " << event;
   }
 }

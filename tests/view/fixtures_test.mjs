@@ -74,6 +74,33 @@ test('the list tells distances, what is disabled and what is in contact', async 
   assert.doesNotMatch(await row('way'), /in contact/);
 });
 
+test('the list tells the stage before and behind the boundary', async () => {
+  const { fixtureContacts, ...before } = fake.ofFixtures;
+  const margins = {
+    fixtures: [
+      { name: 'nerve', definition: { name: 'nerve', kind: 'sphere', position_m: kBall, radius_m: 0.02, warning_m: 0.02, soft_m: 0.01, breach_m: 0.002 } },
+      { name: 'honey', definition: { name: 'honey', kind: 'box', effect: 'slow', position_m: [0, 0, -1], size_m: [4, 4, 4] } },
+    ],
+  };
+  fake.sendAdditions(margins);
+  const at = async (distanceM, wanted, level) => {
+    fake.ofFixtures = { ...before, fixtureContacts: distanceM < 0.01 ? 1 : 0, fixtureDistanceM: distanceM };
+    await until(page, (text) => document.querySelector('#fixtures li').textContent.endsWith(text), wanted);
+    assert.equal(await page.locator('#fixtures li').first().getAttribute('data-level'), level);
+  };
+  await at(0.03, 'sphere30.0 mm', '');
+  await at(0.0195, 'warning, 19.5 mm', 'near');
+  await at(0.0204, 'warning, 20.4 mm', 'near');  // within the hysteresis
+  await at(0.0206, 'sphere20.6 mm', '');
+  await at(0.006, 'in contact, soft, 6.0 mm', 'contact');
+  await at(-0.001, 'in contact, -1.0 mm', 'contact');
+  await at(-0.003, 'in contact, breach, -3.0 mm', 'contact');
+  assert.match(await row('honey'), /slows the hand/);
+  fake.ofFixtures = { ...before, fixtureContacts };
+  fake.sendAdditions(kAdditions);
+  await until(page, () => document.querySelectorAll('#fixtures li').length === 8);
+});
+
 test('the forces of fixtures and of guidance stand apart', async () => {
   await until(page, () => document.querySelector('#force-facts').textContent.includes('From guidance0.25 N'));
   assert.match(await page.locator('#force-facts').textContent(), /From fixtures0\.50 N/);

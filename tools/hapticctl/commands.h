@@ -70,6 +70,7 @@ struct PlotOptions {
 // progress on stderr where that is a terminal, and returns the exit code.
 
 int runTraceInfo(const CommandOptions& options, const std::filesystem::path& file);
+int runTraceBreaches(const CommandOptions& options, const std::filesystem::path& file);
 /// `out`: the file to write; empty: the trace's name with "-recovered" beside it.
 int runTraceRecover(const CommandOptions& options, const std::filesystem::path& file, const std::string& out);
 int runTraceExport(const CommandOptions& options, const std::filesystem::path& file,

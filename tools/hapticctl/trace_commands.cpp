@@ -349,6 +349,10 @@ void addFiles(CommandLine& line, CLI::App& group) {
   addForFile(line, group, "info", "Check a trace and show what it contains",
              [&options](const fs::path& file) { return runTraceInfo(options, file); });
 
+  addForFile(line, group, "breaches",
+             "Report how often, how long and how deep the HIP was in forbidden regions",
+             [&options](const fs::path& file) { return runTraceBreaches(options, file); });
+
   const auto requested = std::make_shared<ExportOptions>();
   CLI::App& exported = addForFile(
       line, group, "export", "Write a trace in a format that other programs read",

@@ -14,12 +14,14 @@
 #include <string_view>
 #include <utility>
 
+#include "daemon/trace/export/breach_report.h"
 #include "daemon/trace/export/csv_export.h"
 #include "daemon/trace/export/recording_export.h"
 #include "daemon/trace/export/trace_summary.h"
 #include "daemon/trace/mcap/trace_file.h"
 #include "daemon/trace/reader/trace_reader.h"
 #include "daemon/trace/recovery/trace_recovery.h"
+#include "tools/hapticctl/text/breach_text.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/hapticctl/text/status_text.h"
 #include "tools/lib/client/reply_reader.h"
@@ -361,6 +363,19 @@ int runTraceInfo(const CommandOptions& options, const std::filesystem::path& fil
     printJson(infoJson(*summary, being_written));
   } else {
     fmt::print("{}", fitted(infoText(*summary, being_written), terminalSize().columns));
+  }
+  return kOk;
+}
+
+int runTraceBreaches(const CommandOptions& options, const std::filesystem::path& file) {
+  ProgressLine progress("reading");
+  const auto breaches = trace::breachesIn(file, [&](double share) { progress.show(share); });
+  progress.end();
+  if (!breaches) return report(errorOf(file, breaches.error()), options.json);
+  if (options.json) {
+    printJson(breachJson(*breaches));
+  } else {
+    fmt::print("{}", breachText(*breaches, terminalSize().columns));
   }
   return kOk;
 }

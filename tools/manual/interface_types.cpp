@@ -57,6 +57,7 @@ constexpr std::tuple kTypes{
     Named<trace::TraceState>{"TraceState"},
     Named<daemon::TraceStatus>{"Trace"},
     Named<daemon::ControlStatus>{"ControlThread"},
+    Named<rt::FixtureStage>{"FixtureStage"},
     Named<daemon::FixtureConduct>{"FixtureConduct"},
     Named<daemon::FixtureStatus>{"Fixtures"},
     Named<daemon::FeedStatus>{"Feed"},

@@ -174,7 +174,11 @@ void AdditionMethods::listFixtures(const Call&, const Caller& caller, Replies& r
           known && std::isfinite(conduct->distance_m) ? OrderedJson(conduct->distance_m) : OrderedJson()},
          {"forceN", known ? OrderedJson(conduct->force_n) : OrderedJson()},
          {"stiffnessNPerM", known ? OrderedJson(conduct->stiffness_n_per_m) : OrderedJson()},
+         {"stage", known && conduct->stage ? OrderedJson(rt::wordOf(*conduct->stage)) : OrderedJson()},
+         {"warnings", known ? OrderedJson(conduct->warnings) : OrderedJson()},
          {"breaches", known ? OrderedJson(conduct->breach.number) : OrderedJson()},
+         {"breachedS", known ? OrderedJson(conduct->breaches.duration_s) : OrderedJson()},
+         {"deepestBreachM", known ? OrderedJson(conduct->breaches.depth_m) : OrderedJson()},
          {"onCameraLoss", rt::wordOf(config::effectiveOnCameraLoss(fixture))},
          {"orientationXyzw", orientationJson(is_turned, fixture.rotation_deg)}});
   }

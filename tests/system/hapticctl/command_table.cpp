@@ -61,7 +61,7 @@ const std::vector<Call> kCalls{
 
 const std::set<std::string> kOthers{"camera list", "camera test", "completion",   "doctor",
                                     "help",        "trace info",  "trace export", "trace recover",
-                                    "trace plot",  "view",        "clear-fault"};
+                                    "trace plot",  "view",        "clear-fault",  "trace breaches"};
 
 std::string textOf(const Command& command) {
   std::string text;

@@ -105,6 +105,38 @@ TEST(FixtureConversion, OnlyWhatNeedsDepthFadesWhenTheCameraIsLostUnlessSomethin
   EXPECT_EQ(FixtureSettings{}.on_camera_loss, automatic);
 }
 
+/// The core's clearance is where a region begins to act.
+TEST(FixtureConversion, LetsTheSoftLayerBeginBeforeTheBoundary) {
+  FixtureSettings ball = sphere("b");
+  ball.clearance_m = 0.003;
+  ball.soft_m = 0.004;
+  ball.soft_stiffness_n_per_m = 50;
+  ball.warning_m = 0.02;
+  ball.breach_m = 0.002;
+  Set set;
+  set.take({ball});
+  EXPECT_DOUBLE_EQ(set.at(0).clearance_m, 0.007);
+  EXPECT_EQ(set.at(0).soft_m, 0.004);
+  EXPECT_EQ(set.at(0).soft_stiffness_n_per_m, 50);
+  EXPECT_EQ(set.at(0).warning_m, 0.02);
+  EXPECT_EQ(set.at(0).breach_m, 0.002);
+  EXPECT_EQ(set.at(0).effect, rt::FixtureEffect::hold);
+}
+
+TEST(FixtureConversion, TakesOverWhatAZoneIs) {
+  FixtureSettings zone = sphere("z");
+  zone.effect = rt::FixtureEffect::slow;
+  zone.viscosity_n_s_per_m = 12;
+  zone.speed_limit_m_per_s = 0.05;
+  zone.ramp_m = 0.02;
+  Set set;
+  set.take({zone});
+  EXPECT_EQ(set.at(0).effect, rt::FixtureEffect::slow);
+  EXPECT_EQ(set.at(0).viscosity_n_s_per_m, 12);
+  EXPECT_EQ(set.at(0).speed_limit_m_per_s, 0.05);
+  EXPECT_EQ(set.at(0).ramp_m, 0.02);
+}
+
 TEST(FixtureConversion, PutsPathsBehindEachOtherWithoutGaps) {
   const FixtureSettings path{
       .name = "p", .kind = rt::FixtureKind::path, .points_m = {{0, 0, 0}, {0.1, 0, 0}, {0.1, 0.1, 0}}};

@@ -133,6 +133,10 @@ TEST(Standoff, MakesAutoChooseTheSurface) {
     EXPECT_EQ(live.law, rt::ForceLaw::surface);
     EXPECT_EQ(live.standoff_clearance_m, 0.02);
   }
+  const Settings soft = settingsOf(
+      "fixtures: [{name: nerve, kind: standoff, clearance_m: 0.02},"
+      " {name: vein, kind: standoff, clearance_m: 0.015, soft_m: 0.01}]\n");
+  EXPECT_EQ(soft.effectiveLive().standoff_clearance_m, 0.025) << "from where the soft layer begins";
 }
 
 TEST(Standoff, ChangesNothingWhereThereIsNone) {

@@ -52,7 +52,7 @@ TEST(ShippedFixtures, ShowEveryMemberWithItsRange) {
 TEST(ShippedFixtures, LoadWithEveryCommentMarkDeleted) {
   const auto additions = additionsFromText(shippedSection(), "hapticd.yaml");
   ASSERT_TRUE(additions) << additions.error().front().error.text();
-  EXPECT_EQ(additions->fixtures.size(), rt::kWords<rt::FixtureKind>.size());
+  EXPECT_EQ(additions->fixtures.size(), rt::kWords<rt::FixtureKind>.size() + 1) << "and one that slows";
   EXPECT_EQ(additions->regions.size(), 3U);
 }
 
@@ -64,6 +64,17 @@ TEST(FixturesDocument, ShowsAnExampleThatLoads) {
       additionsFromText(document.substr(begin, document.find("```", begin) - begin), "example");
   ASSERT_TRUE(additions) << additions.error().front().error.text();
   EXPECT_EQ(additions->fixtures.size(), 3U);
+}
+
+TEST(FixturesDocument, ShowsMarginsAndASlowingRegionThatLoad) {
+  const std::string document = test::contentOf(kSource + "/docs/fixtures.md");
+  for (const std::string heading : {"### Margins and breaches", "### Regions that slow the hand"}) {
+    const std::size_t begin = document.find("```yaml\n", document.find(heading)) + 8;
+    const auto additions = additionsFromText(
+        "fixtures:\n" + document.substr(begin, document.find("```", begin) - begin), "example");
+    ASSERT_TRUE(additions) << additions.error().front().error.text();
+    EXPECT_EQ(additions->fixtures.size(), 1U);
+  }
 }
 
 }  // namespace

@@ -38,6 +38,7 @@ class RandomAdditions {
       fixture.kind = static_cast<rt::FixtureKind>(below(rt::kWords<rt::FixtureKind>.size()));
       fill(fixture);
       fixture.clearance_m = fixture.kind == rt::FixtureKind::standoff ? 0.01 : 0;
+      keepRules(fixture);
       additions.fixtures.push_back(fixture);
     }
     for (int count = below(rt::kMaxTissueRegions + 1); count > 0; --count) {
@@ -61,6 +62,18 @@ class RandomAdditions {
     return std::uniform_real_distribution<double>(low, high)(random_);
   }
 
+  /// Those between several members.
+  void keepRules(FixtureSettings& fixture) {
+    if (rt::isGuidance(fixture.kind)) return;
+    if (fixture.effect == rt::FixtureEffect::slow) {
+      if (fixture.side == rt::FixtureSide::both) fixture.side = rt::FixtureSide::in;
+      return;
+    }
+    fixture.soft_stiffness_n_per_m = between(1, fixture.stiffness_n_per_m);
+    const double most_m = std::min(0.9 * fixture.max_force_n / fixture.soft_stiffness_n_per_m, 0.039);
+    fixture.soft_m = fixture.side == rt::FixtureSide::out && below(2) == 0 ? between(0, most_m) : 0;
+    fixture.warning_m = below(2) == 0 ? 0 : fixture.soft_m + between(0.001, 0.05);
+  }
   template <typename Owner>
   void fill(Owner& owner) {
     for (const AdditionField<Owner>& field : fieldsOf(owner)) {

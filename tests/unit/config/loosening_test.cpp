@@ -130,6 +130,17 @@ TEST(Loosening, OfAForbiddenRegionIsEverythingThatMayProtectLess) {
             Texts{"fixture nerve may protect less: position_m changes, radius_m changes"});
   EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) { nerve.side = rt::FixtureSide::in; }),
             Texts{"fixture nerve may protect less: side changes"});
+  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) { nerve.breach_m = 0.002; }),
+            Texts{"fixture nerve may protect less: breach_m from 0.001 to 0.002 m"});
+  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) {
+              nerve.warning_m = 0.02;
+              nerve.soft_m = 0.005;
+            }),
+            Texts{});
+  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) { nerve.soft_stiffness_n_per_m = 50; }),
+            Texts{"fixture nerve may protect less: soft_stiffness_n_per_m from 100 to 50 N/m"});
+  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) { nerve.effect = rt::FixtureEffect::slow; }),
+            Texts{"fixture nerve may protect less: effect changes"});
 }
 
 TEST(Loosening, IsNoChangeThatProtectsAsMuchOrMore) {

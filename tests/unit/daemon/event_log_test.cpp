@@ -77,7 +77,14 @@ TEST_F(EventLogTest, LogsThatTheCameraComesAndGoesWithTheReason) {
 // A breach of the forbidden region of a fixture.
 FixtureConduct breached(const std::string& name, std::uint64_t number, double entered_s) {
   FixtureConduct conduct{.name = name};
-  conduct.breach = {number, static_cast<std::int64_t>(entered_s * 1e9), {0.01, 0.02, -0.8}, 1.5, 0.0034};
+  conduct.breach = {.number = number,
+                    .entered_ns = static_cast<std::int64_t>(entered_s * 1e9),
+                    .entered_m_in_world = {0.01, 0.02, -0.8},
+                    .duration_s = 1.5,
+                    .depth_m = 0.0034,
+                    .entry_m_per_s = 0.12,
+                    .speed_m_per_s = 0.34,
+                    .force_n = 1.25};
   return conduct;
 }
 
@@ -95,7 +102,7 @@ class BreachLogTest : public EventLogTest {
   BoxStatus status;
 };
 
-TEST_F(BreachLogTest, LogsEachBreachOnceWithPlaceDurationAndDepth) {
+TEST_F(BreachLogTest, LogsEachBreachOnceWithAllThatIsMeasured) {
   look({breached("nerve", 0, 0), breached("vein", 0, 0)});
   EXPECT_TRUE(entries.empty());
   look({breached("nerve", 0, 0), breached("vein", 1, 990)});
@@ -108,6 +115,9 @@ TEST_F(BreachLogTest, LogsEachBreachOnceWithPlaceDurationAndDepth) {
   EXPECT_EQ(fields(0)["ENTERED_M"], "0.01000 0.02000 -0.80000");
   EXPECT_EQ(fields(0)["DURATION_S"], "1.500");
   EXPECT_EQ(fields(0)["DEPTH_M"], "0.00340");
+  EXPECT_EQ(fields(0)["ENTRY_SPEED_M_PER_S"], "0.1200");
+  EXPECT_EQ(fields(0)["SPEED_M_PER_S"], "0.3400");
+  EXPECT_EQ(fields(0)["FORCE_N"], "1.250");
   look({breached("nerve", 1, 992), breached("vein", 2, 995)});
   ASSERT_EQ(entries.size(), 3U);
   EXPECT_EQ(fields(1)["FIXTURE"], "nerve");

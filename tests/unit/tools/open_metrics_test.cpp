@@ -81,6 +81,39 @@ TEST(OpenMetrics, ShowsFixturesTissueAndTheStiffnessInEffect) {
   EXPECT_EQ(metricsOf(kStatus).find("fixture"), std::string::npos);
 }
 
+TEST(OpenMetrics, ShowsWhatEachFixtureSawWithItsNameAsLabel) {
+  Json status = kStatus;
+  status["fixtures"]["each"] = {{{"name", "nerve"},
+                                 {"stage", "soft"},
+                                 {"warnings", 7},
+                                 {"breaches", 3},
+                                 {"breachedS", 1.5},
+                                 {"deepestBreachM", 0.004}},
+                                {{"name", "path"}, {"stage", nullptr}, {"warnings", 0}, {"breaches", 0}},
+                                {{"name", "older"}, {"breaches", 1}}};
+  const std::string text = metricsOf(status);
+  for (const char* line :
+       {"# TYPE hapticd_fixture_breaches counter", "hapticd_fixture_breaches_total{fixture=\"nerve\"} 3",
+        "hapticd_fixture_breaches_total{fixture=\"path\"} 0",
+        "hapticd_fixture_breaches_total{fixture=\"older\"} 1",
+        "hapticd_fixture_warnings_total{fixture=\"nerve\"} 7",
+        "# UNIT hapticd_fixture_breach_seconds seconds",
+        "hapticd_fixture_breach_seconds_total{fixture=\"nerve\"} 1.5",
+        "hapticd_fixture_deepest_breach_metres{fixture=\"nerve\"} 0.004",
+        "# TYPE hapticd_fixture_stage stateset",
+        "hapticd_fixture_stage{fixture=\"nerve\",hapticd_fixture_stage=\"soft\"} 1",
+        "hapticd_fixture_stage{fixture=\"nerve\",hapticd_fixture_stage=\"breach\"} 0"}) {
+    EXPECT_TRUE(has(text, line)) << line << " in\n" << text;
+  }
+  EXPECT_EQ(text.find("stage{fixture=\"path\""), std::string::npos) << "guidance has none";
+  EXPECT_EQ(text.find("warnings_total{fixture=\"older\""), std::string::npos) << "not known";
+  std::size_t heads = 0;
+  for (std::size_t at = 0; (at = text.find("# TYPE hapticd_fixture_breaches ", at)) != std::string::npos;
+       ++at)
+    ++heads;
+  EXPECT_EQ(heads, 1U) << "one family for all of them";
+}
+
 TEST(OpenMetrics, LeavesOutWhatTheDaemonDoesNotKnow) {
   const std::string text = metricsOf(kStatus);
   EXPECT_EQ(text.find("free_bytes"), std::string::npos);

@@ -36,6 +36,7 @@ std::string memberText(const Json& value) {
 
 /// "300 N/m", or "100 of 300 N/m" where less is in effect. A fixture that does not act has none in effect.
 std::string fixtureStiffnessText(double in_effect_n_per_m, double configured_n_per_m) {
+  if (!(configured_n_per_m > 0)) return "-";
   const std::string configured = fixed(configured_n_per_m, 0) + " N/m";
   const std::string in_effect = fixed(in_effect_n_per_m, 0);
   const bool same = !(in_effect_n_per_m > 0) || in_effect == fixed(configured_n_per_m, 0);
@@ -59,7 +60,11 @@ std::string contactsText(const Json& status) {
 
 std::string stateOf(const Json& entry) {
   if (!flagAt(entry, "enabled")) return "disabled";
-  return flagAt(entry, "inContact") ? "in contact" : "enabled";
+  const std::string stage = textAt(entry, "stage");
+  if (stage == "warning" || stage == "soft" || stage == "breach") return stage;
+  const bool slows = textAt(entry, "definition.effect") == "slow";
+  if (flagAt(entry, "inContact") && !slows) return "in contact";
+  return stage == "contact" ? "inside" : "enabled";
 }
 
 /// What limits the automatic stiffness; empty where it is configured.
@@ -141,7 +146,13 @@ std::string additionText(const Json& entry) {
   if (const double distance = numberAt(entry, "distanceM"); !std::isnan(distance))
     row("distance of the HIP", millimetres(distance));
   if (fieldAt(entry, "onCameraLoss")) row("while the camera is lost", textAt(entry, "onCameraLoss"));
-  if (numberAt(entry, "breaches") > 0) row("breaches", countAt(entry, "breaches"));
+  if (const std::string stage = textAt(entry, "stage"); stage != "-") row("stage", stage);
+  if (numberAt(entry, "warnings") > 0) row("warnings", countAt(entry, "warnings"));
+  if (numberAt(entry, "breaches") > 0) {
+    row("breaches",
+        fmt::format("{}, {} s together, at most {} deep", countAt(entry, "breaches"),
+                    fixed(numberAt(entry, "breachedS"), 2), millimetres(numberAt(entry, "deepestBreachM"))));
+  }
   if (flagAt(entry, "nearest")) text += "nearest forbidden region\n";
   return text;
 }

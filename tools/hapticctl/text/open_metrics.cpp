@@ -151,6 +151,34 @@ void addStates(MetricsWriter& metrics, const MetricField& field, const Json& sta
   if (std::ranges::find(field.states, std::string_view(now)) == field.states.end()) sample(now);
 }
 
+/// The metrics of each fixture: families with a sample for each, labelled with its name.
+void addFixtures(MetricsWriter& metrics, const Json& status) {
+  static const std::vector<MetricField> fields = [] {
+    std::vector<MetricField> all;
+    addFields<daemon::FixtureConduct>(all, "");
+    return all;
+  }();
+  for (const MetricField& field : fields) {
+    const bool states = field.kind == rt::MetricKind::states;
+    const char* const type = states                                  ? "stateset"
+                             : field.kind == rt::MetricKind::counter ? "counter"
+                                                                     : "gauge";
+    bool begun = false;
+    for (const Json& conduct : listAt(status, "fixtures.each")) {
+      const std::string fixture = fmt::format("fixture=\"{}\"", labelValue(textAt(conduct, "name")));
+      const std::string now = textAt(conduct, field.path);
+      const double number = numberAt(conduct, field.path);
+      if (states ? now == "-" : std::isnan(number)) continue;
+      if (!std::exchange(begun, true)) metrics.begin(field, type);
+      if (!states) metrics.add(fmt::format("{{{}}}", fixture), number * field.scale);
+      for (const std::string_view state : field.states) {
+        metrics.add(fmt::format("{{{},hapticd_{}=\"{}\"}}", fixture, field.name, labelValue(state)),
+                    state == now ? 1 : 0);
+      }
+    }
+  }
+}
+
 void add(MetricsWriter& metrics, const MetricField& field, const Json& status) {
   if (field.kind == rt::MetricKind::states) return addStates(metrics, field, status);
   if (field.kind == rt::MetricKind::summary) return addSummary(metrics, field, status);
@@ -221,6 +249,7 @@ std::string metricsOf(const Json& status, MetricsFormat format) {
   addInformation(metrics, status);
   addCount(metrics, "warnings", "Warnings of the daemon at this moment.", status, "warnings");
   for (const MetricField& field : metricFields()) add(metrics, field, status);
+  addFixtures(metrics, status);
   addTransitionCauses(metrics, status);
   addLabelled(metrics, "tick_force_newtons", "newtons", "Magnitude of the newest force.", "stage",
               std::array{Labelled{"law", lengthAt(status, "tick.lawForceNInWorld")},

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The fixtures and tissue regions of the box: what is drawn of them, and their list in the panel.
 
-import { distanceToFixture, isGuidance, progressOn, shapeOf } from './fixtures.js';
+import { distanceToFixture, isGuidance, progressOn, shapeOf, stageOf } from './fixtures.js';
 import { isVector } from './vectors.js';
 
 /** What a kind is called where its name is not a word. */
 const kKinds = { standoff: 'stand-off' };
+/** The stages before the boundary. */
+const kNearStages = ['warning', 'soft'];
 
 /** "12.3 mm", "0.42 m" */
 function lengthText(m) {
@@ -49,7 +51,11 @@ export class Additions {
 
   /** Brings the list up to date with a window of ticks. */
   show(window_, warningM) {
-    for (const entry of this.entries) this.showEntry(entry, this.distanceOf(entry, window_), warningM);
+    for (const entry of this.entries) {
+      const distanceM = this.distanceOf(entry, window_);
+      entry.stage = entry.group === 'forbidden' ? stageOf(entry.definition, distanceM, entry.stage || 'far') : '';
+      this.showEntry(entry, distanceM, warningM);
+    }
   }
 
   /** The box knows the distance to the nearest forbidden region; the others follow from their shapes. */
@@ -75,13 +81,16 @@ export class Additions {
     return item;
   }
 
-  showEntry({ item, state, enabled, inContact, group, progress }, distanceM, warningM) {
-    const near = group === 'forbidden' && distanceM < warningM;
+  showEntry({ item, state, enabled, inContact, group, progress, stage, definition }, distanceM, warningM) {
+    const slows = definition.effect === 'slow';
+    const near = group === 'forbidden' && ((!slows && distanceM < warningM) || kNearStages.includes(stage));
     item.dataset.level = inContact ? 'contact' : enabled && near ? 'near' : '';
     let text = 'disabled';
     if (enabled) {
       const done = progress ? `${Math.round((100 * progress.atM) / progress.lengthM)} %` : '';
-      text = [inContact ? 'in contact' : '', group === 'tissue' ? '' : lengthText(distanceM), done].filter(Boolean).join(', ');
+      const level = [...kNearStages, 'breach'].includes(stage) ? stage : '';
+      const acts = slows ? stage === 'contact' && 'slows the hand' : inContact && 'in contact';
+      text = [acts, level, group === 'tissue' ? '' : lengthText(distanceM), done].filter(Boolean).join(', ');
     }
     if (state.textContent !== text) state.textContent = text;
   }

@@ -131,6 +131,29 @@ export function distanceToFixture(definition, shape, p) {
   return (definition.side === 'both' ? Math.abs(d) : d) - clearance;
 }
 
+/** How near the hand is to a forbidden region, from far to deep, as the box calls it. */
+const kStages = ['far', 'warning', 'soft', 'contact', 'breach'];
+/** The stage moves outwards only when the hand is beyond the limit by this much, as in the box. */
+const kStageHysteresisM = 5e-4;
+/** breach_m where the definition does not have it, as that of an older box. */
+const kBreachM = 0.001;
+
+/** The stage without hysteresis, as a place in kStages. */
+function stageAt({ effect, warning_m = 0, soft_m = 0, breach_m = kBreachM }, d) {
+  const holds = effect !== 'slow';
+  if (holds && d < -breach_m) return 4;
+  if (d < 0) return 3;
+  if (holds && d < soft_m) return 2;
+  return d < warning_m ? 1 : 0;
+}
+
+/** The stage of a forbidden region: '' where the distance is not known. `before`: the one until now. */
+export function stageOf(definition, d, before = 'far') {
+  if (!Number.isFinite(d)) return '';
+  const [outmost, inmost] = [stageAt(definition, d), stageAt(definition, d - kStageHysteresisM)];
+  return kStages[Math.min(Math.max(kStages.indexOf(before), outmost), inmost)];
+}
+
 /** Lines of a shape, as lists of points that belong together. `eye`: where it is seen from. */
 export function outlineOf(shape, eye) {
   const circle = (centre, [x, y], radiusM) => Array.from({ length: 49 }, (_, i) => {

@@ -177,12 +177,16 @@ TEST_F(AdditionMethodsTest, ShowsWhatEachFixtureDoes) {
   ask("ChangeFixtures", {{"add", {{{"name", "skin"}, {"kind", "standoff"}, {"clearance_m", 0.01}}}}});
   box.amendStatus([](BoxStatus& status) { status.fixtures.each.clear(); });
   const json unknown = fixtures()["fixtures"][0];
-  for (const char* member : {"distanceM", "forceN", "stiffnessNPerM", "breaches"})
+  for (const char* member : {"distanceM", "forceN", "stiffnessNPerM", "stage", "warnings", "breaches",
+                             "breachedS", "deepestBreachM"})
     EXPECT_TRUE(unknown[member].is_null()) << member;
   box.amendStatus([](BoxStatus& status) {
     FixtureConduct nerve{
         .name = "nerve", .configured_n_per_m = 300, .stiffness_n_per_m = 80, .force_n = 1.25};
+    nerve.stage = rt::FixtureStage::soft;
+    nerve.warnings = 7;
     nerve.breach.number = 3;
+    nerve.breaches = {.duration_s = 1.5, .depth_m = 0.004};
     status.fixtures.each = {nerve, {.name = "vein"}};
     status.fixtures.each[1].distance_m = std::numeric_limits<double>::infinity();
   });
@@ -190,7 +194,12 @@ TEST_F(AdditionMethodsTest, ShowsWhatEachFixtureDoes) {
   EXPECT_EQ(80, entries[0]["stiffnessNPerM"]);
   EXPECT_EQ(300, entries[0]["definition"]["stiffness_n_per_m"]);
   EXPECT_EQ(1.25, entries[0]["forceN"]);
+  EXPECT_EQ("soft", entries[0]["stage"]);
+  EXPECT_TRUE(entries[1]["stage"].is_null());
+  EXPECT_EQ(7, entries[0]["warnings"]);
   EXPECT_EQ(3, entries[0]["breaches"]);
+  EXPECT_EQ(1.5, entries[0]["breachedS"]);
+  EXPECT_EQ(0.004, entries[0]["deepestBreachM"]);
   EXPECT_EQ("keep", entries[0]["onCameraLoss"]);
   EXPECT_EQ("fade", entries[2]["onCameraLoss"]);
   EXPECT_TRUE(entries[1]["distanceM"].is_null()) << "infinite: not known";
@@ -200,7 +209,11 @@ TEST_F(AdditionMethodsTest, ShowsWhatEachFixtureDoes) {
                   {"forceN", 1.25},
                   {"stiffnessNPerM", 80.0},
                   {"configuredStiffnessNPerM", 300.0},
-                  {"breaches", 3}}),
+                  {"stage", "soft"},
+                  {"warnings", 7},
+                  {"breaches", 3},
+                  {"breachedS", 1.5},
+                  {"deepestBreachM", 0.004}}),
             each[0]);
 }
 
