@@ -52,10 +52,12 @@ AddedScene::Sets& AddedScene::setsToChange() {
 }
 
 void AddedScene::apply(const config::SceneAdditions& additions) {
-  if (additions.fixtures != additions_.fixtures) {
+  if (additions.fixtures != additions_.fixtures || additions.frames != additions_.frames) {
     rt::FixtureSet& fixtures = setsToChange().fixtures;
-    config::toFixtureSet(additions.fixtures, additions_.fixtures, T_world_camera_, fixtures);
+    config::toFixtureSet(additions.fixtures, additions_.fixtures, T_world_camera_, fixtures,
+                         additions.frames);
     additions_.fixtures = additions.fixtures;
+    additions_.frames = additions.frames;
     channels_.fixtures.write(fixtures);
   }
   if (additions.regions != additions_.regions || additions.label_image != additions_.label_image) {
@@ -125,7 +127,7 @@ FixtureStatus AddedScene::fixtureStatus(const rt::LoopState& loop, double warnin
     if (exerts) status.in_contact.push_back(fixtures[i].name);
     const rt::FixtureState& state = loop.fixtures[i];
     status.each.push_back({fixtures[i].name, fixtures[i].stiffness_n_per_m, state.stiffness_n_per_m,
-                           share * state.force_n, state.distance_m, state.breach});
+                           share * state.force_n, state.distance_m, state.breach, state.lag_m});
   }
   if (tick.nearest_fixture < 0 || static_cast<std::size_t>(tick.nearest_fixture) >= fixtures.size())
     return status;
@@ -133,6 +135,39 @@ FixtureStatus AddedScene::fixtureStatus(const rt::LoopState& loop, double warnin
   status.distance_m = tick.fixture_distance_m;
   status.warning = tick.fixture_distance_m < warning_m;
   return status;
+}
+
+std::vector<FrameStatus> AddedScene::frameStatus(const rt::LoopState& loop) const {
+  std::vector<FrameStatus> all;
+  const bool known = loop.tick.fixture_generation == generations().fixtures;
+  for (std::size_t i = 0; i < additions_.frames.size() && i < rt::kMaxFrames; ++i) {
+    FrameStatus& status = all.emplace_back();
+    status.name = additions_.frames[i].name;
+    status.used = std::ranges::any_of(additions_.fixtures, [&](const config::FixtureSettings& fixture) {
+      return fixture.enabled && fixture.frame == status.name;
+    });
+    if (!known) continue;
+    const rt::FrameConduct& conduct = loop.frames[i];
+    const auto dropped = [&conduct](rt::PoseFault fault) {
+      return conduct.dropped[static_cast<std::size_t>(fault)];
+    };
+    status.state = conduct.state;
+    status.age_s = conduct.age_s;
+    status.lag_m = conduct.lag_m;
+    status.lag_rad = conduct.lag_rad;
+    status.position_m_in_world = conduct.T_world_frame.position_m_in_world;
+    status.orientation = conduct.T_world_frame.orientation;
+    status.accepted = conduct.accepted;
+    status.not_finite = dropped(rt::PoseFault::not_finite);
+    status.not_unit = dropped(rt::PoseFault::not_unit);
+    status.older = dropped(rt::PoseFault::older);
+    status.future = dropped(rt::PoseFault::future);
+    status.jumps = dropped(rt::PoseFault::jump);
+    status.losses = conduct.losses;
+    status.returns = conduct.returns;
+    status.relocations = conduct.relocations;
+  }
+  return all;
 }
 
 TissueStatus AddedScene::tissueStatus(const rt::Tick& tick) const {

@@ -220,6 +220,14 @@ void RunningBox::setMeasuredStiffness(const std::vector<MeasuredStiffness>& meas
   recordAdditions();
 }
 
+bool RunningBox::feedPose(const rt::FramePose& pose) {
+  rt::FramePose numbered = pose;
+  numbered.number = poses_fed_ + 1;
+  if (!control_->frame_poses.push(numbered)) return false;
+  ++poses_fed_;
+  return true;
+}
+
 rt::LiveParameters RunningBox::live() const {
   return !settings_.live.force.law ? config::liveWith(settings_, law_decision_) : settings_.effectiveLive();
 }
@@ -343,6 +351,11 @@ BoxStatus RunningBox::condition() {
   status.leds = {leds_->status(), led_patterns_};
   status.trace = trace_.status();
   status.fixtures = added_scene_.fixtureStatus(status.loop.state, settings_.live.proximity.warning_m);
+  status.frames = added_scene_.frameStatus(status.loop.state);
+  for (FrameStatus& frame : status.frames) {
+    if (const auto found = limited_poses_.find(frame.name); found != limited_poses_.end())
+      frame.limited = found->second;
+  }
   status.tissue = added_scene_.tissueStatus(status.loop.state.tick);
   status.tissue.feed = feed_status_;
   status.warnings = warnings(status);

@@ -59,6 +59,8 @@ constexpr std::tuple kTypes{
     Named<daemon::ControlStatus>{"ControlThread"},
     Named<daemon::FixtureConduct>{"FixtureConduct"},
     Named<daemon::FixtureStatus>{"Fixtures"},
+    Named<rt::FrameState>{"FrameState"},
+    Named<daemon::FrameStatus>{"FrameStatus"},
     Named<daemon::FeedStatus>{"Feed"},
     Named<daemon::TissueStatus>{"Tissue"},
     Named<daemon::BoxStatus>{"Status"},

@@ -171,6 +171,7 @@ void AdditionMethods::listFixtures(const Call&, const Caller& caller, Replies& r
           known && std::isfinite(conduct->distance_m) ? OrderedJson(conduct->distance_m) : OrderedJson()},
          {"forceN", known ? OrderedJson(conduct->force_n) : OrderedJson()},
          {"stiffnessNPerM", known ? OrderedJson(conduct->stiffness_n_per_m) : OrderedJson()},
+         {"lagM", known ? OrderedJson(conduct->lag_m) : OrderedJson()},
          {"breaches", known ? OrderedJson(conduct->breach.number) : OrderedJson()},
          {"onCameraLoss", rt::wordOf(config::effectiveOnCameraLoss(fixture))},
          {"orientationXyzw", orientationJson(is_box, fixture.rotation_deg)}});
