@@ -108,6 +108,8 @@ class HapticCore {
   FixtureState fixture(std::size_t place) const HAPTICD_RT { return state_.fixtures.stateOf(place); }
   /// Returns what the moving frame at this place of the newest set does.
   const FrameConduct& frame(std::size_t place) const HAPTICD_RT { return state_.frames.conduct(place); }
+  /// Returns FramePose::number of the newest pose that was taken; 0: none.
+  std::uint64_t newestPose() const HAPTICD_RT { return state_.frames.newestPose(); }
   /// Returns the result of the newest measurement of the device's latency.
   const LatencyProbe::Result& latency() const HAPTICD_RT { return state_.latency.result(); }
 

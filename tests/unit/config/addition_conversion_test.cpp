@@ -174,7 +174,7 @@ TEST(TissueConversion, KeepsIdentitiesAndTakesTheLabels) {
   const auto map = std::make_unique<rt::TissueMap>();
   const RegionSettings liver{.name = "liver",
                              .shape = rt::ShapeKind::box,
-                             .frame = "camera",
+                             .frame = FixtureFrame::camera,
                              .position_m = {0, 0, 1},
                              .size_m = {0.1, 0.1, 0.1},
                              .stiffness_n_per_m = 250};

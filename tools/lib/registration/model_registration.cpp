@@ -219,7 +219,9 @@ std::string_view wordOfFrame(const config::RegionSettings& region) {
 template <typename Item>
 std::optional<Error> frameProblem(const char* noun, const Item& item) {
   if (wordOfFrame(item) == "world") return std::nullopt;
-  const std::string what = fmt::format("it is in the frame {}", wordOfFrame(item));
+  const std::string what = wordOfFrame(item) == "camera"
+                               ? "it is in the frame of the camera"
+                               : fmt::format("it is in the frame {}, which moves", wordOfFrame(item));
   return notOfTheModel(noun, item.name, what.c_str());
 }
 
