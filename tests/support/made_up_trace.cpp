@@ -135,6 +135,7 @@ void setAdditions(rt::Tick& tick, Random& random) {
   tick.surface_noise_m = anyDouble(random);
   tick.hidden_latency_s = anyDouble(random);
   tick.depth_share = anyDouble(random);
+  tick.frame_pose = any;
 }
 
 void check(const auto& done) {

@@ -199,6 +199,7 @@ void expectAdditions(Members& members, const rt::Tick& tick) {
   members.number("surface_noise_m", tick.surface_noise_m);
   members.number("hidden_latency_s", tick.hidden_latency_s);
   members.number("depth_share", tick.depth_share);
+  members.number("frame_pose", tick.frame_pose);
 }
 
 void expectMembers(Members& members, const rt::Tick& tick) {
