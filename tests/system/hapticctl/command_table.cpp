@@ -44,6 +44,7 @@ const std::vector<Call> kCalls{
     {{"region", "export"}, Does::read},
     {{"region", "import", "SCENE"}},
     {{"region", "remove", "lung"}},
+    {{"frame", "list"}, Does::read},
     {{"trace", "start"}},
     {{"trace", "mark", "begin"}},
     {{"trace", "stop"}},
@@ -61,7 +62,8 @@ const std::vector<Call> kCalls{
 
 const std::set<std::string> kOthers{"camera list", "camera test", "completion",   "doctor",
                                     "help",        "trace info",  "trace export", "trace recover",
-                                    "trace plot",  "view",        "clear-fault"};
+                                    "trace plot",  "view",        "clear-fault",  "frame show",
+                                    "frame feed"};
 
 std::string textOf(const Command& command) {
   std::string text;
