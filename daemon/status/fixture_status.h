@@ -117,7 +117,7 @@ struct FrameStatus {
   std::uint64_t losses = 0;
   std::uint64_t returns = 0;
   std::uint64_t relocations = 0;
-  rt::Quaternion orientation{};  ///< no field of the status; ListFrames has it
+  rt::Quaternion orientation{};
 };
 template <std::same_as<FrameStatus> Status>
 constexpr auto fieldsOf(std::type_identity<Status>) {
@@ -139,6 +139,7 @@ constexpr auto fieldsOf(std::type_identity<Status>) {
             return frame.state == rt::FrameState::none ? std::nullopt
                                                        : std::optional(frame.position_m_in_world);
           }),
+      HAPTICD_FIELD(orientation, "How it is turned, as ListFrames shows it").hidden(),
       HAPTICD_FIELD(accepted, "Poses used"),
       HAPTICD_FIELD(not_finite, "Poses dropped because a number was not finite or outside +-10 m"),
       HAPTICD_FIELD(not_unit,
