@@ -158,6 +158,11 @@ void checkLabelImage(const Settings& settings, std::vector<Conflict>& conflicts)
   }
 }
 
+void checkFrames(const Settings& settings, std::vector<Conflict>& conflicts) {
+  for (AdditionError& unknown : unknownFrames(settings.additions))
+    conflicts.push_back({{"frames", "fixtures"}, std::move(unknown.error)});
+}
+
 struct LedLine {
   std::string_view parameter;
   const std::string& text;
@@ -250,6 +255,7 @@ std::vector<Conflict> conflictsIn(const Settings& settings) {
   checkReachInUnits(settings, conflicts);
   checkStandoff(settings, conflicts);
   checkLabelImage(settings, conflicts);
+  checkFrames(settings, conflicts);
   for (const HandleDriver& driver : handleDrivers()) driver.check(settings, conflicts);
   checkLeds(settings, conflicts);
   checkSockets(settings, conflicts);

@@ -83,6 +83,11 @@ std::string weakness(const RegionSettings&, const RegionSettings&) {
   return "";
 }
 
+/// What a frame's rules protect from depends on its source, so that every change may protect less.
+std::string weakness(const FrameSettings& before, const FrameSettings& after) {
+  return before == after ? "" : "may protect less: its rules change";
+}
+
 template <typename Owner>
 auto named(const Owner& owner, const std::vector<Owner>& owners) {
   return std::ranges::find(owners, owner.name, &Owner::name);
@@ -134,6 +139,7 @@ std::vector<Loosening> looseningsOf(const Settings& before, const Settings& afte
         {std::string(parameter.name), fmt::format("{} from {} to {}", parameter.name, toText(old_value),
                                                   withUnit(toText(new_value), parameter.unit))});
   }
+  addLoosenings(before.additions.frames, after.additions.frames, found);
   addLoosenings(before.additions.fixtures, after.additions.fixtures, found);
   addLoosenings(before.additions.regions, after.additions.regions, found);
   return found;
@@ -146,6 +152,7 @@ Settings withoutLoosening(const Settings& before, const Settings& after) {
     if (parameter.effect == Effect::live && isLooser(parameter, value, parameter.get(after)))
       parameter.set(result, value);
   }
+  result.additions.frames = kept(before.additions.frames, after.additions.frames);
   result.additions.fixtures = kept(before.additions.fixtures, after.additions.fixtures);
   result.additions.regions = kept(before.additions.regions, after.additions.regions);
   return result;

@@ -185,7 +185,7 @@ class Loading {
   void takeAdditions(const YamlFile& file) {
     AdditionsRead read = additionsIn(file);
     for (PlacedAdditionError& error : read.errors) report(error.line, std::move(error.error.error));
-    if (!read.errors.empty()) refused_.insert({"fixtures", "regions"});
+    if (!read.errors.empty()) refused_.insert({"frames", "fixtures", "regions"});
     additions_ = std::move(read.lists);
     additions_.applyTo(settings_.additions);
   }

@@ -55,8 +55,9 @@ AddedScene::Sets& AddedScene::setsToChange() {
 }
 
 void AddedScene::apply(const config::SceneAdditions& additions) {
-  if (additions.fixtures != additions_.fixtures) {
+  if (additions.fixtures != additions_.fixtures || additions.frames != additions_.frames) {
     solids_.use(additions.fixtures, generations().fixtures + 1);
+    additions_.frames = additions.frames;
     publishFixtures(additions.fixtures);
   }
   if (additions.regions != additions_.regions || additions.label_image != additions_.label_image) {
@@ -149,7 +150,8 @@ FixtureStatus AddedScene::fixtureStatus(const rt::LoopState& loop, double warnin
                            .stage = state.stage,
                            .warnings = state.warnings,
                            .breach = state.breach,
-                           .breaches = state.breaches});
+                           .breaches = state.breaches,
+                           .lag_m = state.lag_m});
   }
   if (tick.nearest_fixture < 0 || static_cast<std::size_t>(tick.nearest_fixture) >= fixtures.size())
     return status;
@@ -157,6 +159,39 @@ FixtureStatus AddedScene::fixtureStatus(const rt::LoopState& loop, double warnin
   status.distance_m = tick.fixture_distance_m;
   status.warning |= tick.fixture_distance_m < warning_m;
   return status;
+}
+
+std::vector<FrameStatus> AddedScene::frameStatus(const rt::LoopState& loop) const {
+  std::vector<FrameStatus> all;
+  const bool known = loop.tick.fixture_generation == generations().fixtures;
+  for (std::size_t i = 0; i < additions_.frames.size() && i < rt::kMaxFrames; ++i) {
+    FrameStatus& status = all.emplace_back();
+    status.name = additions_.frames[i].name;
+    status.used = std::ranges::any_of(additions_.fixtures, [&](const config::FixtureSettings& fixture) {
+      return fixture.enabled && fixture.frame == status.name;
+    });
+    if (!known) continue;
+    const rt::FrameConduct& conduct = loop.frames[i];
+    const auto dropped = [&conduct](rt::PoseFault fault) {
+      return conduct.dropped[static_cast<std::size_t>(fault)];
+    };
+    status.state = conduct.state;
+    status.age_s = conduct.age_s;
+    status.lag_m = conduct.lag_m;
+    status.lag_rad = conduct.lag_rad;
+    status.position_m_in_world = conduct.T_world_frame.position_m_in_world;
+    status.orientation = conduct.T_world_frame.orientation;
+    status.accepted = conduct.accepted;
+    status.not_finite = dropped(rt::PoseFault::not_finite);
+    status.not_unit = dropped(rt::PoseFault::not_unit);
+    status.older = dropped(rt::PoseFault::older);
+    status.future = dropped(rt::PoseFault::future);
+    status.jumps = dropped(rt::PoseFault::jump);
+    status.losses = conduct.losses;
+    status.returns = conduct.returns;
+    status.relocations = conduct.relocations;
+  }
+  return all;
 }
 
 TissueStatus AddedScene::tissueStatus(const rt::Tick& tick) const {

@@ -47,6 +47,8 @@ class AddedScene {
   }
   /// `warning_m`: nearer than that to a forbidden region is a warning.
   FixtureStatus fixtureStatus(const rt::LoopState& loop, double warning_m) const;
+  /// Without FrameStatus::limited.
+  std::vector<FrameStatus> frameStatus(const rt::LoopState& loop) const;
   TissueStatus tissueStatus(const rt::Tick& tick) const;
   /// The region that covers a position, as an index; nothing: none does.
   std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const;

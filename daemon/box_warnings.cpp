@@ -76,6 +76,22 @@ void addHandle(const drivers::HandleStatus& handle, const rt::Tick& tick, const 
   if (!handle.advice.empty()) list.push_back("handle: " + handle.advice);
 }
 
+/// Adds warnings about frames that are not where they are and on which a fixture depends.
+void addFrames(const std::vector<FrameStatus>& frames, Warnings& list) {
+  for (const FrameStatus& frame : frames) {
+    if (!frame.used) continue;
+    if (frame.state == rt::FrameState::none) {
+      list.push_back(fmt::format("frame {} has no place yet, and its fixtures exert nothing (feed its poses)",
+                                 frame.name));
+    } else if (frame.state == rt::FrameState::lost) {
+      list.push_back(
+          fmt::format("frame {} is lost: no usable pose for {:.1f} s (is its source running, and what "
+                      "it tracks in view?)",
+                      frame.name, frame.age_s));
+    }
+  }
+}
+
 void addLeds(const drivers::LedStatus& leds, Warnings& list) {
   const bool is_missing = leds.state == drivers::LedState::absent || leds.state == drivers::LedState::lost;
   if (is_missing && !leds.detail.empty()) {
@@ -149,6 +165,7 @@ std::vector<std::string> warningsOf(const BoxStatus& status, const WarningSource
   addFault(status.loop.state.tick, list);
   addCamera(status.camera, list);
   addHandle(status.handle, status.loop.state.tick, sources, list);
+  addFrames(status.frames, list);
   addLateness(sources, list);
   addLeds(status.leds.panel, list);
   addTrace(status.trace, list);

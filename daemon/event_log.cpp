@@ -77,6 +77,7 @@ void EventLog::onStatus(const BoxStatus& status) {
             {{"HANDLE", nameOf(state)}, {"DEVICE", status.handle.identity}}});
   }
   logBreaches(status);
+  logFrames(status.frames);
   logTrace(status.trace);
   logWarnings(status.warnings);
 }
@@ -107,6 +108,34 @@ void EventLog::logBreaches(const BoxStatus& status) {
           {"ENTRY_SPEED_M_PER_S", fmt::format("{:.4f}", breach.entry_m_per_s)},
           {"SPEED_M_PER_S", fmt::format("{:.4f}", breach.speed_m_per_s)},
           {"FORCE_N", fmt::format("{:.3f}", breach.force_n)}}});
+  }
+}
+
+/// A frame that was removed and added again counts anew.
+void EventLog::logFrames(const std::vector<FrameStatus>& frames) {
+  for (const FrameStatus& frame : frames) {
+    SeenFrame& seen = frames_[frame.name];
+    const auto log = [&](Priority priority, std::string text, const char* action) {
+      write_({priority,
+              std::move(text),
+              EventKind::frame,
+              {{"FRAME", frame.name}, {"ACTION", action}, {"STATE", nameOf(frame.state)}}});
+    };
+    if (frame.losses > seen.losses) {
+      log(Priority::warning, fmt::format("frame {} is lost: its poses are missing", frame.name), "lost");
+    }
+    if (frame.relocations > seen.relocations) {
+      log(Priority::notice,
+          fmt::format("frame {} has jumped: three poses agree on its new place, and it goes there slowly",
+                      frame.name),
+          "relocated");
+    }
+    if (frame.returns > seen.returns) {
+      log(Priority::notice,
+          fmt::format("frame {} {}", frame.name, frame.returns == 1 ? "has its first place" : "is back"),
+          "found");
+    }
+    seen = {frame.losses, frame.returns, frame.relocations};
   }
 }
 

@@ -32,6 +32,7 @@ class EventLog {
   void logTrace(const TraceStatus& trace);
   void logMode(const rt::Tick& tick, Clock::time_point now);
   void logBreaches(const BoxStatus& status);
+  void logFrames(const std::vector<FrameStatus>& frames);
   void logWarnings(const std::vector<std::string>& warnings);
 
   Write write_;
@@ -43,7 +44,15 @@ class EventLog {
   drivers::CameraState camera_ = drivers::CameraState::absent;
   drivers::HandlePresence handle_ = drivers::HandlePresence::present;
   TraceStatus trace_;
-  std::uint64_t trace_news_ = 0;                  // number of the newest one in the log
+  std::uint64_t trace_news_ = 0;  // number of the newest one in the log
+  /// Counters of a frame that are in the log.
+  struct SeenFrame {
+    std::uint64_t losses = 0;
+    std::uint64_t returns = 0;
+    std::uint64_t relocations = 0;
+  };
+
+  std::map<std::string, SeenFrame> frames_;
   std::map<std::string, std::int64_t> breaches_;  // by fixture: entered_ns of the newest one in the log
   std::map<std::string, std::string>
       warnings_;  // the key is the text without its numbers, which change all the time

@@ -64,6 +64,7 @@ std::vector<T> merged(const std::vector<T>& running, const std::vector<T>& loade
 
 void mergeAdditions(config::SceneAdditions& running, const config::SceneAdditions& loaded,
                     std::vector<std::string>& hidden) {
+  running.frames = merged(running.frames, loaded.frames, hidden);
   running.fixtures = merged(running.fixtures, loaded.fixtures, hidden);
   running.regions = merged(running.regions, loaded.regions, hidden);
   const bool own = running.label_image_origin.value == Origin::configuration || running.label_image.empty();

@@ -223,6 +223,26 @@ void RunningBox::setMeasuredStiffness(const std::vector<MeasuredStiffness>& meas
   recordAdditions();
 }
 
+bool RunningBox::feedPose(const rt::FramePose& pose) {
+  rt::FramePose numbered = pose;
+  numbered.number = poses_fed_ + 1;
+  if (!control_->frame_poses.push(numbered)) return false;
+  ++poses_fed_;
+  const rt::Quaternion& q = pose.T_world_frame.orientation;
+  trace_.add(trace::PoseRecord{.time_ns = rt::monotonicNow_ns(),
+                               .number = numbered.number,
+                               .frame = pose.frame,
+                               .pose_time_ns = pose.time_ns,
+                               .position_m_in_world = pose.T_world_frame.position_m_in_world,
+                               .orientation_x = q.x,
+                               .orientation_y = q.y,
+                               .orientation_z = q.z,
+                               .orientation_w = q.w,
+                               .has_velocity = pose.has_velocity,
+                               .velocity_m_per_s_in_world = pose.velocity_m_per_s_in_world});
+  return true;
+}
+
 rt::LiveParameters RunningBox::live() const {
   return !settings_.live.force.law ? config::liveWith(settings_, law_decision_) : settings_.effectiveLive();
 }
@@ -346,6 +366,11 @@ BoxStatus RunningBox::condition() {
   status.leds = {leds_->status(), led_patterns_};
   status.trace = trace_.status();
   status.fixtures = added_scene_.fixtureStatus(status.loop.state, settings_.live.proximity.warning_m);
+  status.frames = added_scene_.frameStatus(status.loop.state);
+  for (FrameStatus& frame : status.frames) {
+    if (const auto found = limited_poses_.find(frame.name); found != limited_poses_.end())
+      frame.limited = found->second;
+  }
   status.tissue = added_scene_.tissueStatus(status.loop.state.tick);
   status.tissue.feed = feed_status_;
   status.warnings = warnings(status);

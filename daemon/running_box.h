@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <expected>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -65,6 +66,10 @@ class RunningBox final : public Box {
   void setNotices(std::vector<std::string> notices) { notices_ = std::move(notices); }
   void setControlStatus(const ControlStatus& status) { control_status_ = status; }
   void setFeedStatus(const FeedStatus& status) { feed_status_ = status; }
+  /// Poses that were refused because they came too fast, by the name of their frame.
+  void setLimitedPoses(const std::map<std::string, std::uint64_t, std::less<>>& limited) {
+    limited_poses_ = limited;
+  }
   void setPendingReload(const std::optional<PendingReload>& pending) { pending_reload_ = pending; }
   const std::optional<PendingReload>& pendingReload() const { return pending_reload_; }
 
@@ -75,6 +80,7 @@ class RunningBox final : public Box {
   AdditionGenerations additionGenerations() const override { return added_scene_.generations(); }
   std::uint64_t applyAdditions(const config::SceneAdditions& additions) override;
   void setMeasuredStiffness(const std::vector<MeasuredStiffness>& measured) override;
+  bool feedPose(const rt::FramePose& pose) override;
   std::uint64_t engage(bool engaged, bool inside) override;
   bool engaged() override;
   std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const override {
@@ -167,6 +173,8 @@ class RunningBox final : public Box {
   std::vector<std::string> notices_;
   ControlStatus control_status_;
   FeedStatus feed_status_;
+  std::map<std::string, std::uint64_t, std::less<>> limited_poses_;
+  std::uint64_t poses_fed_ = 0;
   std::optional<PendingReload> pending_reload_;
   std::int64_t start_ns_ = 0;
   std::array<Sample, 16> samples_{};  // a ring buffer that spans about a second

@@ -127,6 +127,7 @@ void Service::noteControl(Clock::time_point now) {
   control_status_.notifications_lost = manager_.lost();
   box_.setControlStatus(control_status_);
   box_.setFeedStatus(control_.feedStatus());
+  box_.setLimitedPoses(control_.limitedPoses());
 }
 
 void Service::checkForChanges(Clock::time_point now) {

@@ -2,6 +2,7 @@
 #include "config/additions/addition_checks.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -70,12 +71,10 @@ class FieldChecks {
   }
 
   void checkMember(const Field& field, std::string Owner::*member) {
-    if (member == &Owner::name) {
-      if (!isAdditionName(owner_.*member))
-        refuse(field, base::inQuotes(owner_.*member), "is not a valid name");
-    } else if (!base::isSha256(owner_.*member)) {
-      refuse(field, base::inQuotes(owner_.*member), "is not the SHA-256 of a file");
-    }
+    const bool is_hash = field.name == "solid";
+    if (is_hash ? base::isSha256(owner_.*member) : isAdditionName(owner_.*member)) return;
+    refuse(field, base::inQuotes(owner_.*member),
+           is_hash ? "is not the SHA-256 of a file" : "is not a valid name");
   }
   void checkMember(const Field&, bool Owner::*) {}
   void checkMember(const Field& field, int Owner::*member) { checkNumber(field, owner_.*member); }
@@ -258,6 +257,12 @@ std::vector<AdditionError> checkAlone(const FixtureSettings& fixture, const Fiel
   checkMargins(fixture, checks);
   checkZone(fixture, checks);
   if (fixture.kind == rt::FixtureKind::capsule) checkCapsule(fixture, checks);
+  if (isGuidance(fixture.kind) && !isResting(fixture.frame) && checks.isGood({"frame"})) {
+    checks.report(
+        "frame",
+        fmt::format("{} moves, and guidance along a {} cannot move", fixture.frame, rt::wordOf(fixture.kind)),
+        "set frame to world or camera");
+  }
   if (fixture.kind == rt::FixtureKind::path && checks.isGood({"points_m"})) {
     if (auto problem = pathProblem(fixture.points_m, fixture.allow_crossing)) {
       checks.report("points_m", std::move(problem->what), std::move(problem->remedy));
@@ -274,6 +279,33 @@ std::vector<AdditionError> checkAlone(const RegionSettings& region, const FieldN
   return checks.takeErrors();
 }
 
+std::vector<AdditionError> checkAlone(const FrameSettings& frame, const FieldNames& skipped) {
+  FieldChecks<FrameSettings> checks(frame, skipped);
+  checks.run();
+  if (isResting(frame.name))
+    checks.report("name", fmt::format("{} is the name of a frame that rests", frame.name),
+                  "give it another one");
+  return checks.takeErrors();
+}
+
+std::vector<AdditionError> unknownFrames(const SceneAdditions& additions) {
+  std::vector<AdditionError> errors;
+  std::vector<std::string_view> names{"world", "camera"};
+  for (const FrameSettings& frame : additions.frames) names.push_back(frame.name);
+  for (const FixtureSettings& fixture : additions.fixtures) {
+    if (std::ranges::find(names, fixture.frame) != names.end()) continue;
+    errors.push_back(additionError("fixture", fixture.name, "frame",
+                                   fmt::format("there is no frame {}", base::inQuotes(fixture.frame)),
+                                   fmt::format("set frame to one of: {}, or add it to the list frames of the "
+                                               "configuration",
+                                               fmt::join(names, ", "))));
+  }
+  return errors;
+}
+
+std::vector<ItemError> duplicateNames(std::span<const FrameSettings> frames) {
+  return duplicatesIn(frames);
+}
 std::vector<ItemError> duplicateNames(std::span<const FixtureSettings> fixtures) {
   return duplicatesIn(fixtures);
 }
@@ -306,6 +338,9 @@ std::vector<ItemError> unlikeTransitions(std::span<const RegionSettings> regions
 std::optional<AdditionError> tooMany(std::span<const FixtureSettings> fixtures, std::size_t count) {
   return surplus(fixtures, count, rt::kMaxFixtures);
 }
+std::optional<AdditionError> tooMany(std::span<const FrameSettings> frames, std::size_t count) {
+  return surplus(frames, count, rt::kMaxFrames);
+}
 std::optional<AdditionError> tooMany(std::span<const RegionSettings> regions, std::size_t count) {
   return surplus(regions, count, rt::kMaxTissueRegions);
 }
@@ -328,6 +363,7 @@ std::vector<AdditionError> checkTogether(const SceneAdditions& additions) {
     for (ItemError& unlike : unlikeTransitions(all)) errors.push_back(std::move(unlike.error));
     if (auto surplus = tooMany(all, all.size())) errors.push_back(std::move(*surplus));
   };
+  checkList(additions.frames);
   checkList(additions.fixtures);
   checkList(additions.regions);
   if (additions.label_image.size() > kMaxPathLength || base::firstInvalidUtf8(additions.label_image) ||

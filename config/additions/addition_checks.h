@@ -22,6 +22,7 @@ AdditionError additionError(std::string_view noun, std::string_view name, std::s
 /// Checks one fixture or region by itself, except the fields in `skipped`.
 std::vector<AdditionError> checkAlone(const FixtureSettings& fixture, const FieldNames& skipped = {});
 std::vector<AdditionError> checkAlone(const RegionSettings& region, const FieldNames& skipped = {});
+std::vector<AdditionError> checkAlone(const FrameSettings& frame, const FieldNames& skipped = {});
 
 /// An error about one fixture or region of a list, with its index.
 struct ItemError {
@@ -32,6 +33,7 @@ struct ItemError {
 /// Returns an error for each name that an earlier fixture or region of the list has too.
 std::vector<ItemError> duplicateNames(std::span<const FixtureSettings> fixtures);
 std::vector<ItemError> duplicateNames(std::span<const RegionSettings> regions);
+std::vector<ItemError> duplicateNames(std::span<const FrameSettings> frames);
 
 /// Returns an error for each region of the place `label` with another transition_m than the first of them:
 /// the force loop looks at the labels around the HIP once for each width.
@@ -39,11 +41,15 @@ std::vector<ItemError> unlikeTransitions(std::span<const RegionSettings> regions
 inline std::vector<ItemError> unlikeTransitions(std::span<const FixtureSettings>) {
   return {};
 }
+inline std::vector<ItemError> unlikeTransitions(std::span<const FrameSettings>) {
+  return {};
+}
 
 /// Returns an error if there are more fixtures or regions than the force loop has room for; `count` may be
 /// above the number in the list.
 std::optional<AdditionError> tooMany(std::span<const FixtureSettings> fixtures, std::size_t count);
 std::optional<AdditionError> tooMany(std::span<const RegionSettings> regions, std::size_t count);
+std::optional<AdditionError> tooMany(std::span<const FrameSettings> frames, std::size_t count);
 
 /// Returns an error if a region needs the label image and there is none.
 std::optional<AdditionError> labelImageProblem(const SceneAdditions& additions);

@@ -43,8 +43,9 @@ rt::Vec3 unit(const rt::Vec3& direction) {
 /// T_world_x of a fixture's or region's frame.
 class Frame {
  public:
-  Frame(FixtureFrame frame, const rt::PoseParameters& T_world_camera) {
-    if (frame == FixtureFrame::world) return;
+  /// `in_camera`: of what is defined in the camera; otherwise it is in the world, or in a frame that moves.
+  Frame(bool in_camera, const rt::PoseParameters& T_world_camera) {
+    if (!in_camera) return;
     rotation_ = rt::rotationOf(T_world_camera);
     position_m_ = T_world_camera.position_m;
   }
@@ -170,6 +171,22 @@ rt::TissueRegion converted(const RegionSettings& region, const Frame& frame) {
   return result;
 }
 
+rt::FrameRules rulesOf(const FrameSettings& frame) {
+  return {.identity = frameIdentity(frame.name),
+          .on_loss = frame.on_loss,
+          .timeout_s = frame.timeout_s,
+          .keepalive = frame.keepalive,
+          .max_speed_m_per_s = frame.max_speed_m_per_s};
+}
+
+/// rt::Fixture::frame; of a frame that is not in the list a place where there is none.
+std::int32_t frameIndex(const FixtureSettings& fixture, const std::vector<FrameSettings>& frames) {
+  if (isResting(fixture.frame)) return -1;
+  const auto found = std::ranges::find(frames, fixture.frame, &FrameSettings::name);
+  return static_cast<std::int32_t>(found == frames.end() ? static_cast<std::ptrdiff_t>(rt::kMaxFrames)
+                                                         : found - frames.begin());
+}
+
 bool isSameDefinition(FixtureSettings a, const FixtureSettings& b) {
   a.enabled = b.enabled;
   return a == b;
@@ -190,6 +207,12 @@ std::size_t indexOf(const std::string& name, const std::vector<Settings>& list, 
 }
 
 }  // namespace
+
+std::uint32_t frameIdentity(std::string_view name) {
+  std::uint32_t hash = 2166136261;  // FNV-1a
+  for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 16777619U;
+  return std::max<std::uint32_t>(hash, 1);
+}
 
 OnCameraLoss effectiveOnCameraLoss(const FixtureSettings& fixture) {
   if (fixture.on_camera_loss != OnCameraLoss::automatic) return fixture.on_camera_loss;
@@ -223,17 +246,22 @@ Quaternion orientationOf(const rt::Vec3& rotation_deg) {
 }
 
 void toFixtureSet(const std::vector<FixtureSettings>& fixtures, const std::vector<FixtureSettings>& before,
-                  const rt::PoseParameters& T_world_camera, const SolidTable& solids, rt::FixtureSet& set) {
+                  const rt::PoseParameters& T_world_camera, const SolidTable& solids, rt::FixtureSet& set,
+                  const std::vector<FrameSettings>& frames) {
   const auto old = set.fixtures;
   const std::size_t old_count = std::min<std::size_t>(set.count, before.size());
   ++set.generation;
   set.fixtures = {};
   set.count = static_cast<std::uint32_t>(std::min(fixtures.size(), rt::kMaxFixtures));
+  set.frames = {};
+  set.frame_count = static_cast<std::uint32_t>(std::min(frames.size(), rt::kMaxFrames));
+  std::transform(frames.begin(), frames.begin() + set.frame_count, set.frames.begin(), rulesOf);
   std::size_t used = 0;
   for (std::size_t i = 0; i < set.count; ++i) {
-    const Frame frame(fixtures[i].frame, T_world_camera);
+    const Frame frame(fixtures[i].frame == "camera", T_world_camera);
     rt::Fixture& fixture = set.fixtures[i];
     fixture = converted(fixtures[i], frame);
+    fixture.frame = frameIndex(fixtures[i], frames);
     fixture.definition = newNumber<rt::kMaxFixtures>(set.generation, i);
     fixture.identity = static_cast<std::uint32_t>(fixture.definition);
     if (const std::size_t j = indexOf(fixtures[i].name, before, old_count); j < old_count) {
@@ -265,7 +293,7 @@ void toTissueMap(const std::vector<RegionSettings>& regions, const std::vector<R
   map.count = static_cast<std::uint32_t>(std::min(regions.size(), rt::kMaxTissueRegions));
   for (std::size_t i = 0; i < map.count; ++i) {
     rt::TissueRegion& region = map.regions[i];
-    region = converted(regions[i], Frame(regions[i].frame, T_world_camera));
+    region = converted(regions[i], Frame(regions[i].frame == FixtureFrame::camera, T_world_camera));
     region.identity = static_cast<std::uint32_t>(newNumber<rt::kMaxTissueRegions>(map.generation, i));
     const std::size_t j = indexOf(regions[i].name, before, old_count);
     if (j < old_count) region.identity = old[j].identity;

@@ -15,6 +15,7 @@ using Region = RegionSettings;
 
 constexpr std::size_t kMaxNameLength = 32;
 constexpr std::string_view kNameRange = "1 to 32 letters, digits, '_' and '-'";
+constexpr std::string_view kFrameRange = "world, camera or one of the list frames";
 constexpr std::string_view kHashRange = "64 hexadecimal digits in small letters";
 
 // Metres. The smallest size that the scene can show at all is far above it.
@@ -118,9 +119,8 @@ const std::array kFixtureFields = std::to_array<AdditionField<Fixture>>({
      isForbidden, never<Fixture>,
      "hold: a spring holds the HIP off the region; slow: the HIP moves freely in it, against a force that only "
      "opposes its motion"},
-    {"frame", "", wordsFor<&Fixture::frame, Fixture, FixtureFrame>(rt::kWords<FixtureFrame>), 0, 0,
-     hasFrame, never<Fixture>,
-     "frame of the vectors"},
+    {"frame", "", &Fixture::frame, 0, 0, hasFrame, never<Fixture>,
+     "frame of the vectors; one of the list frames moves, and the fixture with it"},
     {"enabled", "", &Fixture::enabled, 0, 0, always<Fixture>, never<Fixture>,
      "whether it acts", Looser::lower},
     {"position_m", "m", vector(&Fixture::position_m, place), -kFarthest_m, kFarthest_m, isPlaced, isPlaced,
@@ -200,7 +200,7 @@ const std::array kRegionFields = std::to_array<AdditionField<Region>>({
      "shape of the region"},
     {"frame", "", wordsFor<&Region::frame, Region, FixtureFrame>(rt::kWords<FixtureFrame>), 0, 0,
      hasShape, never<Region>,
-     "frame of the vectors"},
+     "frame of the vectors; a region cannot move with one of the list frames"},
     {"position_m", "m", vector(&Region::position_m, place), -kFarthest_m, kFarthest_m, hasShape, hasShape,
      "sphere, box: centre; capsule: first end"},
     {"end_m", "m", vector(&Region::end_m, place), -kFarthest_m, kFarthest_m,
@@ -249,9 +249,28 @@ const std::array kRegionFields = std::to_array<AdditionField<Region>>({
     {"cue_hz", "Hz", &Region::cue_hz, 1, 250, always<Region>, never<Region>,
      "frequency of the palpation cue"},
 });
+
+const std::array kFrameFields = std::to_array<AdditionField<FrameSettings>>({
+    {"name", "", &FrameSettings::name, 0, 0, always<FrameSettings>, always<FrameSettings>,
+     "1 to 32 letters, digits, '_' and '-'; unique; neither world nor camera"},
+    {"on_loss", "", wordsFor<&FrameSettings::on_loss, FrameSettings, rt::OnFrameLoss>(rt::kWords<rt::OnFrameLoss>), 0, 0,
+     always<FrameSettings>, never<FrameSettings>,
+     "when poses stop coming: hold: its fixtures stay where they are; fade: their force ends; stop: all force of the box"},
+    {"timeout_s", "s", &FrameSettings::timeout_s, 0.05, 10, always<FrameSettings>, never<FrameSettings>,
+     "the frame is lost when its newest pose is older"},
+    {"keepalive", "", &FrameSettings::keepalive, 0, 0, always<FrameSettings>, never<FrameSettings>,
+     "whether the source repeats poses that have not changed; false: silence means that nothing moves, and is no loss"},
+    {"max_speed_m_per_s", "m/s", &FrameSettings::max_speed_m_per_s, 0.01, rt::kFastestFrame_m_per_s,
+     always<FrameSettings>, never<FrameSettings>,
+     "largest speed of the frame's origin; ten times as many radians per second are the largest of its turning"},
+});
 // clang-format on
 
 }  // namespace
+
+std::span<const AdditionField<FrameSettings>> frameFields() {
+  return kFrameFields;
+}
 
 std::span<const AdditionField<FixtureSettings>> fixtureFields() {
   return kFixtureFields;
@@ -263,6 +282,10 @@ std::span<const AdditionField<RegionSettings>> regionFields() {
 
 std::string variantOf(const FixtureSettings& fixture) {
   return fmt::format("kind {}{}", rt::wordOf(fixture.kind), slows(fixture) ? " and effect slow" : "");
+}
+
+std::string variantOf(const FrameSettings&) {
+  return "any kind";
 }
 
 std::string variantOf(const RegionSettings& region) {
@@ -285,8 +308,9 @@ std::string rangeOf(const AdditionField<Owner>& field) {
     return fmt::format(fmt::runtime(form),
                        field.unit.empty() ? range : fmt::format("{} {}", range, field.unit));
   };
-  return std::visit(Overloaded{[](std::string Owner::*member) {
-                                 return std::string(member == &Owner::name ? kNameRange : kHashRange);
+  return std::visit(Overloaded{[&](std::string Owner::*) {
+                                 if (field.name == "name") return std::string(kNameRange);
+                                 return std::string(field.name == "frame" ? kFrameRange : kHashRange);
                                },
                                [](bool Owner::*) -> std::string { return "true or false"; },
                                [&](int Owner::*) { return numbers("whole number {}"); },
@@ -308,5 +332,6 @@ std::string rangeOf(const AdditionField<Owner>& field) {
 }
 template std::string rangeOf(const AdditionField<FixtureSettings>&);
 template std::string rangeOf(const AdditionField<RegionSettings>&);
+template std::string rangeOf(const AdditionField<FrameSettings>&);
 
 }  // namespace hapticd::config

@@ -89,6 +89,9 @@ std::span<const AdditionField<FixtureSettings>> fixtureFields();
 /// All members of a region.
 std::span<const AdditionField<RegionSettings>> regionFields();
 
+/// All members of a frame.
+std::span<const AdditionField<FrameSettings>> frameFields();
+
 /// The table of a type, by overload.
 inline auto fieldsOf(const FixtureSettings&) {
   return fixtureFields();
@@ -97,10 +100,14 @@ inline auto fieldsOf(const RegionSettings&) {
   return regionFields();
 }
 
+inline auto fieldsOf(const FrameSettings&) {
+  return frameFields();
+}
+
 /// The words of RegionSettings::place.
 inline constexpr std::array<std::string_view, 2> kPlaceWords{"shape", "label"};
 
-/// The word for messages: "fixture" or "region".
+/// The word for messages: "fixture", "region" or "frame".
 constexpr std::string_view nounOf(const FixtureSettings&) {
   return "fixture";
 }
@@ -108,9 +115,14 @@ constexpr std::string_view nounOf(const RegionSettings&) {
   return "region";
 }
 
+constexpr std::string_view nounOf(const FrameSettings&) {
+  return "frame";
+}
+
 /// What decides which members there are, for messages: "kind sphere", "place label".
 std::string variantOf(const FixtureSettings& fixture);
 std::string variantOf(const RegionSettings& region);
+std::string variantOf(const FrameSettings& frame);
 
 /// Whether the name is one for a fixture or region: 1 to 32 letters, digits, '_' and '-'.
 bool isAdditionName(std::string_view name);
@@ -120,5 +132,6 @@ template <typename Owner>
 std::string rangeOf(const AdditionField<Owner>& field);
 extern template std::string rangeOf(const AdditionField<FixtureSettings>&);
 extern template std::string rangeOf(const AdditionField<RegionSettings>&);
+extern template std::string rangeOf(const AdditionField<FrameSettings>&);
 
 }  // namespace hapticd::config

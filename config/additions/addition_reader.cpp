@@ -60,6 +60,8 @@ void takeScalarGroup(const YamlGroup& group, bool has_list, AdditionsRead& read)
                             group.name,
                             {group.name, fmt::format("{} is not a list", base::inQuotes(*group.scalar)),
                              fmt::format("write it as a list of mappings, or as `{}: []`", group.name)}}});
+  } else if (!has_list && group.name == "frames") {
+    read.lists.frames.emplace();
   } else if (!has_list && group.name == "fixtures") {
     read.lists.fixtures.emplace();
   } else if (!has_list) {
@@ -158,6 +160,7 @@ std::expected<SceneAdditions, std::vector<AdditionError>> additionsOf(std::strin
 }  // namespace
 
 void AdditionLists::applyTo(SceneAdditions& additions, Origin origin) const {
+  if (frames) additions.frames = withOrigins(*frames, additions.frames, origin);
   if (fixtures) additions.fixtures = withOrigins(*fixtures, additions.fixtures, origin);
   if (regions) additions.regions = withOrigins(*regions, additions.regions, origin);
   if (!label_image || *label_image == additions.label_image) return;
@@ -177,7 +180,9 @@ AdditionsRead additionsIn(const YamlFile& file) {
     takeScalarGroup(group, has_list, read);
   }
   for (const YamlList& list : file.lists) {
-    if (list.name == "fixtures") {
+    if (list.name == "frames") {
+      read.lists.frames = listFrom<FrameSettings>(list.node, file.complete, read.errors);
+    } else if (list.name == "fixtures") {
       read.lists.fixtures = listFrom<FixtureSettings>(list.node, file.complete, read.errors);
     } else if (list.name == "regions") {
       read.lists.regions = listFrom<RegionSettings>(list.node, file.complete, read.errors);

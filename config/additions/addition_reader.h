@@ -15,11 +15,12 @@ namespace hapticd::config {
 
 /// The lists that a text contains; a list that it does not contain is to stay as it is.
 struct AdditionLists {
+  std::optional<std::vector<FrameSettings>> frames;
   std::optional<std::vector<FixtureSettings>> fixtures;
   std::optional<std::vector<RegionSettings>> regions;
   std::optional<std::string> label_image;
 
-  bool empty() const { return !fixtures && !regions && !label_image; }
+  bool empty() const { return !frames && !fixtures && !regions && !label_image; }
   /// Replaces the lists of `additions`. What they define as it is there already keeps its origin, and the
   /// rest has `origin`. The caller must then check the whole (checkTogether).
   void applyTo(SceneAdditions& additions, Origin origin = Origin::configuration) const;
@@ -40,7 +41,8 @@ struct AdditionsRead {
 };
 
 /// The groups of a file that hold the lists, and the label image.
-inline constexpr std::array<std::string_view, 3> kAdditionGroups{"fixtures", "regions", "label_image"};
+inline constexpr std::array<std::string_view, 4> kAdditionGroups{"frames", "fixtures", "regions",
+                                                                 "label_image"};
 
 /// The group with the landmarks of a model, which may be in the same file as its fixtures and regions.
 inline constexpr std::string_view kLandmarkGroup = "landmarks";

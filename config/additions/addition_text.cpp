@@ -70,12 +70,18 @@ std::string listText(std::string_view name, const std::vector<Owner>& owners) {
 }  // namespace
 
 std::string textOf(const SceneAdditions& additions) {
-  return listText("fixtures", additions.fixtures) + listText("regions", additions.regions) +
+  // Without frames the text is one that older versions read.
+  return (additions.frames.empty() ? "" : listText("frames", additions.frames)) +
+         listText("fixtures", additions.fixtures) + listText("regions", additions.regions) +
          fmt::format("label_image: {}\n", quotedText(additions.label_image));
 }
 
 std::string lineOf(const FixtureSettings& fixture) {
   return objectText(fixture);
+}
+
+std::string lineOf(const FrameSettings& frame) {
+  return objectText(frame);
 }
 
 std::string lineOf(const RegionSettings& region) {

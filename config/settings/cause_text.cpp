@@ -38,6 +38,8 @@ const char* textOf(rt::Cause cause) {
       return "the device reports a velocity that its positions contradict";
     case rt::Cause::energy_debt:
       return "the hand got more energy from the box than it gave: the loop is unstable";
+    case rt::Cause::frame_lost:
+      return "a fixture needs a frame whose poses are missing";
   }
   return "";
 }

@@ -26,12 +26,13 @@ enum class EventKind {
   fixture,  ///< a virtual fixture was added, changed, enabled, disabled or removed
   region,   ///< a tissue region likewise, or an estimator began to feed it
   breach,   ///< the HIP has been inside a forbidden region
+  frame,    ///< a moving frame was lost, came back or jumped, or its rules were changed
 };
 
 constexpr auto wordsOf(EventKind) {
   return rt::words<EventKind>("mode", "camera", "handle", "warning", "engage", "disengage", "clear_fault",
                               "parameter", "profile", "calibration", "trace", "mark", "configuration",
-                              "reload", "stop", "fixture", "region", "breach");
+                              "reload", "stop", "fixture", "region", "breach", "frame");
 }
 
 }  // namespace hapticd::config

@@ -20,7 +20,7 @@
 /// control interface.
 namespace hapticd::config {
 
-/// The frame in which a fixture or region is defined; both rest in the world, because the camera does.
+/// A frame that rests in the world: that of a region, and of a fixture that names one of these two words.
 enum class FixtureFrame : std::uint8_t { world, camera };
 constexpr auto wordsOf(FixtureFrame) {
   return rt::words<FixtureFrame>("world", "camera");
@@ -56,7 +56,7 @@ struct FixtureSettings {
   rt::FixtureKind kind = rt::FixtureKind::sphere;
   rt::FixtureSide side = rt::FixtureSide::out;         ///< plane to cone
   rt::FixtureEffect effect = rt::FixtureEffect::hold;  ///< forbidden regions
-  FixtureFrame frame = FixtureFrame::world;
+  std::string frame = "world";  ///< world, camera, or the name of one of the list `frames`
   bool enabled = true;
   /// plane: a point of it; box, sphere: centre; capsule: first end; cone: tip; solid: origin of its frame;
   /// point
@@ -120,13 +120,26 @@ struct RegionSettings {
   friend bool operator==(const RegionSettings&, const RegionSettings&) = default;
 };
 
-/// All that people add to the scene: the lists `fixtures` and `regions` of a configuration or of a file.
+/// One frame that moves in the world; the members are those of rt::FrameRules.
+struct FrameSettings {
+  std::string name{};  ///< as of fixtures, but neither world nor camera
+  rt::OnFrameLoss on_loss = rt::OnFrameLoss::fade;
+  double timeout_s = 0.2;
+  bool keepalive = true;
+  double max_speed_m_per_s = 0.5;
+  OriginMark origin{};
+
+  friend bool operator==(const FrameSettings&, const FrameSettings&) = default;
+};
+
+/// All that people add to the scene: the lists `frames`, `fixtures` and `regions` of a configuration or file.
 struct SceneAdditions {
   std::vector<FixtureSettings> fixtures{};
   std::vector<RegionSettings> regions{};
   /// Portable graymap (P5, 8 bits) with a label for each pixel of the depth image; empty: none.
   std::string label_image{};
   OriginMark label_image_origin{};
+  std::vector<FrameSettings> frames{};  ///< that move in the world, by name
 
   friend bool operator==(const SceneAdditions&, const SceneAdditions&) = default;
 };
@@ -140,6 +153,13 @@ inline double beginning_m(const FixtureSettings& fixture) {
 const FixtureSettings* widestStandoff(const std::vector<FixtureSettings>& fixtures);
 /// Returns how far from the surface it begins, or 0.
 double standoffClearance_m(const std::vector<FixtureSettings>& fixtures);
+
+/// Returns whether a fixture is given in the frame of this name, which rests in the world.
+inline bool isResting(std::string_view frame) {
+  return frame == "world" || frame == "camera";
+}
+/// The number by which the force loop knows a frame; it follows from its name alone, and is not 0.
+std::uint32_t frameIdentity(std::string_view name);
 
 /// Returns `keep` or `fade`, also where the fixture says `auto`.
 OnCameraLoss effectiveOnCameraLoss(const FixtureSettings& fixture);
@@ -170,18 +190,24 @@ std::expected<SceneAdditions, std::vector<AdditionError>> additionsFromText(std:
                                                                             const std::string& name);
 /// Checks ranges, numbers, unique names and capacity. Errors: all of them.
 std::vector<AdditionError> checkTogether(const SceneAdditions& additions);
+/// Returns an error for each fixture that names a frame which is not in the list; checkTogether() leaves
+/// this out, because a file of fixtures may belong to a configuration that has the frames.
+std::vector<AdditionError> unknownFrames(const SceneAdditions& additions);
 
 /// The text that reads back as the same; only members that the kind uses.
 std::string textOf(const SceneAdditions& additions);
 /// A definition in one line, for people; valid in YAML and in JSON.
 std::string lineOf(const FixtureSettings& fixture);
 std::string lineOf(const RegionSettings& region);
+std::string lineOf(const FrameSettings& frame);
 
 /// Converts checked fixtures to the form of the force loop, in the world frame. `set` keeps the identity of
 /// fixtures by name, and the definition of those that differ in nothing but `enabled`; its generation is
-/// incremented. `solids` must outlive the set; a fixture whose solid is not among them does not act.
+/// incremented. `solids` must outlive the set; a fixture whose solid is not among them does not act. A
+/// fixture whose frame is not among `frames` (at most rt::kMaxFrames) has no place, and exerts nothing.
 void toFixtureSet(const std::vector<FixtureSettings>& fixtures, const std::vector<FixtureSettings>& before,
-                  const rt::PoseParameters& T_world_camera, const SolidTable& solids, rt::FixtureSet& set);
+                  const rt::PoseParameters& T_world_camera, const SolidTable& solids, rt::FixtureSet& set,
+                  const std::vector<FrameSettings>& frames = {});
 /// The same for regions. `image`: their label image, at most kMaxFrameWidth x kMaxFrameHeight; empty: none.
 void toTissueMap(const std::vector<RegionSettings>& regions, const std::vector<RegionSettings>& before,
                  const LabelImage& image, const rt::PoseParameters& T_world_camera, rt::TissueMap& map);

@@ -83,7 +83,7 @@ using Type = YamlNode::Type;
 // points have about 17'000.
 constexpr int kMaxEvents = 25'000;
 
-constexpr std::array<std::string_view, 3> kListGroups{"fixtures", "regions", "landmarks"};
+constexpr std::array<std::string_view, 4> kListGroups{"frames", "fixtures", "regions", "landmarks"};
 
 // Ends the parser early; never leaves this file.
 struct TooManyEvents {

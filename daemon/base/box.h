@@ -21,6 +21,7 @@
 #include "daemon/trace/reader/trace_folder.h"
 #include "rt/base/vec3.h"
 #include "rt/depth/depth_frame.h"
+#include "rt/fixtures/moving_frame.h"
 #include "rt/loop/loop_state.h"
 
 namespace hapticd::daemon {
@@ -89,6 +90,9 @@ class Box {
   virtual std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const = 0;
   /// Gives regions of additions() another stiffness and damping, each within its range. Nobody waits for it.
   virtual void setMeasuredStiffness(const std::vector<MeasuredStiffness>& measured) = 0;
+  /// Hands a pose of one of the frames of additions() to the force loop, which checks it; its `number` is set
+  /// here. Returns false, and drops it, if the loop has not taken many others yet.
+  virtual bool feedPose(const rt::FramePose& pose) = 0;
   /// Requests `engaged` or `idle`. `inside`: even if the HIP is inside a surface. A request to engage changes
   /// nothing while the box is engaged or holding. Returns the generation to wait for.
   virtual std::uint64_t engage(bool engaged, bool inside) = 0;

@@ -53,6 +53,8 @@ class ControlService final : public CallHandler {
   /// Warnings for the status that come from calls of this service, each with its remedy.
   std::vector<std::string> warnings() const { return calibration_.warnings(); }
   const FeedStatus& feedStatus() const { return additions_.feedStatus(); }
+  /// See FrameMethods::limited().
+  const auto& limitedPoses() const { return frames_.limited(); }
   const std::vector<Method>& methods() const { return methods_; }
 
  private:
@@ -67,6 +69,7 @@ class ControlService final : public CallHandler {
   DepthStreams depth_;
   ParameterMethods parameters_;
   AdditionMethods additions_;
+  FrameMethods frames_;
   TraceMethods traces_;
   ProfileMethods profiles_;
   CalibrationMethods calibration_;

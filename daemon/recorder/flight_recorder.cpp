@@ -49,6 +49,9 @@ namespace {
 /// Capacity for the other records, which are rare; of a flood of changes only the newest are kept.
 constexpr std::size_t kMaxRecords = 10'000;
 
+/// The same for poses: those of all frames at the largest rate for longer than the recorder's usual 10 s.
+constexpr std::size_t kMaxPoses = 60'000;
+
 /// The same for fixtures and tissue regions, which a program may change many times a second and of which a
 /// record with a label image holds some hundred kilobytes.
 constexpr std::size_t kMaxAdditionsBytes = std::size_t{32} << 20;
@@ -104,6 +107,13 @@ void FlightRecorder::add(const trace::AdditionsRecord& additions) {
   while (additions_.size() > 1 && additions_bytes_ > kMaxAdditionsBytes) forgetOldestAdditions();
 }
 
+void FlightRecorder::add(const trace::PoseRecord& pose) {
+  if (ticks_.empty()) return;
+  forgetOldRecords();
+  poses_.push_back(pose);
+  while (poses_.size() > kMaxPoses) poses_.pop_front();
+}
+
 void FlightRecorder::add(const trace::EventRecord& event) {
   if (ticks_.empty()) return;
   forgetOldRecords();
@@ -124,6 +134,7 @@ void FlightRecorder::forgetOldRecords() {
     directives_.pop_front();
   }
   while (additions_.size() > 1 && reached(oldest, additions_[1])) forgetOldestAdditions();
+  while (!poses_.empty() && poses_.front().number <= oldest.frame_pose) poses_.pop_front();
   while (!events_.empty() && events_.front().time_ns < oldest.planned_ns) events_.pop_front();
 }
 
@@ -138,11 +149,13 @@ base::Result<void> FlightRecorder::writeTo(trace::TraceWriter& writer) const {
   auto directive = directives_.begin();
   auto additions = additions_.begin();
   auto model = models_.begin();
+  auto pose = poses_.begin();
   auto event = events_.begin();
   const auto writeRecordsBefore = [&](std::int64_t time_ns) {
     writeBefore(directives_, directive, time_ns);
     writeBefore(additions_, additions, time_ns);
     writeBefore(models_, model, time_ns);
+    writeBefore(poses_, pose, time_ns);
     writeBefore(events_, event, time_ns);
   };
   for (std::size_t i = 0; i < held_ && result; ++i) {

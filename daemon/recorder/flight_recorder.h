@@ -55,6 +55,7 @@ class FlightRecorder {
   void add(const trace::ModelRecord& model);
   void add(const trace::DirectiveRecord& directive);
   void add(const trace::AdditionsRecord& additions);
+  void add(const trace::PoseRecord& pose);
   void add(const trace::EventRecord& event);
 
   bool empty() const noexcept { return held_ == 0; }
@@ -78,6 +79,7 @@ class FlightRecorder {
   std::deque<trace::DirectiveRecord> directives_;  // starts with the one that the oldest tick obeyed
   std::deque<trace::AdditionsRecord> additions_;   // the same for fixtures and regions
   std::size_t additions_bytes_ = 0;
+  std::deque<trace::PoseRecord> poses_;
   std::deque<trace::EventRecord> events_;
 };
 

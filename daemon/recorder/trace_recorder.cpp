@@ -119,6 +119,10 @@ void TraceRecorder::add(trace::AdditionsRecord additions) {
   accept(std::move(additions), additions_);
 }
 
+void TraceRecorder::add(trace::PoseRecord pose) {
+  accept(std::move(pose), poses_);
+}
+
 void TraceRecorder::add(trace::EventRecord event) {
   accept(std::move(event), events_);
 }
@@ -266,11 +270,13 @@ void TraceRecorder::write(const Record& record) {
 void TraceRecorder::takeRecords() {
   std::deque<trace::DirectiveRecord> directives;
   std::deque<trace::AdditionsRecord> additions;
+  std::deque<trace::PoseRecord> poses;
   std::deque<trace::EventRecord> events;
   {
     const std::lock_guard lock(mutex_);
     directives = std::exchange(directives_, {});
     additions = std::exchange(additions_, {});
+    poses = std::exchange(poses_, {});
     events = std::exchange(events_, {});
     own_status_.records_lost = records_refused_ + sources_.scene_thread.models().dropped();
   }
@@ -282,6 +288,7 @@ void TraceRecorder::takeRecords() {
     write(changed);
     in_force_.additions = std::move(changed);
   }
+  for (const trace::PoseRecord& pose : poses) write(pose);
   for (const trace::EventRecord& event : events) write(event);
   trace::ModelRecord model;
   while (sources_.scene_thread.models().pop(model)) {

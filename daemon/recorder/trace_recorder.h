@@ -68,6 +68,8 @@ class TraceRecorder {
   void add(trace::DirectiveRecord directive);
   /// Records the fixtures and tissue regions that apply from now on.
   void add(trace::AdditionsRecord additions);
+  /// Records a pose that has been handed to the force loop.
+  void add(trace::PoseRecord pose);
   void add(trace::EventRecord event);
 
   // These do what the functions of Box (box.h) with the same names promise.
@@ -124,11 +126,12 @@ class TraceRecorder {
   const std::string settings_yaml_;  // all settings at the start, for the traces
   Sources sources_;
 
-  std::mutex mutex_;  // protects the next six members
+  std::mutex mutex_;  // protects the next seven members
   std::condition_variable wake_;
   std::deque<std::function<void()>> work_;
   std::deque<trace::DirectiveRecord> directives_;
   std::deque<trace::AdditionsRecord> additions_;
+  std::deque<trace::PoseRecord> poses_;
   std::deque<trace::EventRecord> events_;
   bool stop_ = false;
   std::uint64_t records_refused_ = 0;

@@ -79,6 +79,7 @@ class TraceSession {
   base::Result<void> write(const trace::ModelRecord& model);
   base::Result<void> write(const trace::DirectiveRecord& directive) { return writer_->write(directive); }
   base::Result<void> write(const trace::AdditionsRecord& additions) { return writer_->write(additions); }
+  base::Result<void> write(const trace::PoseRecord& pose) { return writer_->write(pose); }
   base::Result<void> write(const trace::EventRecord& event) { return writer_->write(event); }
   /// Writes what other threads have ready: depth frames, and a requested snapshot.
   base::Result<void> writeWhatIsReady();

@@ -388,6 +388,7 @@ struct BoxStatus {
   TraceStatus trace;
   ControlStatus control;
   FixtureStatus fixtures;
+  std::vector<FrameStatus> frames;
   TissueStatus tissue;
   std::optional<PendingReload> pending_reload;
 };
@@ -418,6 +419,7 @@ constexpr auto fieldsOf(std::type_identity<Status>) {
       HAPTICD_FIELD(trace, "The traces"),
       HAPTICD_FIELD(control, "The thread that serves these calls"),
       HAPTICD_FIELD(fixtures, "The virtual fixtures"),
+      HAPTICD_FIELD(frames, "The frames that move in the world, in the order of the configuration"),
       HAPTICD_FIELD(tissue, "The tissue regions"),
       HAPTICD_FIELD(pending_reload,
                     "A reload of the configuration that waits for confirmation; null: none does")};

@@ -11,7 +11,9 @@
 #include <vector>
 
 #include "rt/base/fields.h"
+#include "rt/base/vec3.h"
 #include "rt/fixtures/fixture_state.h"
+#include "rt/fixtures/moving_frame.h"
 
 namespace hapticd::daemon {
 
@@ -31,6 +33,7 @@ struct FixtureConduct {
   std::uint64_t warnings = 0;
   rt::Breach breach{};
   rt::BreachTotals breaches{};
+  double lag_m = 0;
 };
 template <std::same_as<FixtureConduct> Status>
 constexpr auto fieldsOf(std::type_identity<Status>) {
@@ -68,7 +71,10 @@ constexpr auto fieldsOf(std::type_identity<Status>) {
           .counter("fixture_breach_seconds"),
       HAPTICD_FIELD(breaches.depth_m, "Largest depth that it reached in any of them; 0: there was none")
           .named("deepestBreachM")
-          .gauge("fixture_deepest_breach_metres")};
+          .gauge("fixture_deepest_breach_metres"),
+      HAPTICD_FIELD(lag_m,
+                    "How far its region, next to the interaction point, is behind its moving frame: it gives "
+                    "way to a hand that it is pressed against (docs/fixtures.md)")};
 }
 
 /// The virtual fixtures, as people see them.
@@ -113,6 +119,61 @@ constexpr auto fieldsOf(std::type_identity<Status>) {
       HAPTICD_FIELD(
           each,
           "Each of them, in their order; empty for the moment until the force loop has taken over a change")};
+}
+
+/// What one moving frame does.
+struct FrameStatus {
+  std::string name{};
+  rt::FrameState state = rt::FrameState::none;
+  bool used = false;
+  double age_s = 0;
+  double lag_m = 0;
+  double lag_rad = 0;
+  rt::Vec3 position_m_in_world{};
+  std::uint64_t accepted = 0;
+  std::uint64_t not_finite = 0;
+  std::uint64_t not_unit = 0;
+  std::uint64_t older = 0;
+  std::uint64_t future = 0;
+  std::uint64_t jumps = 0;
+  std::uint64_t limited = 0;
+  std::uint64_t losses = 0;
+  std::uint64_t returns = 0;
+  std::uint64_t relocations = 0;
+  rt::Quaternion orientation{};
+};
+template <std::same_as<FrameStatus> Status>
+constexpr auto fieldsOf(std::type_identity<Status>) {
+  return std::tuple{
+      HAPTICD_FIELD(name, "Its name"),
+      HAPTICD_FIELD(
+          state,
+          "none: no usable pose yet; live: it follows its poses; held: they are late, and it stays; "
+          "lost: they are missing; catching_up: it is on its way to where they say that it is"),
+      HAPTICD_FIELD(used, "Whether an enabled fixture is defined in it"),
+      HAPTICD_FIELD(age_s, "Age of its newest usable pose; null: there is none")
+          .shownAs([](const auto& frame) {
+            return frame.state == rt::FrameState::none ? std::nullopt : std::optional(frame.age_s);
+          }),
+      HAPTICD_FIELD(lag_m, "From where it is to where its poses say that it is"),
+      HAPTICD_FIELD(lag_rad, "The same of its orientation"),
+      HAPTICD_FIELD(position_m_in_world, "Where its origin is, metres, world frame; null: not known")
+          .shownAs([](const auto& frame) {
+            return frame.state == rt::FrameState::none ? std::nullopt
+                                                       : std::optional(frame.position_m_in_world);
+          }),
+      HAPTICD_FIELD(orientation, "How it is turned, as ListFrames shows it").hidden(),
+      HAPTICD_FIELD(accepted, "Poses used"),
+      HAPTICD_FIELD(not_finite, "Poses dropped because a number was not finite or outside +-10 m"),
+      HAPTICD_FIELD(not_unit,
+                    "Poses dropped because their quaternion was longer or shorter than 1 by over 1 %"),
+      HAPTICD_FIELD(older, "Poses dropped because they were not newer than the newest"),
+      HAPTICD_FIELD(future, "Poses dropped because their time was more than 20 ms from now"),
+      HAPTICD_FIELD(jumps, "Poses dropped because the frame cannot have moved so far"),
+      HAPTICD_FIELD(limited, "Poses refused because they came faster than 500 per second"),
+      HAPTICD_FIELD(losses, "Times that it was lost"),
+      HAPTICD_FIELD(returns, "Times that it was found, the first one included"),
+      HAPTICD_FIELD(relocations, "Jumps that were believed, because three poses agreed on them")};
 }
 
 /// Counters of the measured stiffness that estimators feed.

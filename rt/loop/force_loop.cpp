@@ -2,7 +2,9 @@
 #include "rt/loop/force_loop.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 #include "rt/base/realtime_thread.h"
 #include "rt/loop/warm_up.h"
@@ -64,6 +66,9 @@ void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
 
   answerSnapshotRequest();
   const bool release = stopping_ && stop_bound_.releases(planned_ns);
+  std::array<FramePose, kMaxPosesPerTick> poses;
+  std::size_t pose_count = 0;
+  while (pose_count < poses.size() && channels_.control.frame_poses.pop(poses[pose_count])) ++pose_count;
   Tick tick = core_.step({.now_ns = woke_ns,
                           .period_s = period_s_,
                           .scene = channels_.scenes.front(),
@@ -73,7 +78,8 @@ void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
                           .overran = overran_,
                           .release = release,
                           .fixtures = &channels_.control.fixtures.front(),
-                          .tissue = &channels_.control.tissue.front()});
+                          .tissue = &channels_.control.tissue.front(),
+                          .poses = std::span(poses).first(pose_count)});
   tick.number = state_.counters.ticks + 1;
   tick.stopping = stopping_;
   tick.planned_ns = planned_ns;
@@ -95,6 +101,8 @@ void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
   state_.latency = core_.latency();
   const std::size_t fixtures = channels_.control.fixtures.front().count;
   for (std::size_t i = 0; i < fixtures; ++i) state_.fixtures[i] = core_.fixture(i);
+  const std::size_t frames = channels_.control.fixtures.front().frame_count;
+  for (std::size_t i = 0; i < frames; ++i) state_.frames[i] = core_.frame(i);
   noteTransition(tick, woke_ns);
   count(tick);
   publish(tick);

@@ -121,6 +121,7 @@ FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const Eva
          .surface_law = rowOf(laws_.law()).carries_standoffs,
          .frame_age_s = frameAge_s(input.scene, input.now_ns, input.start.camera_latency_s),
          .depth_share = tick.depth_share,
+         .frames = state_.frames.places(),
          .now_ns = input.now_ns,
          .period_s = input.period_s,
          .engages = engaged && !state_.exerting,
@@ -130,7 +131,6 @@ FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const Eva
          .max_damping_n_s_per_m = std::max(0.0, rules.largest_damping_n_s_per_m / scale - of_law),
          .law_stiffness_n_per_m = evaluation.contact.largest_n_per_m});
     state_.exerting = engaged;
-    tick.fixture_generation = input.fixtures->generation;
   }
   state_.law_share = output.law_share;
   tick.fixtures_in_contact = output.in_contact;
@@ -420,6 +420,7 @@ Tick HapticCore::step(const Input& input) HAPTICD_RT {
   tick.directive_generation = input.directive.generation;
   tick.after_overrun = input.overran;
   tick.tissue_generation = input.tissue == nullptr ? 0 : input.tissue->generation;
+  tick.fixture_generation = input.fixtures == nullptr ? 0 : input.fixtures->generation;
   tick.scene_frame = input.scene.frame;
   tick.scene_model = input.scene.model;
   tick.scene_age_ns = input.scene.frame == 0 ? 0 : input.now_ns - input.scene.frame_time_ns;
@@ -431,7 +432,12 @@ Tick HapticCore::step(const Input& input) HAPTICD_RT {
   state_.last_ns = input.now_ns;
   // The law is evaluated in every mode with valid inputs, so that status shows contact before engaging.
   const SafetyParameters& safety = input.directive.parameters.safety;
-  const Supervisor::Obstacle obstacle = state_.supervisor.look(input);
+  state_.frames.step(framesOf(input.fixtures), tick.fixture_generation, input.poses, input.now_ns,
+                     input.period_s);
+  tick.frame_pose = state_.frames.newestPose();
+  Supervisor::Obstacle obstacle = state_.supervisor.look(input);
+  const bool only_depth = obstacle.cause == Cause::none || obstacle.cause == Cause::depth_stale;
+  if (only_depth && stopsForFrame(input.fixtures, state_.frames.places())) obstacle.cause = Cause::frame_lost;
   SafetyChain::Output out;
   if (obstacle.law_usable) {
     out = computeCommand(input, obstacle, tick);

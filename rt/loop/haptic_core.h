@@ -66,6 +66,7 @@ class HapticCore {
   };
   /// What a tick passes to the next one, besides what the laws keep.
   struct State {
+    MovingFrames frames;
     FixtureForces fixtures;
     ForceBlend blend;
     Origin origin;
@@ -105,6 +106,10 @@ class HapticCore {
 
   /// Returns what the fixture at this place of the newest set does.
   FixtureState fixture(std::size_t place) const HAPTICD_RT { return state_.fixtures.stateOf(place); }
+  /// Returns what the moving frame at this place of the newest set does.
+  const FrameConduct& frame(std::size_t place) const HAPTICD_RT { return state_.frames.conduct(place); }
+  /// Returns FramePose::number of the newest pose that was taken; 0: none.
+  std::uint64_t newestPose() const HAPTICD_RT { return state_.frames.newestPose(); }
   /// Returns the result of the newest measurement of the device's latency.
   const LatencyProbe::Result& latency() const HAPTICD_RT { return state_.latency.result(); }
 

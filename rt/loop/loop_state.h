@@ -19,6 +19,7 @@
 #include "rt/channels/triple_buffer.h"
 #include "rt/fixtures/fixture.h"
 #include "rt/fixtures/fixture_state.h"
+#include "rt/fixtures/moving_frame.h"
 #include "rt/laws/automatic_stiffness.h"
 #include "rt/laws/force_law.h"
 #include "rt/laws/law_table.h"
@@ -61,12 +62,13 @@ enum class Cause : std::uint8_t {
   surface_too_near,
   handle_inconsistent,  ///< the device goes on claiming a velocity that its positions contradict
   energy_debt,          ///< the hand has got more energy than a spring at the limits can store (passivity.h)
+  frame_lost,           ///< a fixture needs a moving frame whose poses are missing, and its rule is `stop`
 };
 constexpr auto wordsOf(Cause) {
   return words<Cause>("none", "requested", "no_scene", "depth_stale", "handle_stale", "handle_invalid",
                       "force_not_finite", "handle_too_fast", "handle_clutched", "handle_not_calibrated",
                       "handle_replaced", "outside_workspace", "inside_surface", "overrun_burst",
-                      "surface_too_near", "handle_inconsistent", "energy_debt");
+                      "surface_too_near", "handle_inconsistent", "energy_debt", "frame_lost");
 }
 inline constexpr std::size_t kModeCount = enumeratorCount<Mode>();
 inline constexpr std::size_t kCauseCount = enumeratorCount<Cause>();
@@ -153,6 +155,7 @@ struct Tick {
   double surface_noise_m = 0;
   double hidden_latency_s = 0;
   double depth_share = 1;
+  std::uint64_t frame_pose = 0;
 };
 template <std::same_as<Tick> Status>
 constexpr auto fieldsOf(std::type_identity<Status>) {
@@ -270,7 +273,8 @@ constexpr auto fieldsOf(std::type_identity<Status>) {
                     "at all, or not known"),
       HAPTICD_FIELD(depth_share,
                     "Share of the forces that need depth: below one while the camera is lost and other "
-                    "fixtures go on acting")};
+                    "fixtures go on acting"),
+      HAPTICD_FIELD(frame_pose, "Number of the newest pose of a moving frame that was taken; 0: none")};
 }
 
 /// Counters since the start of the loop.
@@ -334,6 +338,7 @@ struct LoopState {
   LatencyProbe::Result latency;    ///< of the newest measurement of the device's latency
   /// Of the set that tick.fixture_generation names.
   std::array<FixtureState, kMaxFixtures> fixtures{};
+  std::array<FrameConduct, kMaxFrames> frames{};  ///< of the same set
 };
 
 /// Requests of the control thread to the force loop, as one consistent set.
@@ -362,6 +367,7 @@ struct ControlChannels {
   LatencyHistogram wakeup_latency;    ///< filled by the force thread
   LatencyHistogram compute_time;      ///< filled by the force thread
   FixtureChannel fixtures;            ///< written by the control thread
+  FramePoseRing frame_poses;          ///< pushed by the control thread
   TissueChannel tissue;               ///< written by the control thread
 };
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <span>
 
 #include "rt/base/parameters.h"
 #include "rt/base/realtime_safe.h"
@@ -38,6 +39,7 @@ class Supervisor {
     double loop_period_s = 0;              ///< time for which the device holds a force; 0: period_s
     const FixtureSet* fixtures = nullptr;  ///< null: none
     const TissueMap* tissue = nullptr;     ///< null: none
+    std::span<const FramePose> poses{};    ///< of moving frames, that have arrived since the previous tick
   };
 
   /// Reason against exerting a force that is known before the law is evaluated.

@@ -208,6 +208,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   takeMessage<trace::ModelRecord>(bytes);
   takeMessage<trace::DirectiveRecord>(bytes);
   takeMessage<trace::AdditionsRecord>(bytes);
+  takeMessage<trace::PoseRecord>(bytes);
   takeMessage<trace::EventRecord>(bytes);
   takeMessage<trace::SnapshotRecord>(bytes);
   takeMessage<trace::DepthRecord>(bytes);

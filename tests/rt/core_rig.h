@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "rt/loop/haptic_core.h"
 #include "rt/loop/loop_state.h"
@@ -34,7 +35,8 @@ class CoreRig {
                       .directive = directive,
                       .start = start,
                       .overran = overran,
-                      .fixtures = fixtures});
+                      .fixtures = fixtures,
+                      .poses = poses});
   }
   rt::Tick steps(int count) {
     rt::Tick tick;
@@ -53,6 +55,7 @@ class CoreRig {
   rt::Directive directive;
   rt::StartParameters start;
   const rt::FixtureSet* fixtures = nullptr;
+  std::vector<rt::FramePose> poses;  ///< that arrive with the next tick, and each one after it
   bool handle_fresh = true;
   bool scene_fresh = true;
   bool overran = false;

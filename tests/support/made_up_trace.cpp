@@ -135,6 +135,7 @@ void setAdditions(rt::Tick& tick, Random& random) {
   tick.surface_noise_m = anyDouble(random);
   tick.hidden_latency_s = anyDouble(random);
   tick.depth_share = anyDouble(random);
+  tick.frame_pose = any;
 }
 
 void check(const auto& done) {
@@ -225,6 +226,23 @@ trace::AdditionsRecord madeUpAdditions(Random& random) {
   return additions;
 }
 
+trace::PoseRecord madeUpPose(Random& random) {
+  const Any any{random};
+  trace::PoseRecord pose;
+  pose.time_ns = anyTime_ns(random);
+  pose.number = any;
+  pose.frame = any;
+  pose.pose_time_ns = any;
+  pose.position_m_in_world = {anyDouble(random), anyDouble(random), anyDouble(random)};
+  pose.orientation_x = anyDouble(random);
+  pose.orientation_y = anyDouble(random);
+  pose.orientation_z = anyDouble(random);
+  pose.orientation_w = anyDouble(random);
+  pose.has_velocity = any;
+  pose.velocity_m_per_s_in_world = {anyDouble(random), anyDouble(random), anyDouble(random)};
+  return pose;
+}
+
 trace::EventRecord madeUpEvent(Random& random) {
   trace::EventRecord event;
   event.time_ns = anyTime_ns(random);
@@ -293,6 +311,7 @@ MadeUpRecords madeUpRecords(std::size_t chunks, std::size_t ticks_per_chunk, uns
     add(records.models, madeUpModel(random));
     add(records.directives, madeUpDirective(random));
     add(records.additions, madeUpAdditions(random));
+    add(records.poses, madeUpPose(random));
     add(records.events, madeUpEvent(random));
     add(records.snapshots, madeUpSnapshot(random));
   }
@@ -302,6 +321,7 @@ MadeUpRecords madeUpRecords(std::size_t chunks, std::size_t ticks_per_chunk, uns
   sort(records.models);
   sort(records.directives);
   sort(records.additions);
+  sort(records.poses);
   sort(records.events);
   sort(records.snapshots);
   return records;
@@ -320,6 +340,7 @@ void writeTrace(const std::filesystem::path& file, const MadeUpRecords& records,
   writeAll(records.models);
   writeAll(records.directives);
   writeAll(records.additions);
+  writeAll(records.poses);
   writeAll(records.events);
   writeAll(records.snapshots);
   writeAll(records.depth);

@@ -22,6 +22,7 @@ trace::ModelRecord madeUpModel(std::mt19937_64& random);
 trace::DirectiveRecord madeUpDirective(std::mt19937_64& random);
 trace::AdditionsRecord madeUpAdditions(std::mt19937_64& random);
 trace::EventRecord madeUpEvent(std::mt19937_64& random);
+trace::PoseRecord madeUpPose(std::mt19937_64& random);
 trace::SnapshotRecord madeUpSnapshot(std::mt19937_64& random);
 /// Returns a depth frame of any small size with a header of any valid values.
 trace::DepthRecord madeUpDepth(std::mt19937_64& random);
@@ -32,6 +33,7 @@ struct MadeUpRecords {
   std::vector<trace::ModelRecord> models;
   std::vector<trace::DirectiveRecord> directives;
   std::vector<trace::AdditionsRecord> additions;
+  std::vector<trace::PoseRecord> poses;
   std::vector<trace::EventRecord> events;
   std::vector<trace::SnapshotRecord> snapshots;
   std::vector<trace::DepthRecord> depth;  ///< left empty by madeUpRecords()

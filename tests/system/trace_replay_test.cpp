@@ -3,10 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <optional>
 #include <span>
+#include <thread>
 
 #include "daemon/trace/format/depth_codec.h"
 #include "daemon/trace/reader/trace_reader.h"
@@ -124,6 +128,51 @@ TEST(TraceReplayWithFixtures, ReproducesEveryForceToTheBit) {
                                      }});
   ASSERT_TRUE(info) << info.error().text();
   EXPECT_GE(info->additions, 1U);
+  EXPECT_GT(acting, 100U);
+  const Finished replay = replayed(trace);
+  EXPECT_EQ(replay.ending, exitedWith(0)) << replay.output << replay.errors;
+  EXPECT_TRUE(contains(replay.output, "different: 0 ticks")) << replay.output;
+  EXPECT_GT(countOf(replay.output, " ticks computed again"), 1000U) << replay.output;
+}
+
+/// Feeds poses of a frame that goes up and down by 4 mm, until it is destroyed.
+class PoseStream {
+ public:
+  explicit PoseStream(const DaemonHome& home)
+      : thread_([this, &home](const std::stop_token& stop) {
+          while (!stop.stop_requested()) {
+            std::string lines;
+            for (int i = 0; i < 200; ++i)
+              lines += fmt::format("0,0,{},0,0,0,1\n", -0.945 + 0.004 * std::sin(0.02 * ++count_));
+            const Finished fed = home.controlWithInput(lines, {"frame", "feed", "phantom"});
+            EXPECT_EQ(fed.ending, exitedWith(0)) << fed.errors;
+          }
+        }) {}
+
+ private:
+  int count_ = 0;
+  std::jthread thread_;
+};
+
+TEST(TraceReplayWithMovingFrames, ReproducesEveryForceToTheBit) {
+  const DaemonHome home;
+  const std::string fixtures =
+      "frames: [{name: phantom, timeout_s: 5}]\n"
+      "fixtures:\n"
+      "  - {name: floor, kind: plane, frame: phantom, position_m: [0, 0, 0], normal: [0, 0, 1]}\n";
+  Daemon daemon(home, kSceneYaml + fixtures, {"force.law=surface"});
+  ASSERT_TRUE(daemon.answers());
+  fs::path trace;
+  {
+    const PoseStream poses(home);
+    trace = loggedSession(home, daemon, 75);
+  }
+  std::uint64_t acting = 0;
+  const auto info = trace::readTrace(trace, {.tick = [&acting](const rt::Tick& tick) {
+                                       return acting += tick.fixtures_in_contact != 0, true;
+                                     }});
+  ASSERT_TRUE(info) << info.error().text();
+  EXPECT_GT(info->poses, 100U);
   EXPECT_GT(acting, 100U);
   const Finished replay = replayed(trace);
   EXPECT_EQ(replay.ending, exitedWith(0)) << replay.output << replay.errors;

@@ -199,6 +199,7 @@ void expectAdditions(Members& members, const rt::Tick& tick) {
   members.number("surface_noise_m", tick.surface_noise_m);
   members.number("hidden_latency_s", tick.hidden_latency_s);
   members.number("depth_share", tick.depth_share);
+  members.number("frame_pose", tick.frame_pose);
 }
 
 void expectMembers(Members& members, const rt::Tick& tick) {
@@ -275,6 +276,21 @@ void expectMembers(Members& members, const trace::AdditionsRecord& additions) {
   members.pairs("regions", additions.regions);
 }
 
+void expectMembers(Members& members, const trace::PoseRecord& pose) {
+  members.time(pose.time_ns);
+  members.number("time_ns", pose.time_ns);
+  members.number("number", pose.number);
+  members.number("frame", pose.frame);
+  members.number("pose_time_ns", pose.pose_time_ns);
+  members.vector("position_m_in_world", pose.position_m_in_world);
+  members.number("orientation_x", pose.orientation_x);
+  members.number("orientation_y", pose.orientation_y);
+  members.number("orientation_z", pose.orientation_z);
+  members.number("orientation_w", pose.orientation_w);
+  members.flag("has_velocity", pose.has_velocity);
+  members.vector("velocity_m_per_s_in_world", pose.velocity_m_per_s_in_world);
+}
+
 void expectMembers(Members& members, const trace::EventRecord& event) {
   members.time(event.time_ns);
   members.number("time_ns", event.time_ns);
@@ -288,7 +304,7 @@ void expectMembers(Members& members, const trace::SnapshotRecord& record) {
   members.number("time_ns", record.time_ns);
   members.number("request", record.snapshot.request);
   members.number("tick", record.snapshot.tick);
-  members.number("memory_layout", std::uint64_t{6});
+  members.number("memory_layout", std::uint64_t{7});
   members.bytes("memory", &record.snapshot.memory, sizeof record.snapshot.memory);
 }
 
@@ -357,10 +373,11 @@ void expectAll(Read& read, const MadeUpRecords& records) {
     expectRecords(messages["/hapticd/model"], records.models);
     expectRecords(messages["/hapticd/directive"], records.directives);
     expectRecords(messages["/hapticd/additions"], records.additions);
+    expectRecords(messages["/hapticd/frame_pose"], records.poses);
     expectRecords(messages["/hapticd/event"], records.events);
     expectRecords(messages["/hapticd/core_snapshot"], records.snapshots);
     expectRecords(messages["/hapticd/depth"], records.depth);
-    EXPECT_EQ(messages.size(), 7U);
+    EXPECT_EQ(messages.size(), 8U);
   }
 }
 

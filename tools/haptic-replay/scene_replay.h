@@ -112,9 +112,10 @@ enum class LeftOut {
   model,      ///< the scene is not in the trace
   directive,  ///< the parameters are not in the trace
   additions,  ///< the fixtures or tissue regions are not in the trace
+  poses,      ///< a pose of a moving frame is not in the trace
   core,  ///< the core's memory is not known: no snapshot since the beginning, or since ticks left out before
 };
-inline constexpr std::size_t kLeftOutReasons = 7;
+inline constexpr std::size_t kLeftOutReasons = 8;
 
 /// Builds the scenes of a trace again, one after the other.
 ///

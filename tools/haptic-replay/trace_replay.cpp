@@ -69,6 +69,17 @@ base::Result<TraceReplay::Index> TraceReplay::indexOf(const std::filesystem::pat
     index.additions.add(additions);
     return true;
   };
+  visitor.pose = [&index](const trace::PoseRecord& pose) {
+    index.poses[pose.number] = {
+        .frame = pose.frame,
+        .number = pose.number,
+        .T_world_frame = {pose.position_m_in_world,
+                          {pose.orientation_x, pose.orientation_y, pose.orientation_z, pose.orientation_w}},
+        .time_ns = pose.pose_time_ns,
+        .has_velocity = pose.has_velocity,
+        .velocity_m_per_s_in_world = pose.velocity_m_per_s_in_world};
+    return true;
+  };
   visitor.snapshot = [&index](const trace::SnapshotRecord& record) {
     index.usable = record.usable;
     if (record.usable) index.snapshots.emplace(record.snapshot.tick, record.snapshot);
@@ -113,6 +124,16 @@ bool TraceReplay::takesUp(const rt::Tick& tick) {
   if (snapshot == index_.snapshots.end()) return false;
   core_->restore(snapshot->second.memory);
   return true;
+}
+
+std::optional<std::vector<rt::FramePose>> TraceReplay::posesOf(const rt::Tick& tick) const {
+  std::vector<rt::FramePose> poses;
+  for (std::uint64_t number = core_->newestPose() + 1; number <= tick.frame_pose; ++number) {
+    const auto pose = index_.poses.find(number);
+    if (pose == index_.poses.end()) return std::nullopt;
+    poses.push_back(pose->second);
+  }
+  return poses;
 }
 
 base::Result<std::optional<rt::Directive>> TraceReplay::directiveOf(std::uint64_t generation) {
@@ -178,6 +199,8 @@ base::Result<void> TraceReplay::replay(const rt::Tick& tick, const OnTick& on_ti
   if (!additions) return std::unexpected(additions.error());
   if (!*additions) return leaveOut(LeftOut::additions), base::Result<void>{};
   if (!takesUp(tick)) return leaveOut(LeftOut::core), base::Result<void>{};
+  const auto poses = posesOf(tick);
+  if (!poses) return leaveOut(LeftOut::poses), base::Result<void>{};
   if (tick.stopping) (*directive)->engage = false;
   const std::int64_t woke_ns = tick.planned_ns + tick.wakeup_latency_ns;
   const rt::Tick computed = core_->step({.now_ns = woke_ns,
@@ -189,7 +212,8 @@ base::Result<void> TraceReplay::replay(const rt::Tick& tick, const OnTick& on_ti
                                          .overran = tick.after_overrun,
                                          .release = tick.stopping && tick.released,
                                          .fixtures = &additions_->fixtures(),
-                                         .tissue = &additions_->tissue()});
+                                         .tissue = &additions_->tissue(),
+                                         .poses = *poses});
   compare(tick, computed);
   if (on_tick) on_tick(tick, computed);
   last_tick_ = tick.number;
@@ -266,6 +290,7 @@ std::string leftOutText(const TraceComparison& comparison) {
       "their scene is not in the trace",
       "their parameters are not in the trace",
       "their fixtures or tissue regions are not in the trace",
+      "poses of moving frames are not in the trace",
       "before the first snapshot of the core, or the next one after a gap"};
   std::string text;
   for (std::size_t reason = 0; reason < kLeftOutReasons; ++reason) {

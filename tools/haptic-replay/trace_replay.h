@@ -69,6 +69,7 @@ class TraceReplay {
     std::map<std::uint64_t, trace::DirectiveRecord> directives;  // by generation
     RecordedAdditions additions;
     config::SolidTable solids;
+    std::map<std::uint64_t, rt::FramePose> poses;         // by number
     std::map<std::uint64_t, rt::CoreSnapshot> snapshots;  // by the tick that they were taken before
     std::set<std::int64_t> frames_ns;                     // arrivals of those in the trace
     bool usable = true;                                   // this version's core has that memory
@@ -77,6 +78,8 @@ class TraceReplay {
 
   TraceReplay(std::filesystem::path trace, config::RecordedSettings settings, Index index);
   bool takesUp(const rt::Tick& tick);
+  /// The poses that the tick was the first to have; nothing if one is not in the trace.
+  std::optional<std::vector<rt::FramePose>> posesOf(const rt::Tick& tick) const;
   base::Result<void> replayWaiting(const OnTick& on_tick, bool all);
   base::Result<void> replay(const rt::Tick& tick, const OnTick& on_tick);
   base::Result<void> keepFrame(const trace::DepthRecord& record);

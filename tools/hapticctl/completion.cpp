@@ -31,6 +31,7 @@ struct NameList {
 constexpr NameList kNameLists[] = {{"PROFILE", "io.hapticd.Status.ListProfiles", "profiles"},
                                    {"FIXTURE", "io.hapticd.Status.ListFixtures", "fixtures"},
                                    {"REGION", "io.hapticd.Status.ListRegions", "regions"},
+                                   {"FRAME", "io.hapticd.Status.ListFrames", "frames"},
                                    {"TRACE", "io.hapticd.Status.ListTraces", "traces"},
                                    {"NAME|FILE", "io.hapticd.Status.ListTraces", "traces"}};
 

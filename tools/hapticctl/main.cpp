@@ -15,6 +15,7 @@ int run(int argc, char** argv) {
   addProfileCommands(line);
   addFixtureCommands(line);
   addRegionCommands(line);
+  addFrameCommands(line);
   addTraceCommands(line);
   addSnapshotCommand(line);
   addViewCommand(line);

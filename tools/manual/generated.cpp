@@ -82,7 +82,9 @@ base::Result<std::string> withRanges(std::string_view document, std::string_view
 
 base::Result<std::string> withMembers(std::string_view document) {
   const auto fixtures = withRanges<config::FixtureSettings>(document, "### Members of fixtures");
-  return fixtures ? withRanges<config::RegionSettings>(*fixtures, "### Members of regions") : fixtures;
+  if (!fixtures) return fixtures;
+  const auto frames = withRanges<config::FrameSettings>(*fixtures, "### Members of frames");
+  return frames ? withRanges<config::RegionSettings>(*frames, "### Members of regions") : frames;
 }
 
 base::Result<std::string> withParameters(std::string_view configuration) {

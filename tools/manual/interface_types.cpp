@@ -60,6 +60,8 @@ constexpr std::tuple kTypes{
     Named<rt::FixtureStage>{"FixtureStage"},
     Named<daemon::FixtureConduct>{"FixtureConduct"},
     Named<daemon::FixtureStatus>{"Fixtures"},
+    Named<rt::FrameState>{"FrameState"},
+    Named<daemon::FrameStatus>{"FrameStatus"},
     Named<daemon::FeedStatus>{"Feed"},
     Named<daemon::TissueStatus>{"Tissue"},
     Named<daemon::BoxStatus>{"Status"},

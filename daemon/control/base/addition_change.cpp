@@ -42,6 +42,11 @@ struct ListOf<config::RegionSettings> {
   static constexpr auto kMember = &config::SceneAdditions::regions;
   static constexpr std::size_t kMaxCount = rt::kMaxTissueRegions;
 };
+/// Frames are changed by configuration and profiles only.
+template <>
+struct ListOf<config::FrameSettings> {
+  static constexpr auto kEvent = config::EventKind::frame;
+};
 
 AdditionError problem(const std::string& name, std::string field, std::string what, std::string remedy) {
   return {name, std::move(field), {name, std::move(what), std::move(remedy)}};
@@ -275,15 +280,16 @@ std::string AdditionDifference::text() const {
 }
 
 JournalFields AdditionDifference::fields() const {
-  return {{kind == config::EventKind::fixture ? "FIXTURE" : "REGION", name},
-          {"ACTION", action},
-          {"OLD", old_value},
-          {"NEW", new_value}};
+  const char* const field = kind == config::EventKind::frame     ? "FRAME"
+                            : kind == config::EventKind::fixture ? "FIXTURE"
+                                                                 : "REGION";
+  return {{field, name}, {"ACTION", action}, {"OLD", old_value}, {"NEW", new_value}};
 }
 
 std::vector<AdditionDifference> differencesOf(const config::SceneAdditions& before,
                                               const config::SceneAdditions& after) {
   std::vector<AdditionDifference> differences;
+  addDifferences(before.frames, after.frames, differences);
   addDifferences(before.fixtures, after.fixtures, differences);
   addDifferences(before.regions, after.regions, differences);
   if (before.label_image != after.label_image) {

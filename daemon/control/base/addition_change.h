@@ -32,7 +32,7 @@ std::vector<config::AdditionError> missingSolids(const Box& box, const config::S
 
 /// How a fixture or region differs from what it was.
 struct AdditionDifference {
-  config::EventKind kind{};  ///< fixture or region
+  config::EventKind kind{};  ///< frame, fixture or region
   std::string name;
   std::string action;  ///< add, change, enable, disable, remove
   /// Its definition before and after, or only the members that differ where it existed before and after, as

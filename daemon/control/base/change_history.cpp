@@ -39,7 +39,8 @@ std::vector<config::RegionSettings> regionsBefore(const config::SceneAdditions& 
 }
 
 bool areAlike(const config::Settings& some, const config::Settings& others) {
-  return parameterDifferences(some, others).empty() && some.additions.fixtures == others.additions.fixtures &&
+  return parameterDifferences(some, others).empty() && some.additions.frames == others.additions.frames &&
+         some.additions.fixtures == others.additions.fixtures &&
          withoutStiffness(some.additions.regions) == withoutStiffness(others.additions.regions) &&
          some.additions.label_image == others.additions.label_image;
 }
@@ -95,6 +96,7 @@ std::optional<config::Settings> ChangeHistory::undone(const config::Settings& no
   for (const config::Parameter& parameter : config::allParameters()) {
     if (parameter.effect == config::Effect::live) parameter.set(settings, parameter.get(before));
   }
+  settings.additions.frames = before.additions.frames;
   settings.additions.fixtures = before.additions.fixtures;
   settings.additions.regions = regionsBefore(before.additions, after.additions, now.additions);
   settings.additions.label_image = before.additions.label_image;

@@ -176,6 +176,7 @@ void AdditionMethods::listFixtures(const Call&, const Caller& caller, Replies& r
          {"stiffnessNPerM", known ? OrderedJson(conduct->stiffness_n_per_m) : OrderedJson()},
          {"stage", known && conduct->stage ? OrderedJson(rt::wordOf(*conduct->stage)) : OrderedJson()},
          {"warnings", known ? OrderedJson(conduct->warnings) : OrderedJson()},
+         {"lagM", known ? OrderedJson(conduct->lag_m) : OrderedJson()},
          {"breaches", known ? OrderedJson(conduct->breach.number) : OrderedJson()},
          {"breachedS", known ? OrderedJson(conduct->breaches.duration_s) : OrderedJson()},
          {"deepestBreachM", known ? OrderedJson(conduct->breaches.depth_m) : OrderedJson()},

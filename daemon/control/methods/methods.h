@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <expected>
 #include <functional>
 #include <future>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -45,6 +47,36 @@ class AdditionMethods {
 
   MethodContext& context_;
   StiffnessFeed feed_;
+};
+
+/// Methods for frames that move in the world, whose poses are streamed.
+/// Thread: control thread only.
+class FrameMethods {
+ public:
+  using Clock = std::chrono::steady_clock;
+  static constexpr int kMaxPerSecond = 500;  ///< poses of one frame
+
+  explicit FrameMethods(MethodContext& context) : context_(context) {}
+  std::vector<Method> methods();
+
+  /// Poses that were refused because they came too fast, by the name of their frame.
+  const std::map<std::string, std::uint64_t, std::less<>>& limited() const { return limited_; }
+
+ private:
+  /// What is known of the stream of one frame.
+  struct Stream {
+    Clock::time_point second;  ///< begin of the second in which poses are counted
+    int poses = 0;             ///< in this second
+    Clock::time_point newest;
+  };
+
+  void listFrames(const Call&, const Caller&, Replies&);
+  void feedPose(const Call&, const Caller&, Replies&);
+  bool isTooFast(Stream& stream, Clock::time_point now) const;
+
+  MethodContext& context_;
+  std::map<std::string, Stream, std::less<>> streams_;
+  std::map<std::string, std::uint64_t, std::less<>> limited_;
 };
 
 /// The camera's pose at the start of the daemon.

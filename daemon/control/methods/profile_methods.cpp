@@ -49,6 +49,9 @@ std::string differences(const ProfileMethods::Loaded& some, const ProfileMethods
   const config::AdditionLists none;
   const config::AdditionLists& mine = some->additions;
   const config::AdditionLists& theirs = others ? others->additions : none;
+  if (mine.frames && mine.frames != theirs.frames) {
+    texts.push_back(fmt::format("frames=[{}]", namesOf(*mine.frames)));
+  }
   if (mine.fixtures && mine.fixtures != theirs.fixtures) {
     texts.push_back(fmt::format("fixtures=[{}]", namesOf(*mine.fixtures)));
   }
@@ -207,6 +210,7 @@ std::expected<PendingAnswers::Poll, Reply> ProfileMethods::apply(const Caller& c
   logChange(context_, caller, fmt::format("loads profile {}: {} parameters changed", name, changed.size()),
             config::EventKind::profile, {{"ACTION", "load"}, {"PROFILE", name}});
   const config::SceneAdditions& before = context_.box.additions();
+  if (before.frames != settings.additions.frames) changed.emplace_back("frames");
   if (before.fixtures != settings.additions.fixtures) changed.emplace_back("fixtures");
   if (before.regions != settings.additions.regions) changed.emplace_back("regions");
   context_.history.record(context_.box.settings(), settings);

@@ -113,7 +113,7 @@ base::Result<void> restore(const AdditionsRecord& record, const rt::PoseParamete
   if (!additions) return std::unexpected(unreadable(name, additions.error().front().error.text()));
   if (!sameNames(additions->fixtures, record.fixtures)) return std::unexpected(unreadable(name, kOtherNames));
   fixtures.count = 0;
-  config::toFixtureSet(additions->fixtures, {}, T_world_camera, solids, fixtures);
+  config::toFixtureSet(additions->fixtures, {}, T_world_camera, solids, fixtures, additions->frames);
   fixtures.generation = record.fixture_generation;
   for (std::size_t i = 0; i < record.fixtures.size(); ++i) {
     std::string_view numbers = record.fixtures[i].second;

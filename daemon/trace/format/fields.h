@@ -56,6 +56,21 @@ constexpr auto fieldsOf(std::type_identity<Record>) {
                     HAPTICD_TRACED(solids).tracedAs("")};
 }
 
+template <std::same_as<PoseRecord> Record>
+constexpr auto fieldsOf(std::type_identity<Record>) {
+  return std::tuple{HAPTICD_TRACED(time_ns),
+                    HAPTICD_TRACED(number),
+                    HAPTICD_TRACED(frame),
+                    HAPTICD_TRACED(pose_time_ns),
+                    HAPTICD_TRACED(position_m_in_world),
+                    HAPTICD_TRACED(orientation_x),
+                    HAPTICD_TRACED(orientation_y),
+                    HAPTICD_TRACED(orientation_z),
+                    HAPTICD_TRACED(orientation_w),
+                    HAPTICD_TRACED(has_velocity),
+                    HAPTICD_TRACED(velocity_m_per_s_in_world)};
+}
+
 template <std::same_as<EventRecord> Record>
 constexpr auto fieldsOf(std::type_identity<Record>) {
   return std::tuple{HAPTICD_TRACED(time_ns), HAPTICD_TRACED(kind), HAPTICD_TRACED(text),

@@ -23,7 +23,7 @@ using Pairs = std::vector<std::pair<std::string, std::string>>;
 using CoreMemory = rt::HapticCore::Memory;
 
 /// To be incremented when members of CoreMemory change their meaning but not their size.
-constexpr std::uint32_t kMemoryLayout = 6;
+constexpr std::uint32_t kMemoryLayout = 7;
 
 constexpr std::string_view kTimeSchema = "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n";
 constexpr std::string_view kNamedTextSchema = "MSG: hapticd_msgs/NamedText\nstring name\nstring value\n";
@@ -327,6 +327,7 @@ HAPTICD_MESSAGES_OF(rt::Tick);
 HAPTICD_MESSAGES_OF(ModelRecord);
 HAPTICD_MESSAGES_OF(DirectiveRecord);
 HAPTICD_MESSAGES_OF(AdditionsRecord);
+HAPTICD_MESSAGES_OF(PoseRecord);
 HAPTICD_MESSAGES_OF(EventRecord);
 HAPTICD_MESSAGES_OF(SnapshotRecord);
 HAPTICD_MESSAGES_OF(DepthRecord);

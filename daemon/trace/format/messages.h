@@ -32,6 +32,8 @@ template <>
 inline constexpr ChannelName kChannelName<AdditionsRecord>{"/hapticd/additions",
                                                            "hapticd_msgs/msg/Additions"};
 template <>
+inline constexpr ChannelName kChannelName<PoseRecord>{"/hapticd/frame_pose", "hapticd_msgs/msg/FramePose"};
+template <>
 inline constexpr ChannelName kChannelName<EventRecord>{"/hapticd/event", "hapticd_msgs/msg/Event"};
 template <>
 inline constexpr ChannelName kChannelName<SnapshotRecord>{"/hapticd/core_snapshot",

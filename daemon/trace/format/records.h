@@ -76,6 +76,21 @@ struct AdditionsRecord {
   AttachedSolids solids = {};  ///< those that the text refers to
 };
 
+/// One pose of a moving frame, as it was handed to the force loop; whether that used it is in its counters.
+struct PoseRecord {
+  std::int64_t time_ns = 0;       ///< when it was handed over
+  std::uint64_t number = 0;       ///< see Tick::frame_pose
+  std::uint32_t frame = 0;        ///< rt::FrameRules::identity, which follows from the name
+  std::int64_t pose_time_ns = 0;  ///< when the frame was there
+  rt::Vec3 position_m_in_world = {};
+  double orientation_x = 0;  ///< of a quaternion
+  double orientation_y = 0;
+  double orientation_z = 0;
+  double orientation_w = 1;
+  bool has_velocity = false;
+  rt::Vec3 velocity_m_per_s_in_world = {};
+};
+
 /// An event, as in the journal.
 struct EventRecord {
   std::int64_t time_ns = 0;

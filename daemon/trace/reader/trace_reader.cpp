@@ -52,6 +52,7 @@ class Reading final : public mcap::Visitor {
            bind<ModelRecord>(channel, info.models, visitor_.model) ||
            bind<DirectiveRecord>(channel, info.directives, visitor_.directive) ||
            bind<AdditionsRecord>(channel, info.additions, visitor_.additions) ||
+           bind<PoseRecord>(channel, info.poses, visitor_.pose) ||
            bind<EventRecord>(channel, info.events, visitor_.event) ||
            bind<SnapshotRecord>(channel, info.snapshots, visitor_.snapshot) ||
            bind<DepthRecord>(channel, info.depth_frames, depth_));

@@ -28,6 +28,7 @@ struct TraceInfo {
   std::uint64_t models = 0;
   std::uint64_t directives = 0;
   std::uint64_t additions = 0;
+  std::uint64_t poses = 0;
   std::uint64_t events = 0;
   std::uint64_t snapshots = 0;
   std::uint64_t depth_frames = 0;
@@ -58,6 +59,7 @@ struct TraceVisitor {
   std::function<bool(const ModelRecord&)> model = {};
   std::function<bool(const DirectiveRecord&)> directive = {};
   std::function<bool(const AdditionsRecord&)> additions = {};
+  std::function<bool(const PoseRecord&)> pose = {};
   std::function<bool(const EventRecord&)> event = {};
   std::function<bool(const SnapshotRecord&)> snapshot = {};
   /// The header is readable by this version; the image is still encoded (depth_codec.h).

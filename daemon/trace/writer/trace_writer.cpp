@@ -62,6 +62,7 @@ class TraceWriter::Implementation {
     open<ModelRecord>(models_channel_);
     open<DirectiveRecord>(directives_channel_);
     open<AdditionsRecord>(additions_channel_);
+    open<PoseRecord>(poses_channel_);
     open<EventRecord>(events_channel_);
     open<SnapshotRecord>(snapshots_channel_);
     if (options.depth) open<DepthRecord>(depth_channel_);
@@ -99,6 +100,7 @@ class TraceWriter::Implementation {
     }
     return add(additions_channel_, additions);
   }
+  base::Result<void> write(const PoseRecord& pose) { return add(poses_channel_, pose); }
   base::Result<void> write(const EventRecord& event) { return add(events_channel_, event); }
   base::Result<void> write(const SnapshotRecord& snapshot) { return add(snapshots_channel_, snapshot); }
   base::Result<void> write(const DepthRecord& depth) {
@@ -212,8 +214,9 @@ class TraceWriter::Implementation {
   std::uint64_t chunk_ns_;
   std::uint64_t first_chunk_ns_;
   std::uint64_t offset_ns_;
-  OpenChannel ticks_channel_, models_channel_, directives_channel_, additions_channel_, events_channel_,
-      snapshots_channel_, depth_channel_, scene_channel_, transforms_channel_, cloud_channel_;
+  OpenChannel ticks_channel_, models_channel_, directives_channel_, additions_channel_, poses_channel_,
+      events_channel_, snapshots_channel_, depth_channel_, scene_channel_, transforms_channel_,
+      cloud_channel_;
   std::set<std::string> attached_;  // SHA-256 of the solids in the file
   rt::DepthFrameHeader camera_;
   foxglove::SceneRadii radii_;
@@ -257,6 +260,9 @@ base::Result<void> TraceWriter::write(const DirectiveRecord& directive) {
 }
 base::Result<void> TraceWriter::write(const AdditionsRecord& additions) {
   return implementation_->write(additions);
+}
+base::Result<void> TraceWriter::write(const PoseRecord& pose) {
+  return implementation_->write(pose);
 }
 base::Result<void> TraceWriter::write(const EventRecord& event) {
   return implementation_->write(event);

@@ -66,6 +66,7 @@ class TraceWriter {
   base::Result<void> write(const ModelRecord& model);
   base::Result<void> write(const DirectiveRecord& directive);
   base::Result<void> write(const AdditionsRecord& additions);
+  base::Result<void> write(const PoseRecord& pose);
   base::Result<void> write(const EventRecord& event);
   base::Result<void> write(const SnapshotRecord& snapshot);
   /// Only if TraceOptions::depth is set.

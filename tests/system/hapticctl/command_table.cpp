@@ -44,6 +44,7 @@ const std::vector<Call> kCalls{
     {{"region", "export"}, Does::read},
     {{"region", "import", "SCENE"}},
     {{"region", "remove", "lung"}},
+    {{"frame", "list"}, Does::read},
     {{"trace", "start"}},
     {{"trace", "mark", "begin"}},
     {{"trace", "stop"}},
@@ -59,9 +60,9 @@ const std::vector<Call> kCalls{
     {{"register", "--reset"}},
     {{"calibrate"}, Does::read}};
 
-const std::set<std::string> kOthers{"camera list", "camera test", "completion",   "doctor",
-                                    "help",        "trace info",  "trace export", "trace recover",
-                                    "trace plot",  "view",        "clear-fault",  "trace breaches"};
+const std::set<std::string> kOthers{"camera list", "camera test",    "completion",    "doctor",     "help",
+                                    "trace info",  "trace export",   "trace recover", "trace plot", "view",
+                                    "clear-fault", "trace breaches", "frame show",    "frame feed"};
 
 std::string textOf(const Command& command) {
   std::string text;

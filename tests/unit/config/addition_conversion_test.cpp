@@ -46,17 +46,17 @@ TEST(FixtureConversion, TurnsTheFrameOfTheCameraIntoTheWorld) {
   Set set;
   set.take({{.name = "plane",
              .kind = rt::FixtureKind::plane,
-             .frame = FixtureFrame::camera,
+             .frame = "camera",
              .position_m = {0.5, 0, 0},
              .normal = {7, 0, 0}},
             {.name = "cone",
              .kind = rt::FixtureKind::cone,
-             .frame = FixtureFrame::camera,
+             .frame = "camera",
              .axis = {0, 3, 0},
              .half_angle_deg = 45},
             {.name = "capsule",
              .kind = rt::FixtureKind::capsule,
-             .frame = FixtureFrame::camera,
+             .frame = "camera",
              .position_m = {0, 0, 0},
              .end_m = {0.2, 0, 0},
              .radius_m = 0.01}});
@@ -76,7 +76,7 @@ TEST(FixtureConversion, ComposesTheRotationOfABoxWithThatOfTheCamera) {
   Set set;
   set.take({{.name = "box",
              .kind = rt::FixtureKind::box,
-             .frame = FixtureFrame::camera,
+             .frame = "camera",
              .size_m = {0.2, 0.4, 0.6},
              .rotation_deg = {90, 0, 0}}});
   const rt::Shape& shape = set.at(0).shape;
@@ -142,7 +142,7 @@ TEST(FixtureConversion, PutsPathsBehindEachOtherWithoutGaps) {
       .name = "p", .kind = rt::FixtureKind::path, .points_m = {{0, 0, 0}, {0.1, 0, 0}, {0.1, 0.1, 0}}};
   FixtureSettings second = path;
   second.name = "q";
-  second.frame = FixtureFrame::camera;
+  second.frame = "camera";
   Set set;
   set.take({path, sphere("a"), second});
   EXPECT_EQ(set.at(0).first_element, 0U);

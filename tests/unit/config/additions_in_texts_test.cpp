@@ -28,8 +28,10 @@ std::string shippedSection() {
 
 template <typename Owner>
 std::string listOf(const std::string& section, const Owner& owner) {
+  const std::size_t frames = section.find("\nframes:");
   const std::size_t regions = section.find("\nregions:");
-  return nounOf(owner) == "fixture" ? section.substr(0, regions) : section.substr(regions);
+  if (nounOf(owner) == "fixture") return section.substr(0, frames);
+  return nounOf(owner) == "frame" ? section.substr(frames, regions - frames) : section.substr(regions);
 }
 
 template <typename Owner>
@@ -47,6 +49,7 @@ void expectEveryMember(const Owner& owner) {
 TEST(ShippedFixtures, ShowEveryMemberWithItsRange) {
   expectEveryMember(FixtureSettings{});
   expectEveryMember(RegionSettings{});
+  expectEveryMember(FrameSettings{});
 }
 
 TEST(ShippedFixtures, LoadWithEveryCommentMarkDeleted) {
@@ -54,6 +57,7 @@ TEST(ShippedFixtures, LoadWithEveryCommentMarkDeleted) {
   ASSERT_TRUE(additions) << additions.error().front().error.text();
   EXPECT_EQ(additions->fixtures.size(), rt::kWords<rt::FixtureKind>.size() + 1) << "and one that slows";
   EXPECT_EQ(additions->regions.size(), 3U);
+  EXPECT_EQ(additions->frames.size(), 1U);
 }
 
 TEST(FixturesDocument, ShowsAnExampleThatLoads) {

@@ -39,6 +39,18 @@ TEST(BoxWarnings, AreNoneWhereAllIsWell) {
   EXPECT_EQ(Case().warnings(), std::vector<std::string>{});
 }
 
+TEST(BoxWarnings, NameAFrameThatIsLostWhereAFixtureDependsOnIt) {
+  Case lost;
+  lost.status.frames = {{.name = "tool", .state = rt::FrameState::lost, .used = false},
+                        {.name = "phantom", .state = rt::FrameState::lost, .used = true, .age_s = 2.13},
+                        {.name = "bone", .state = rt::FrameState::none, .used = true},
+                        {.name = "head", .state = rt::FrameState::catching_up, .used = true}};
+  const std::vector<std::string> warnings = lost.warnings();
+  ASSERT_EQ(warnings.size(), 2U);
+  EXPECT_TRUE(warnings[0].starts_with("frame phantom is lost: no usable pose for 2.1 s")) << warnings[0];
+  EXPECT_TRUE(warnings[1].starts_with("frame bone has no place yet")) << warnings[1];
+}
+
 TEST(BoxWarnings, NameAFaultByItsCause) {
   Case faulted;
   faulted.status.loop.state.tick.mode = rt::Mode::faulted;

@@ -74,6 +74,32 @@ TEST_F(EventLogTest, LogsThatTheCameraComesAndGoesWithTheReason) {
   EXPECT_EQ(fields(1)["CAMERA"], "lost");
 }
 
+TEST_F(EventLogTest, LogsThatAFrameIsFoundLostOrJumps) {
+  BoxStatus status;
+  status.handle.state = drivers::HandlePresence::present;
+  const auto look = [&](std::uint64_t losses, std::uint64_t returns, std::uint64_t relocations) {
+    status.frames = {{.name = "phantom", .losses = losses, .returns = returns, .relocations = relocations}};
+    log.onStatus(status);
+  };
+  log.onStatus(status);
+  entries.clear();
+  look(0, 0, 0);
+  EXPECT_TRUE(entries.empty());
+  look(0, 1, 0);
+  look(0, 1, 0);
+  look(1, 1, 0);
+  look(1, 1, 1);
+  look(1, 2, 1);
+  ASSERT_EQ(entries.size(), 4U);
+  const char* const actions[] = {"found", "lost", "relocated", "found"};
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    EXPECT_EQ(entries[i].event, config::EventKind::frame);
+    EXPECT_EQ(fields(i)["ACTION"], actions[i]);
+    EXPECT_EQ(fields(i)["FRAME"], "phantom");
+  }
+  EXPECT_EQ(entries[1].priority, JournalEntry::Priority::warning);
+}
+
 // A breach of the forbidden region of a fixture.
 FixtureConduct breached(const std::string& name, std::uint64_t number, double entered_s) {
   FixtureConduct conduct{.name = name};

@@ -75,7 +75,7 @@ TEST(ModelRegistration, KeepsDistancesAndAllElse) {
   for (std::size_t i = 0; i < before.fixtures.size(); ++i) {
     EXPECT_EQ(world->fixtures[i].name, before.fixtures[i].name);
     EXPECT_EQ(world->fixtures[i].size_m, before.fixtures[i].size_m);
-    EXPECT_EQ(world->fixtures[i].frame, config::FixtureFrame::world);
+    EXPECT_EQ(world->fixtures[i].frame, "world");
   }
 }
 
@@ -109,7 +109,7 @@ TEST(ModelRegistration, TurnsBoxesWithTheModel) {
 
 TEST(ModelRegistration, RefusesWhatIsNotInTheFrameOfTheModel) {
   config::SceneAdditions camera = model();
-  camera.fixtures[0].frame = config::FixtureFrame::camera;
+  camera.fixtures[0].frame = "camera";
   const auto refused = movedToWorld(camera, kPose);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().where, "fixture a");

@@ -127,6 +127,56 @@ std::string regionListText(const Json& reply, std::size_t columns) {
   return table.text(columns);
 }
 
+namespace {
+
+std::string joinedNames(const Json& names) {
+  std::string text;
+  for (const Json& name : names) text += (text.empty() ? "" : ", ") + valueText(name);
+  return text;
+}
+
+std::string ageText(const Json& entry) {
+  const double age_s = numberAt(entry, "ageS");
+  return std::isnan(age_s) ? "-" : duration(1e9 * age_s);
+}
+
+}  // namespace
+
+std::string frameListText(const Json& reply, std::size_t columns) {
+  if (listAt(reply, "frames").empty())
+    return "there are no frames; the configuration's list 'frames' makes them\n";
+  Table table({{"NAME"}, {"STATE"}, {"AGE", true}, {"LAG", true}, {"ON LOSS"}, {"OF"}, {"FIXTURES"}});
+  for (const Json& entry : listAt(reply, "frames")) {
+    table.add({textAt(entry, "name"), textAt(entry, "state"), ageText(entry),
+               millimetres(numberAt(entry, "lagM")), textAt(entry, "definition.on_loss"),
+               textAt(entry, "origin"), joinedNames(listAt(entry, "fixtures"))});
+  }
+  return table.text(columns);
+}
+
+std::string frameText(const Json& entry) {
+  std::string text = additionText(entry);
+  const auto row = [&](const char* title, const std::string& value) {
+    text += fmt::format("{:<26}{}\n", title, value);
+  };
+  row("state", textAt(entry, "state"));
+  row("age of the newest pose", ageText(entry));
+  row("lag", millimetres(numberAt(entry, "lagM")));
+  if (const Json* const place = fieldAt(entry, "positionM")) row("position in the world", place->dump());
+  if (const Json* const turn = fieldAt(entry, "orientationXyzw")) row("orientation x y z w", turn->dump());
+  row("fixtures", joinedNames(listAt(entry, "fixtures")));
+  return text;
+}
+
+std::string framesText(const Json& status) {
+  std::string text;
+  for (const Json& frame : listAt(status, "frames")) {
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", textAt(frame, "name"), textAt(frame, "state"));
+    if (textAt(frame, "state") == "lost") text += " for " + ageText(frame);
+  }
+  return text;
+}
+
 std::string additionText(const Json& entry) {
   std::string text;
   const Json* const definition = fieldAt(entry, "definition");
@@ -153,6 +203,8 @@ std::string additionText(const Json& entry) {
         fmt::format("{}, {} s together, at most {} deep", countAt(entry, "breaches"),
                     fixed(numberAt(entry, "breachedS"), 2), millimetres(numberAt(entry, "deepestBreachM"))));
   }
+  if (!fieldAt(entry, "state") && numberAt(entry, "lagM") > 1e-4)
+    row("behind its frame", millimetres(numberAt(entry, "lagM")));
   if (flagAt(entry, "nearest")) text += "nearest forbidden region\n";
   return text;
 }

@@ -18,12 +18,19 @@ std::string fixtureListText(const Json& reply, std::size_t columns);
 /// The table of a reply of ListRegions.
 std::string regionListText(const Json& reply, std::size_t columns);
 
-/// An entry of one of these lists, each member on a line of its own.
+/// The table of a reply of ListFrames.
+std::string frameListText(const Json& reply, std::size_t columns);
+/// An entry of ListFrames, each member on a line of its own.
+std::string frameText(const Json& entry);
+
+/// An entry of the lists of fixtures or regions, each member on a line of its own.
 std::string additionText(const Json& entry);
 
 /// "2 of 3 fixtures enabled, nearest nerve at 3.2 mm, in contact: nerve, 1.20 N; guidance 0.15 N"; empty
 /// where there are none.
 std::string fixturesText(const Json& status);
+/// "phantom live, tool lost for 2.1 s"; empty where there are none.
+std::string framesText(const Json& status);
 /// "3 tissue regions, in contact: nodule; measured stiffness: 12 samples, 0 too fast, 1 outside"; empty where
 /// there are none.
 std::string tissueText(const Json& status);

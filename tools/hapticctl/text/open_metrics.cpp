@@ -69,7 +69,9 @@ void addFields(std::vector<MetricField>& metrics, const std::string& above) {
       metrics.push_back({field.metric, field.metric_kind, path, field.help,
                          field.path.ends_with("_ns") ? kPerNanosecond : 1, states});
     } else if constexpr (rt::Tabled<Value>) {
-      if constexpr (!std::is_same_v<Value, daemon::FixtureConduct>) addFields<Value>(metrics, path + ".");
+      if constexpr (!std::is_same_v<Value, daemon::FixtureConduct> &&
+                    !std::is_same_v<Value, daemon::FrameStatus>)
+        addFields<Value>(metrics, path + ".");
     }
   });
 }

@@ -307,6 +307,7 @@ std::string statusText(const Json& status) {
   text += forceText(status);
   if (const std::string fixtures = fixturesText(status); !fixtures.empty())
     text += line("fixtures", fixtures);
+  if (const std::string frames = framesText(status); !frames.empty()) text += line("frames", frames);
   if (const std::string tissue = tissueText(status); !tissue.empty()) text += line("tissue", tissue);
   text += safetyText(status) + cameraText(status) + sceneText(status) + handleText(status);
   if (const std::string leds = ledsText(status); !leds.empty()) text += line("leds", leds);

@@ -23,11 +23,13 @@ export const isGuidance = (kind) => kind === 'path' || kind === 'point';
 
 /**
  * The shape of a definition (its members are those of the configuration) in the world: {kind, ...}, or null where it has
- * none yet: what is fixed to the camera needs a depth frame first. A stand-off is wherever the surface is.
+ * none that is known: what is fixed to the camera needs a depth frame first, and where a moving frame is, is not known
+ * here. A stand-off is wherever the surface is.
  */
 export function shapeOf(definition, frame) {
   const inCamera = definition.frame === 'camera';
   if (inCamera && !frame) return null;
+  if (!inCamera && (definition.frame ?? 'world') !== 'world') return null;
   const kind = definition.kind ?? definition.shape ?? (definition.label ? 'label' : 'sphere');
   const place = (p) => (inCamera ? frame.toWorld(p) : p);
   const turn = (v) => (inCamera ? rotate(frame.rotation, v) : v);

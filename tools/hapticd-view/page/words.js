@@ -45,6 +45,10 @@ const kCauses = {
     'The hand received more energy from the box than it put in: the loop is unstable.',
     'Reduce the stiffness or the delay of the handle.',
   ],
+  frame_lost: [
+    'A fixture needs a moving frame whose poses are missing.',
+    'Resume the stream of its poses (hapticctl frame list); force resumes when the frame is back.',
+  ],
 };
 
 /** Causes that leave a box engaged: what goes on, instead of what has stopped. */

@@ -210,10 +210,20 @@ Error notOfTheModel(const char* noun, const std::string& name, const char* what)
           "take it out of the file, and add it by itself"};
 }
 
+std::string_view wordOfFrame(const config::FixtureSettings& fixture) {
+  return fixture.frame;
+}
+std::string_view wordOfFrame(const config::RegionSettings& region) {
+  return rt::wordOf(region.frame);
+}
+
 template <typename Item>
 std::optional<Error> frameProblem(const char* noun, const Item& item) {
-  if (item.frame == config::FixtureFrame::world) return std::nullopt;
-  return notOfTheModel(noun, item.name, "it is in the frame of the camera");
+  if (wordOfFrame(item) == "world") return std::nullopt;
+  const std::string what = wordOfFrame(item) == "camera"
+                               ? "it is in the frame of the camera"
+                               : fmt::format("it is in the frame {}, which moves", wordOfFrame(item));
+  return notOfTheModel(noun, item.name, what.c_str());
 }
 
 Vec3 meanOf(std::span<const Vec3> points_m) {

@@ -98,6 +98,11 @@ std::optional<std::size_t> BoxUnderTest::regionAt(const rt::Vec3& position_m_in_
   return box_->regionAt(position_m_in_world);
 }
 
+bool BoxUnderTest::feedPose(const rt::FramePose& pose) {
+  const std::lock_guard lock(mutex_);
+  return box_->feedPose(pose);
+}
+
 std::uint64_t BoxUnderTest::engage(bool engaged, bool inside) {
   const std::lock_guard lock(mutex_);
   return counted(box_->engage(engaged, inside));

@@ -348,7 +348,8 @@ TEST(StatusJson, NamesEveryModeAndCause) {
                           "overrun_burst",
                           "surface_too_near",
                           "handle_inconsistent",
-                          "energy_debt"};
+                          "energy_debt",
+                          "frame_lost"};
   static_assert(std::size(causes) == rt::kCauseCount);
   for (std::uint8_t i = 0; i < rt::kCauseCount; ++i) {
     status.loop.state.tick.mode = rt::Mode(i % 5);

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// Poses of moving frames as clients feed them, over the real sockets.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+
+#include "control_fixture.h"
+#include "daemon/control/methods/methods.h"
+
+namespace hapticd::daemon::test {
+namespace {
+
+using nlohmann::json;
+
+class FrameMethodsTest : public ControlFixture {
+ protected:
+  void SetUp() override {
+    config::Settings settings = box.settings();
+    settings.additions.frames = {{.name = "phantom"}};
+    config::FixtureSettings sphere{.name = "nerve", .kind = rt::FixtureKind::sphere, .frame = "phantom"};
+    sphere.radius_m = 0.01;
+    settings.additions.fixtures = {sphere};
+    box.setSettings(settings);
+    start();
+  }
+
+  static json pose(const json& more = json::object()) {
+    json parameters{{"frame", "phantom"}, {"positionM", {0.1, 0, 0}}, {"orientationXyzw", {0, 0, 0, 1}}};
+    parameters.update(more);
+    return parameters;
+  }
+  json feed(const json& parameters) { return askControl("io.hapticd.Control.FeedPose", parameters.dump()); }
+  json frame() { return askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"]["frames"][0]; }
+  json entry() { return askStatus("io.hapticd.Status.ListFrames")["parameters"]["frames"][0]; }
+  /// Waits until the status of the frame has this value; the last one otherwise.
+  json waitFor(const char* field, const json& value) {
+    json last;
+    for (int i = 0; i < 2000; ++i) {
+      last = frame()[field];
+      if (last == value) break;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return last;
+  }
+};
+
+TEST_F(FrameMethodsTest, AFrameIsLiveAfterFivePosesAndLostWithoutMore) {
+  EXPECT_EQ("none", entry()["state"]);
+  EXPECT_TRUE(entry()["positionM"].is_null());
+  EXPECT_EQ(json({"nerve"}), entry()["fixtures"]);
+  EXPECT_EQ("fade", entry()["definition"]["on_loss"]);
+  for (int i = 0; i < 5; ++i) {
+    const json reply = feed(pose());
+    ASSERT_FALSE(reply.contains("error")) << reply;
+    EXPECT_GT(reply["parameters"]["timeNs"], 0);
+  }
+  EXPECT_EQ(5, waitFor("accepted", 5));
+  EXPECT_EQ(1, waitFor("returns", 1));
+  EXPECT_EQ("lost", waitFor("state", "lost"));
+  const json lost = entry();
+  EXPECT_NEAR(0.1, lost["positionM"][0], 1e-6);
+  EXPECT_EQ(json({0.0, 0.0, 0.0, 1.0}), lost["orientationXyzw"]);
+}
+
+TEST_F(FrameMethodsTest, RefusesByNameWhatIsNoPose) {
+  const auto invalid = [&](const json& more, const std::string& field) {
+    EXPECT_EQ(invalidParameter(field), feed(pose(more))) << more;
+  };
+  invalid({{"positionM", {0, 0}}}, "positionM");
+  invalid({{"positionM", {0, 0, nullptr}}}, "positionM");
+  invalid({{"positionM", nullptr}}, "positionM");
+  invalid({{"orientationXyzw", {0, 0, 1}}}, "orientationXyzw");
+  invalid({{"orientationXyzw", "1"}}, "orientationXyzw");
+  invalid({{"velocityMPerS", {0, 0, "fast"}}}, "velocityMPerS");
+  invalid({{"timeNs", 1.5}}, "timeNs");
+  invalid({{"timeNs", 1}, {"ageS", 0.1}}, "timeNs");
+  invalid({{"ageS", 1e9}}, "ageS");
+  invalid({{"frame", 3}}, "frame");
+  json refused = feed(pose({{"orientationXyzw", {0, 0, 0, 1.2}}}));
+  EXPECT_EQ("io.hapticd.Control.PoseRefused", refused["error"]);
+  EXPECT_EQ("not_unit", refused["parameters"]["cause"]);
+  refused = feed(pose({{"positionM", {0, 0, 11}}}));
+  EXPECT_EQ("not_finite", refused["parameters"]["cause"]);
+  EXPECT_EQ(1, waitFor("notUnit", 1));
+  EXPECT_EQ(1, waitFor("notFinite", 1));
+  const json unknown = feed(pose({{"frame", "tool"}}));
+  EXPECT_EQ("io.hapticd.Control.UnknownFrame", unknown["error"]);
+  EXPECT_EQ(json({"phantom"}), unknown["parameters"]["frames"]);
+}
+
+TEST_F(FrameMethodsTest, CountsWhatTheForceLoopDrops) {
+  feed(pose());
+  feed(pose({{"ageS", 5}}));
+  EXPECT_EQ(1, waitFor("older", 1));
+  feed(pose({{"ageS", -1}}));
+  EXPECT_EQ(1, waitFor("future", 1));
+  feed(pose({{"positionM", {3, 0, 0}}}));
+  EXPECT_EQ(1, waitFor("jumps", 1));
+  EXPECT_EQ(1, frame()["accepted"]);
+}
+
+TEST_F(FrameMethodsTest, CannotBeFedOverTheStatusSocket) {
+  const json reply = askStatus("io.hapticd.Control.FeedPose", pose().dump());
+  EXPECT_TRUE(reply.contains("error")) << reply;
+}
+
+TEST_F(FrameMethodsTest, LimitsTheRateOfAFrame) {
+  // more than 500 within one second of its count, however slow this machine is: they are one message after
+  // the other, and the count begins with the first
+  RawClient client = controlClient();
+  const std::string call =
+      json{{"method", "io.hapticd.Control.FeedPose"}, {"oneway", true}, {"parameters", pose()}}.dump();
+  const auto begin = std::chrono::steady_clock::now();
+  for (int i = 0; i < 600; ++i) client.call(call);
+  feed(pose());
+  if (std::chrono::steady_clock::now() - begin > std::chrono::milliseconds(900)) {
+    GTEST_SKIP() << "600 calls took longer than the second in which they are counted";
+  }
+  EXPECT_EQ("io.hapticd.Control.FeedLimited", feed(pose())["error"]);
+}
+
+}  // namespace
+}  // namespace hapticd::daemon::test
