@@ -69,7 +69,8 @@ void AddedScene::apply(const config::SceneAdditions& additions) {
 
 void AddedScene::publishFixtures(const std::vector<config::FixtureSettings>& fixtures) {
   rt::FixtureSet& set = setsToChange().fixtures;
-  config::toFixtureSet(fixtures, additions_.fixtures, T_world_camera_, solids_.table(), set);
+  config::toFixtureSet(fixtures, additions_.fixtures, T_world_camera_, solids_.table(), set,
+                       additions_.frames);
   additions_.fixtures = fixtures;
   channels_.fixtures.write(set);
 }
