@@ -54,8 +54,10 @@ AddedScene::Sets& AddedScene::setsToChange() {
   return *sets_;
 }
 
-void AddedScene::apply(const config::SceneAdditions& additions) {
-  if (additions.fixtures != additions_.fixtures || additions.frames != additions_.frames) {
+void AddedScene::apply(const config::SceneAdditions& additions, double tool_radius_m) {
+  const bool other_tool = tool_radius_m != tool_radius_m_ && !additions.fixtures.empty();
+  tool_radius_m_ = tool_radius_m;
+  if (other_tool || additions.fixtures != additions_.fixtures || additions.frames != additions_.frames) {
     solids_.use(additions.fixtures, generations().fixtures + 1);
     additions_.frames = additions.frames;
     publishFixtures(additions.fixtures);
@@ -69,8 +71,8 @@ void AddedScene::apply(const config::SceneAdditions& additions) {
 
 void AddedScene::publishFixtures(const std::vector<config::FixtureSettings>& fixtures) {
   rt::FixtureSet& set = setsToChange().fixtures;
-  config::toFixtureSet(fixtures, additions_.fixtures, T_world_camera_, solids_.table(), set,
-                       additions_.frames);
+  config::toFixtureSet(fixtures, additions_.fixtures,
+                       {T_world_camera_, additions_.frames, solids_.table(), tool_radius_m_}, set);
   additions_.fixtures = fixtures;
   channels_.fixtures.write(set);
 }

@@ -96,7 +96,7 @@ RunningBox::RunningBox(const config::Settings& settings, std::unique_ptr<FaultIn
     handle_ = faults_->around(std::move(handle_));
   }
   added_scene_.loadSolids(settings_.additions.fixtures);
-  added_scene_.apply(settings_.additions);
+  added_scene_.apply(settings_.additions, settings_.live.tool.radius_m);
   // A person who engages it is told why not, and decides.
   directive_.engage = settings.control.engage_at_start && added_scene_.solidProblem().empty();
   recordAdditions();
@@ -198,7 +198,7 @@ std::uint64_t RunningBox::apply(const config::Settings& settings) {
 /// Every change of the fixtures and regions comes through here, except measured stiffness.
 std::uint64_t RunningBox::applyAdditions(const config::SceneAdditions& additions) {
   settings_.additions = additions;
-  added_scene_.apply(additions);
+  added_scene_.apply(additions, settings_.live.tool.radius_m);
   recordAdditions();
   decideLaw();
   return sendDirective();
@@ -210,7 +210,7 @@ void RunningBox::recordAdditions() {
   if (std::pair(fixtures.generation, tissue.generation) == recorded_additions_) return;
   recorded_additions_ = {fixtures.generation, tissue.generation};
   trace_.add(trace::recordOf(settings_.additions, fixtures, tissue, added_scene_.solids().table(),
-                             rt::monotonicNow_ns()));
+                             added_scene_.toolRadius_m(), rt::monotonicNow_ns()));
 }
 
 void RunningBox::setMeasuredStiffness(const std::vector<MeasuredStiffness>& measured) {

@@ -345,6 +345,24 @@ std::optional<AdditionError> tooMany(std::span<const RegionSettings> regions, st
   return surplus(regions, count, rt::kMaxTissueRegions);
 }
 
+std::optional<AdditionError> toolProblem(const SceneAdditions& additions, double tool_radius_m) {
+  if (!(tool_radius_m > 0)) return std::nullopt;
+  for (const FixtureSettings& fixture : additions.fixtures) {
+    const bool standoff = fixture.kind == rt::FixtureKind::standoff;
+    const double room_m = standoff ? kFarthestStandoff_m : inside_m(fixture);
+    const bool limited = standoff || (fixture.side != rt::FixtureSide::out && room_m > 0);
+    if (!limited || beginning_m(fixture) + tool_radius_m < room_m) continue;
+    return additionError(
+        "fixture", fixture.name, "clearance_m",
+        fmt::format("with the tool's radius of {} m the tip is kept {} m from the boundary, and "
+                    "less than {} m is possible",
+                    base::numberText(tool_radius_m), base::numberText(beginning_m(fixture) + tool_radius_m),
+                    base::numberText(room_m)),
+        "lower tool.radius_m, clearance_m or soft_m");
+  }
+  return std::nullopt;
+}
+
 std::optional<AdditionError> labelImageProblem(const SceneAdditions& additions) {
   if (!additions.label_image.empty()) return std::nullopt;
   const auto labelled = std::ranges::find(additions.regions, rt::TissuePlace::label, &RegionSettings::place);
