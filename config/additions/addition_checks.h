@@ -51,13 +51,10 @@ std::optional<AdditionError> tooMany(std::span<const FixtureSettings> fixtures, 
 std::optional<AdditionError> tooMany(std::span<const RegionSettings> regions, std::size_t count);
 std::optional<AdditionError> tooMany(std::span<const FrameSettings> frames, std::size_t count);
 
+/// Returns an error if a fixture leaves no room for a tool of this radius: in a shape that keeps it inside, or
+/// for a standoff that may reach only so far.
+std::optional<AdditionError> toolProblem(const SceneAdditions& additions, double tool_radius_m);
 /// Returns an error if a region needs the label image and there is none.
-/// What a fixture leaves no room for: a tool of this radius inside its shape, or a standoff with it.
-std::optional<AdditionError> toolProblem(const SceneAdditions& additions, double tool_radius_m);
-
-/// What leaves no room for a tool of this radius: a shape that keeps it inside, a standoff that would reach
-/// too far.
-std::optional<AdditionError> toolProblem(const SceneAdditions& additions, double tool_radius_m);
 std::optional<AdditionError> labelImageProblem(const SceneAdditions& additions);
 
 /// Returns what is wrong with the points of a path, all of which are finite: distances, turns, crossings.
