@@ -88,6 +88,7 @@ const std::vector<FolderRule>& folderRules() {
       {"rt/safety", {"rt/base", "rt/channels"}},
       {"rt/fixtures", {"rt/base", "rt/channels", "rt/laws", "rt/safety", "rt/scene"}},
       {"rt/tissue", {"rt/base", "rt/channels", "rt/depth", "rt/fixtures", "rt/laws", "rt/safety"}},
+      {"rt/tracking", {"rt/base", "rt/depth", "rt/fixtures"}},
       {"rt/loop",
        {"rt/base", "rt/channels", "rt/depth", "rt/fixtures", "rt/laws", "rt/modelling", "rt/safety",
         "rt/scene", "rt/tissue"}},
