@@ -9,12 +9,18 @@ namespace hapticd::rt {
 namespace {
 
 constexpr std::size_t kMinFitPoints = 6;
-constexpr double kGateShrink = 0.75;  // from one iteration to the next
-constexpr double kGateSigmas = 4;
+// The gate shrinks from one iteration to the next, slowly while the pose still moves: points that it drops
+// too early are those that show the motion.
+constexpr double kGateShrink = 0.6;
+constexpr double kSlowGateShrink = 0.9;
+constexpr double kLargeShift_m = 0.001;
+constexpr double kLargeRotation_rad = 0.02;
+constexpr double kGateSigmas = 4.7;
 constexpr double kRobustSigmas = 3;  // where a residual has half its weight
 constexpr double kStopShift_m = 2e-5;
 constexpr double kStopRotation_rad = 2e-4;
 constexpr double kStopSigmas = 0.03;      // or a step this small relative to the noise of the pose
+constexpr double kFadingCosine = 0.25;    // above kMinSightCosine, over which a point gains its whole weight
 constexpr double kMaxStepShift_m = 0.03;  // of one iteration
 constexpr double kMaxStepRotation_rad = 0.35;
 
@@ -24,6 +30,7 @@ struct Look {
   Vec3 normal{};
   double distance_m = 0;
   double sigma_m = 0;  // of the distance, by the noise
+  double seen = 0;     // from 0 at a grazing angle of sight to 1; a sharp limit would keep a fit from ending
   bool counts = false;
 };
 
@@ -48,6 +55,7 @@ Look lookAt(const DistanceGrid& grid, const TrackingPoint& point, const Vec3& ey
   if (!(cosine > kMinSightCosine)) return look;
   look.distance_m = found.distance_m;
   look.sigma_m = std::hypot(cosine * point.depth_sigma_m, shape_sigma_m);
+  look.seen = std::min(1.0, (cosine - kMinSightCosine) / kFadingCosine);
   look.counts = true;
   return look;
 }
@@ -243,7 +251,8 @@ Matrix6 inverseOf(const FitGeometry& geometry) noexcept {
   return inverse;
 }
 
-/// Fills in the covariance, with the sums J / sigma of the patches. `weight`: sum of 1 / sigma^2. `scatter`:
+/// Fills in the covariance, with the sums of weight * sigma * J of the patches. `weight`: of all
+/// points. `scatter`:
 /// square of the residuals relative to their noise.
 void findCovariance(const PatchSums& sums, double weight, double scatter, FitGeometry& geometry) noexcept {
   Matrix6 together{};
@@ -278,7 +287,7 @@ void judgeFit(const DistanceGrid& grid, std::span<const TrackingPoint> points, c
     const Look look = lookAt(grid, point, eye_m_in_solid, fit.pose, options.shape_sigma_m, fit.gate_m);
     if (!look.counts) continue;
     const double relative = look.distance_m / look.sigma_m;
-    sums.add(look, 1 / (look.sigma_m * look.sigma_m));
+    sums.add(look, look.seen / (look.sigma_m * look.sigma_m));
     weighted2 += relative * relative;
   }
   fit.used = sums.used;
@@ -307,7 +316,7 @@ void judgeFit(const DistanceGrid& grid, std::span<const TrackingPoint> points, c
     parts.add(look);
     const Vec3 turn = per_length * cross(look.place_m - centre_m, look.normal);
     const Vector6 row{turn.x, turn.y, turn.z, look.normal.x, look.normal.y, look.normal.z};
-    for (std::size_t i = 0; i < 6; ++i) patches[point.patch][i] += row[i] / look.sigma_m;
+    for (std::size_t i = 0; i < 6; ++i) patches[point.patch][i] += look.seen * row[i] / look.sigma_m;
   }
   // More residual than expected means more noise, less does not mean less.
   findCovariance(patches, sums.weight, std::max(1.0, weighted2 / count), fit.geometry);
@@ -316,6 +325,13 @@ void judgeFit(const DistanceGrid& grid, std::span<const TrackingPoint> points, c
 }
 
 }  // namespace
+
+FitGeometry geometryOf(std::span<const SurfacePoint> points, double min_condition) noexcept {
+  Sums sums;
+  for (const SurfacePoint& point : points) sums.add({.place_m = point.place_m, .normal = point.normal}, 1);
+  if (sums.used == 0) return {.frozen = 6};
+  return geometryOf(centred(sums), min_condition);
+}
 
 SolidMotion motionAlong(const FitGeometry& geometry, std::size_t eigenvector) noexcept {
   const Vector6& v = geometry.eigen.vectors[eigenvector];
@@ -369,7 +385,10 @@ PoseFit fitPose(const DistanceGrid& grid, std::span<const TrackingPoint> points,
       const Look look = lookAt(grid, point, eye_m_in_solid, fit.pose, options.shape_sigma_m, fit.gate_m);
       if (!look.counts) continue;
       const double scaled = look.distance_m / std::max(half_weight_m, kRobustSigmas * look.sigma_m);
-      sums.add(look, 1 / (look.sigma_m * look.sigma_m * (1 + scaled * scaled)));
+      // Goes to zero at the gate, so that no point is dropped or taken up at once.
+      const double share = look.distance_m / fit.gate_m;
+      const double within = 1 - share * share;
+      sums.add(look, look.seen * within * within / (look.sigma_m * look.sigma_m * (1 + scaled * scaled)));
     }
     if (sums.used < kMinFitPoints) {
       fit.end = FitEnd::no_points;
@@ -398,7 +417,8 @@ PoseFit fitPose(const DistanceGrid& grid, std::span<const TrackingPoint> points,
       fit.end = FitEnd::converged;
       break;
     }
-    fit.gate_m = std::max(kGateShrink * fit.gate_m, last_gate_m);
+    const bool moves = norm(motion.shift_m) > kLargeShift_m || norm(motion.rotation_rad) > kLargeRotation_rad;
+    fit.gate_m = std::max((moves ? kSlowGateShrink : kGateShrink) * fit.gate_m, last_gate_m);
   }
   if (fit.end != FitEnd::converged) fit.end = FitEnd::not_converged;
   judgeFit(grid, points, eye_m, options, patches, fit);

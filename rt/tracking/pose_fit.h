@@ -32,7 +32,7 @@ inline constexpr std::size_t kMaxPatches = 4096;
 struct FitOptions {
   /// Points farther from the boundary than the gate are left out; it shrinks from the first value to the
   /// last, or to four standard deviations of the noise if these are more.
-  double first_gate_m = 0.025;
+  double first_gate_m = 0.035;
   double last_gate_m = 0.004;
   /// A direction of motion whose eigenvalue is below this share of the largest is not estimated.
   double min_condition = 0.02;
@@ -56,6 +56,16 @@ struct FitGeometry {
   /// points and B over the patches, whose points err together.
   Matrix6 covariance_m2{};
 };
+
+/// A place of a surface with its outward unit normal, both in the solid's frame.
+struct SurfacePoint {
+  Vec3 place_m{};
+  Vec3 normal{};
+};
+
+/// How well points of a surface would determine its pose, without noise: the covariance is 0. All directions
+/// are frozen where there is no point.  RT: safe.
+FitGeometry geometryOf(std::span<const SurfacePoint> points, double min_condition) noexcept;
 
 /// A motion of the solid in its own frame.
 struct SolidMotion {

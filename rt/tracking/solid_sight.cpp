@@ -2,6 +2,7 @@
 #include "rt/tracking/solid_sight.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace hapticd::rt {
@@ -10,6 +11,7 @@ namespace {
 /// Where a ray meets the solid.
 struct Entry {
   bool met = false;
+  Vec3 place_m{};      // in the solid's frame
   double depth_m = 0;  // along the optical axis
   double cosine = 0;   // between normal and sight
 };
@@ -31,7 +33,8 @@ Entry traced(const DistanceGrid& grid, const SolidBall& ball, const Vec3& eye_m,
     const GridDistance found = distanceAt(grid, eye_m + along_m * direction);
     if (found.distance_m < kHit_m) {
       const double slope = norm(found.gradient);
-      return {slope > 0, along_m / length, slope > 0 ? -dot(found.gradient, direction) / slope : 0};
+      return {slope > 0, eye_m + along_m * direction, along_m / length,
+              slope > 0 ? -dot(found.gradient, direction) / slope : 0};
     }
     along_m += std::max(found.distance_m, kHit_m);
   }
@@ -50,6 +53,41 @@ std::uint16_t rawAt(const DepthModel& model, std::span<const std::uint16_t> imag
   return image[static_cast<std::size_t>(row) * static_cast<std::size_t>(model.stride_px()) +
                static_cast<std::size_t>(column)];
 }
+
+/// Pixels by the part of the surface that they show.
+class PartCounts {
+ public:
+  explicit PartCounts(const SolidBall& ball) noexcept : centre_m_(ball.centre_m), per_m_(2 / ball.radius_m) {}
+
+  void add(const Vec3& place_m_in_solid, bool matches) noexcept {
+    const Vec3 at = per_m_ * (place_m_in_solid - centre_m_);
+    Part& part = parts_[(index(at.z) * kEdge + index(at.y)) * kEdge + index(at.x)];
+    ++part.visible;
+    part.matching += matches ? 1 : 0;
+  }
+  /// 1 without any part of enough pixels.
+  double leastShare() const noexcept {
+    constexpr int kEnough = 8;
+    double least = 1;
+    for (const Part& part : parts_) {
+      if (part.visible >= kEnough) least = std::min(least, static_cast<double>(part.matching) / part.visible);
+    }
+    return least;
+  }
+
+ private:
+  static constexpr std::size_t kEdge = 6;
+  struct Part {
+    int visible = 0;
+    int matching = 0;
+  };
+  static std::size_t index(double at) noexcept {
+    return static_cast<std::size_t>(std::clamp(std::floor(at) + kEdge / 2.0, 0.0, kEdge - 1.0));
+  }
+  Vec3 centre_m_;
+  double per_m_;
+  std::array<Part, kEdge * kEdge * kEdge> parts_{};
+};
 
 bool fits(const DepthModel& model, std::span<const std::uint16_t> image) noexcept {
   return image.size() >= model.pixels();
@@ -150,6 +188,7 @@ SightCount countSight(const DepthModel& model, std::span<const std::uint16_t> im
                       const std::optional<SightMask>& mask) noexcept {
   SightCount count;
   if (!fits(model, image)) return count;
+  PartCounts parts(ball);
   const Vec3 eye_m_in_solid = pose.placeIn(model.cameraPosition_m_in_world());
   for (int j = 0; j < lattice.rows; ++j) {
     const int row = lattice.row_first + j * lattice.step_px;
@@ -170,13 +209,16 @@ SightCount countSight(const DepthModel& model, std::span<const std::uint16_t> im
         ++count.hidden;
       } else if (std::abs(distance_m) < gate_m) {
         ++count.matching;
+        parts.add(entry.place_m, true);
       } else if (depth_m < entry.depth_m && distance_m > front_m) {
         ++count.hidden;
       } else {
         ++count.missing;
+        parts.add(entry.place_m, false);
       }
     }
   }
+  count.least_share_of_part = parts.leastShare();
   return count;
 }
 

@@ -68,6 +68,9 @@ struct SightCount {
   std::size_t missing = 0;     ///< measure a point behind it, or one so little in front that it hides nothing
   std::size_t hidden = 0;      ///< measure something that hides the solid, or are masked
   std::size_t unmeasured = 0;  ///< measure nothing
+  /// share() of the part of the surface where it is lowest, parts being cubes of half the solid's radius: a
+  /// face that is seen at a grazing angle has few pixels, but without it the solid can slide.
+  double least_share_of_part = 0;
 
   /// Of the pixels that could contradict the pose, the share of those that agree with it.
   double share() const noexcept {

@@ -16,6 +16,7 @@ TrackingVerdict verdictOf(const PoseFit& fit, const SightCount& sight, const Tra
   if (fit.end != FitEnd::converged) return TrackingVerdict::diverged;
   if (!(sight.visibleShare() >= limits.min_visible_share)) return TrackingVerdict::too_few_points;
   if (!(sight.share() >= limits.min_share)) return TrackingVerdict::low_share;
+  if (!(sight.least_share_of_part >= limits.min_share_of_part)) return TrackingVerdict::low_share;
   const bool fits =
       fit.rms_m <= limits.max_residual_sigmas * fit.sigma_m && fit.unevenness <= limits.max_residual_sigmas;
   if (!fits) return TrackingVerdict::large_residual;
@@ -40,6 +41,7 @@ Tracking judged(const PoseFit& fit, const SightCount& sight, const TrackingReque
   tracking.iterations = fit.iterations;
   tracking.used = fit.used;
   tracking.share = sight.share();
+  tracking.share_of_part = sight.least_share_of_part;
   tracking.visible_share = sight.visibleShare();
   tracking.rms_m = fit.rms_m;
   tracking.expected_rms_m = fit.sigma_m;
@@ -79,7 +81,7 @@ Tracking SolidTracker::step(const DepthModel& model, std::span<const std::uint16
   // Points that come within the first gate only after some iterations are gathered too.
   const double range_m = 2 * limits.first_gate_m;
   const PixelLattice lattice = latticeOver(model, request.predicted.placeOut(ball_.centre_m),
-                                           ball_.radius_m + limits.first_gate_m, PixelLattice::kMaxPixels);
+                                           ball_.radius_m + limits.first_gate_m, limits.max_pixels);
   if (lattice.pixels() == 0) return nothing;
   point_count_ = gatherPoints(model, image, lattice, grid_, request.predicted, range_m, request.mask,
                               {points_.get(), PixelLattice::kMaxPixels});
