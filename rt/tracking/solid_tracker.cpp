@@ -34,6 +34,21 @@ TrackingVerdict verdictOf(const PoseFit& fit, const SightCount& sight, const Tra
 
 }  // namespace
 
+bool Tracking::weakestIsRotation() const noexcept {
+  const double turn = norm(weakest.rotation_rad);
+  if (!(turn > 0)) return false;
+  // A shift across the axis only moves the axis; one along it makes a screw of the rotation.
+  const double along_m = std::abs(dot(weakest.shift_m, weakest.rotation_rad)) / turn;
+  constexpr double kFarAxis = 5;
+  return turn * length_m > std::max(along_m, norm(weakest.shift_m) / kFarAxis);
+}
+
+Vec3 Tracking::weakestAxisPlace_m() const noexcept {
+  const double square = dot(weakest.rotation_rad, weakest.rotation_rad);
+  if (!(square > 0)) return centre_m;
+  return centre_m + (1 / square) * cross(weakest.rotation_rad, weakest.shift_m);
+}
+
 Tracking judged(const PoseFit& fit, const SightCount& sight, const TrackingRequest& request,
                 const TrackingLimits& limits, const Vec3& middle_m_in_solid) noexcept {
   Tracking tracking;
@@ -51,6 +66,7 @@ Tracking judged(const PoseFit& fit, const SightCount& sight, const TrackingReque
     tracking.largest_eigenvalue = fit.geometry.eigen.values[5];
     tracking.frozen = fit.geometry.frozen;
     tracking.weakest = motionAlong(fit.geometry, 0);
+    tracking.centre_m = fit.geometry.centre_m;
     tracking.length_m = fit.geometry.length_m;
     tracking.noise_error_m = noiseAt_m(fit.geometry, request.target_m_in_solid);
     tracking.frozen_error_m = frozenErrorAt_m(fit.geometry, request.target_m_in_solid,

@@ -115,9 +115,10 @@ struct Tracking {
   double smallest_eigenvalue = 0;
   double largest_eigenvalue = 0;
   std::size_t frozen = 0;  ///< directions that are not estimated, of six
-  /// The motion that the points show least, in the solid's frame and of unit length in the fit's measure:
-  /// mainly a rotation if norm(rotation_rad) * length_m exceeds norm(shift_m).
+  /// The motion that the points show least, in the solid's frame and of unit length in the fit's measure; its
+  /// shift is that of `centre_m`, the mean of the points.
   SolidMotion weakest{};
+  Vec3 centre_m{};
   double length_m = 0;  ///< RMS distance of the points from their mean
   /// Expected error of the target: standard deviation by noise, and largest error by the frozen directions.
   double noise_error_m = 0;
@@ -125,9 +126,11 @@ struct Tracking {
   double jump_m = 0;  ///< from the last pose; 0 without one
   double jump_rad = 0;
 
-  bool weakestIsRotation() const noexcept {
-    return norm(weakest.rotation_rad) * length_m > norm(weakest.shift_m);
-  }
+  /// Whether `weakest` is mainly a rotation, about an axis that is not much farther from the points than
+  /// these are from each other; otherwise it is mainly a translation.
+  bool weakestIsRotation() const noexcept;
+  /// A place of that axis, in the solid's frame.
+  Vec3 weakestAxisPlace_m() const noexcept;
   /// The error of the target that a limit applies to.
   double targetError_m(double confidence) const noexcept {
     return confidence * noise_error_m + frozen_error_m;
