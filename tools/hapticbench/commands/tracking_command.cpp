@@ -29,7 +29,8 @@ constexpr const char* kExplanation =
     "the camera, and of one 30 mm behind the middle, of fits that estimate every direction; expected: "
     "standard\n"
     "deviation of near that the tracker states; floor: the smallest that the noise allows these points\n"
-    "(Cramer-Rao bound; blank: undetermined). accepted: with the limits as shipped, where directions below\n"
+    "(Cramer-Rao bound; -: undetermined, as are the errors). accepted: with the limits as shipped, where "
+    "directions below\n"
     "2 % are not estimated. found: of the failures in bad starts, behind other bodies and without the "
     "solid,\n"
     "the share that is refused; right: of these hard cases, results that are accepted and right.\n\n";
@@ -40,13 +41,17 @@ Json figureOf(const std::vector<double>& values, double share) {
 
 using Row = TrackingRow;
 
-/// Median, 95 % and largest of a list of the row.
+/// Median, 95 % and largest of a list of the row; nothing where a motion that does not show makes them
+/// meaningless.
 void addQuantiles(Columns<Row>& columns, const std::string& key, const std::string& heading, int decimals,
                   double scale, const std::vector<double> Row::*values) {
   constexpr double kHigh = 0.95;
   const auto add = [&](const char* member, const std::string& shown, double share) {
     columns.push_back({key + member, shown, decimals,
-                       [values, share](const Row& row) { return figureOf(row.*values, share); }, scale});
+                       [values, share](const Row& row) {
+                         return std::isfinite(row.floor_near_m) ? figureOf(row.*values, share) : Json();
+                       },
+                       scale});
   };
   add("/median", heading, 0.5);
   add("/p95", "p95", kHigh);
@@ -78,8 +83,8 @@ Columns<Row> columns() {
        [](const Row& row) { return percentOf(row.hard_accepted, row.hard_cases); }},
       {"/failures", "failures", 0, &Row::failures},
       {"/found_percent", "found %", 1, &Row::foundPercent},
-      {"/time_s/median", "ms", 2, [](const Row& row) { return figureOf(row.time_s, 0.5); }, 1e3},
-      {"/time_s/p95", "p95 ms", 2, [](const Row& row) { return figureOf(row.time_s, 0.95); }, 1e3},
+      {"/cpu_s/median", "CPU ms", 2, [](const Row& row) { return figureOf(row.cpu_s, 0.5); }, 1e3},
+      {"/cpu_s/p95", "p95", 2, [](const Row& row) { return figureOf(row.cpu_s, 0.95); }, 1e3},
       {"/verdicts", "", 0, [](const Row& row) {
          Json counts = Json::object();
          for (std::size_t i = 0; i < row.verdicts.size(); ++i)
@@ -94,7 +99,8 @@ Columns<Row> columns() {
 double bound_m(const Row& row) {
   const double z = row.chosen.distance_m;
   constexpr double kSigmas = 3;
-  return std::max(0.0026 * z * z, kSigmas * row.floor_near_m);
+  constexpr double kErrorAt1m_m = 0.0025;
+  return std::max(kErrorAt1m_m * z * z, std::isfinite(row.floor_near_m) ? kSigmas * row.floor_near_m : 0);
 }
 
 std::vector<Requirement> requirementsOf(const std::vector<Row>& rows) {

@@ -65,7 +65,7 @@ struct TrackingRow {
   std::vector<double> expected_m;       ///< by the tracker, standard deviation, all directions estimated
   std::vector<double> points;
   std::vector<double> condition;
-  std::vector<double> time_s;  ///< of the steps from nearby starts
+  std::vector<double> cpu_s;  ///< CPU time of the steps from nearby starts
   double floor_near_m = 0;  ///< standard deviation that the noise allows; infinite where a motion is not seen
   int starts = 0;           ///< from nearby
   int refused = 0;          ///< of these

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,8 +13,10 @@ namespace {
 
 using rt::Vec3;
 
-/// A row of the model: how the distance of a point changes with the pose, in the solid's frame about
-/// `centre_m`.
+/// Rotations are in units of 1 m / kLength_m, which makes all six coordinates alike.
+constexpr double kLength_m = 0.04;
+
+/// A row of the model: how the distance of a point changes with the pose, in the solid's frame.
 struct Row {
   Eigen::Matrix<double, 1, 6> slope;
   double sigma_m = 0;     // of the distance, by the noise
@@ -38,7 +41,7 @@ std::vector<Row> rowsOf(const rt::DistanceGrid& grid, const rt::SolidPose& truth
     const double depth_m = -point.place_m.z;
     const double unit_m =
         camera.law == rt::DepthLawKind::linear ? camera.unit_m : std::abs(camera.a_per_m) * depth_m * depth_m;
-    const Vec3 turn = cross(place_m, normal);
+    const Vec3 turn = (1 / kLength_m) * cross(place_m - found.distance_m * normal, normal);
     Row row;
     row.slope << turn.x, turn.y, turn.z, normal.x, normal.y, normal.z;
     row.sigma_m = scale * cosine * point.depth_sigma_m;
@@ -74,18 +77,19 @@ double trackingFloor_m(const rt::DistanceGrid& grid, const rt::SolidPose& truth,
     covariance(i, i) += a.rounding_m * a.rounding_m;
   }
   const Eigen::Matrix<double, 6, 6> information = slopes.transpose() * covariance.llt().solve(slopes);
-  // A direction that noise alone determines is none.
-  const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> solver(information);
-  const auto diagonal = solver.vectorD();
-  constexpr double kSmallest = 1e-6;
-  if (!(diagonal.minCoeff() > kSmallest * information.diagonal().minCoeff())) return kUndetermined;
-  const Vec3& t = target_m_in_solid;
+  // The normals of a grid differ a little from those of its solid, so that a motion that does not show seems
+  // to.
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(information);
+  constexpr double kSmallest = 1e-4;
+  const auto& eigenvalues = solver.eigenvalues();
+  if (!(eigenvalues(0) > kSmallest * eigenvalues(5))) return kUndetermined;
+  const Vec3 t = (1 / kLength_m) * target_m_in_solid;
   Eigen::Matrix<double, 3, 6> shift;
   shift << 0, t.z, -t.y, 1, 0, 0,  //
       -t.z, 0, t.x, 0, 1, 0,       //
       t.y, -t.x, 0, 0, 0, 1;
-  const Eigen::Matrix<double, 6, 3> solved = solver.solve(shift.transpose());
-  return std::sqrt((shift * solved).trace());
+  const Eigen::Matrix<double, 3, 6> along = shift * solver.eigenvectors();
+  return std::sqrt((along * eigenvalues.cwiseInverse().asDiagonal() * along.transpose()).trace());
 }
 
 }  // namespace hapticd::tools
