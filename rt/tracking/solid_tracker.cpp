@@ -18,7 +18,7 @@ TrackingVerdict verdictOf(const PoseFit& fit, const SightCount& sight, const Tra
   if (!(sight.share() >= limits.min_share)) return TrackingVerdict::low_share;
   if (!(sight.least_share_of_part >= limits.min_share_of_part)) return TrackingVerdict::low_share;
   const bool fits =
-      fit.rms_m <= limits.max_residual_sigmas * fit.sigma_m && fit.unevenness <= limits.max_residual_sigmas;
+      fit.rms_m <= limits.max_residual_sigmas * fit.sigma_m && fit.unevenness <= limits.max_unevenness;
   if (!fits) return TrackingVerdict::large_residual;
   if (!(tracking.frozen_error_m <= limits.max_target_error_m)) return TrackingVerdict::weak_geometry;
   if (!(tracking.targetError_m(limits.confidence) <= limits.max_target_error_m))
@@ -95,7 +95,8 @@ Tracking SolidTracker::step(const DepthModel& model, std::span<const std::uint16
                       (!request.last || isRigid(*request.last));
   if (!usable) return nothing;
   // Points that come within the first gate only after some iterations are gathered too.
-  const double range_m = 2 * limits.first_gate_m;
+  constexpr double kGates = 1.3;
+  const double range_m = kGates * limits.first_gate_m;
   const PixelLattice lattice = latticeOver(model, request.predicted.placeOut(ball_.centre_m),
                                            ball_.radius_m + limits.first_gate_m, limits.max_pixels);
   if (lattice.pixels() == 0) return nothing;

@@ -54,9 +54,11 @@ struct TrackingLimits {
   /// is in front of the solid is no misfit, because a hand or a tool may hide it, but what is hidden cannot
   /// show that a pose is wrong.
   double min_visible_share = 0.35;
-  /// Of the RMS distance of the points from the surface, and of its mean over parts of the surface, relative
-  /// to noise and `shape_sigma_m` together.
-  double max_residual_sigmas = 2.5;
+  /// Of the RMS distance of the points from the surface, relative to noise and `shape_sigma_m` together, and
+  /// of its mean over parts of the surface (PoseFit::unevenness). With a camera whose noise is as stated,
+  /// right poses reach 1 and 1.1. A camera that is noisier than stated is refused.
+  double max_residual_sigmas = 1.75;
+  double max_unevenness = 1.5;
   /// By how much the real surface may deviate from the grid, standard deviation: the accuracy of the model.
   double shape_sigma_m = 0.0005;
   /// Smallest eigenvalue of an estimated direction as a share of the largest (FitGeometry). Directions below
