@@ -84,6 +84,22 @@ bool AddedScene::takeFiles(std::uint64_t fixtures_in_use) {
   return takeLabels() || solids;
 }
 
+std::vector<TrackedSolid> AddedScene::trackedSolids() const {
+  std::vector<TrackedSolid> tracked;
+  for (const config::FrameSettings& frame : additions_.frames) {
+    const auto fixture = std::ranges::find(additions_.fixtures, frame.tracks, &config::FixtureSettings::name);
+    if (frame.tracks.empty() || fixture == additions_.fixtures.end()) continue;
+    const auto solid = solids_.table().find(fixture->solid);
+    if (solid == solids_.table().end()) continue;
+    const auto place = static_cast<std::size_t>(fixture - additions_.fixtures.begin());
+    const rt::Shape& shape = sets_->fixtures.fixtures.at(place).shape;
+    tracked.push_back({.frame = config::frameIdentity(frame.name),
+                       .solid = solid->second,
+                       .T_frame_solid = {shape.position_m_in_world, shape.rotation}});
+  }
+  return tracked;
+}
+
 /// Reads the image on a thread of its own, because the disk may not respond.
 void AddedScene::readLabels(const std::string& file) {
   additions_.label_image = file;

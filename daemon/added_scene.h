@@ -13,6 +13,7 @@
 #include "config/settings/fixture_settings.h"
 #include "config/settings/label_image.h"
 #include "daemon/base/box.h"
+#include "daemon/scene/depth_tracker.h"
 #include "daemon/state/solid_store.h"
 #include "daemon/state/state_worker.h"
 #include "rt/base/parameters.h"
@@ -55,6 +56,8 @@ class AddedScene {
   SolidStore& solids() { return solids_; }
   const SolidStore& solids() const { return solids_; }
   double toolRadius_m() const { return tool_radius_m_; }
+  /// The solids by which the depth camera finds frames, as far as they are in memory.
+  std::vector<TrackedSolid> trackedSolids() const;
   /// Why a fixture does not act, and the remedy; empty: all do, or will in a moment.
   std::string solidProblem() const { return solids_.problemOf(additions_.fixtures); }
   /// Returns why the label image has no effect with a camera of this description, and the remedy; empty: it

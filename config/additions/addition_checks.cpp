@@ -71,6 +71,7 @@ class FieldChecks {
   }
 
   void checkMember(const Field& field, std::string Owner::*member) {
+    if (field.name == "tracks" && (owner_.*member).empty()) return;
     const bool is_hash = field.name == "solid";
     if (is_hash ? base::isSha256(owner_.*member) : isAdditionName(owner_.*member)) return;
     refuse(field, base::inQuotes(owner_.*member),
@@ -299,6 +300,18 @@ std::vector<AdditionError> unknownFrames(const SceneAdditions& additions) {
                                    fmt::format("set frame to one of: {}, or add it to the list frames of the "
                                                "configuration",
                                                fmt::join(names, ", "))));
+  }
+  for (const FrameSettings& frame : additions.frames) {
+    if (frame.tracks.empty()) continue;
+    const auto tracked = std::ranges::find(additions.fixtures, frame.tracks, &FixtureSettings::name);
+    const bool good = tracked != additions.fixtures.end() && tracked->kind == rt::FixtureKind::solid &&
+                      tracked->frame == frame.name;
+    // Clients add the fixture, and may remove it again; until then the frame has no place.
+    if (good || tracked == additions.fixtures.end()) continue;
+    errors.push_back(additionError(
+        "frame", frame.name, "tracks",
+        fmt::format("the fixture {} is no solid in the frame {}", base::inQuotes(frame.tracks), frame.name),
+        fmt::format("set its kind to solid and its frame to {}", frame.name)));
   }
   return errors;
 }

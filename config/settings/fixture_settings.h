@@ -127,6 +127,9 @@ struct FrameSettings {
   double timeout_s = 0.2;
   bool keepalive = true;
   double max_speed_m_per_s = 0.5;
+  /// Name of a fixture of kind solid in this frame, which the depth camera follows; empty: poses are fed. At
+  /// the start the frame is the world.
+  std::string tracks{};
   OriginMark origin{};
 
   friend bool operator==(const FrameSettings&, const FrameSettings&) = default;

@@ -37,8 +37,8 @@ enum class TrackingVerdict : std::uint8_t {
   jumped,          ///< too far from the last pose: a symmetric body the other way round, or another body
 };
 constexpr auto wordsOf(TrackingVerdict) {
-  return words<TrackingVerdict>("tracked", "too few points", "diverged", "low share", "large residual",
-                                "weak geometry", "target error", "jumped");
+  return words<TrackingVerdict>("tracked", "too_few_points", "diverged", "low_share", "large_residual",
+                                "weak_geometry", "target_error", "jumped");
 }
 
 /// When a pose is refused, and what is assumed of the solid and its motion.
