@@ -126,6 +126,10 @@ void FrameMethods::listFrames(const Call&, const Caller& caller, Replies& replie
     entry["state"] = nameOf(now == status.frames.end() ? rt::FrameState::none : now->state);
     entry["ageS"] = placed ? OrderedJson(now->age_s) : OrderedJson();
     entry["lagM"] = placed ? OrderedJson(now->lag_m) : OrderedJson();
+    const bool tracks = now != status.frames.end() && now->tracking;
+    entry["tracking"] = tracks ? OrderedJson(rt::wordOf(*now->tracking)) : OrderedJson();
+    entry["trackingErrorM"] = tracks ? OrderedJson(now->tracking_error_m) : OrderedJson();
+    entry["trackingShare"] = tracks ? OrderedJson(now->tracking_share) : OrderedJson();
     entry["positionM"] = OrderedJson();
     entry["orientationXyzw"] = OrderedJson();
     if (placed) {
