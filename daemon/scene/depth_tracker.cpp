@@ -22,7 +22,7 @@ constexpr double kHandRadius_m = 0.03;
 constexpr std::size_t kMaxPoses = 64;
 
 /// The quaternion of a rotation matrix, from its largest component, which is at least 1/2.
-Quaternion quaternionOf(const std::array<double, 9>& r) {
+Quaternion quaternionOf(const rt::Rotation& r) {
   const double trace = r[0] + r[4] + r[8];
   const std::array<double, 4> squares{1 + r[0] - r[4] - r[8], 1 - r[0] + r[4] - r[8], 1 - r[0] - r[4] + r[8],
                                       1 + trace};
@@ -31,13 +31,13 @@ Quaternion quaternionOf(const std::array<double, 9>& r) {
   const double f = 0.5 / twice;
   switch (largest) {
     case 0:
-      return normalised({0.5 * twice, f * (r[1] + r[3]), f * (r[2] + r[6]), f * (r[7] - r[5])});
+      return rt::normalised({0.5 * twice, f * (r[1] + r[3]), f * (r[2] + r[6]), f * (r[7] - r[5])});
     case 1:
-      return normalised({f * (r[1] + r[3]), 0.5 * twice, f * (r[5] + r[7]), f * (r[2] - r[6])});
+      return rt::normalised({f * (r[1] + r[3]), 0.5 * twice, f * (r[5] + r[7]), f * (r[2] - r[6])});
     case 2:
-      return normalised({f * (r[2] + r[6]), f * (r[5] + r[7]), 0.5 * twice, f * (r[3] - r[1])});
+      return rt::normalised({f * (r[2] + r[6]), f * (r[5] + r[7]), 0.5 * twice, f * (r[3] - r[1])});
     default:
-      return normalised({f * (r[7] - r[5]), f * (r[2] - r[6]), f * (r[3] - r[1]), 0.5 * twice});
+      return rt::normalised({f * (r[7] - r[5]), f * (r[2] - r[6]), f * (r[3] - r[1]), 0.5 * twice});
   }
 }
 
