@@ -59,10 +59,8 @@ rt::RigidPose frameOf(const SolidPose& T_world_solid, const SolidPose& T_frame_s
 }  // namespace
 
 struct DepthTracker::Follower {
-  explicit Follower(TrackedSolid tracked)
-      : tracked(std::move(tracked)),
-        tracker(this->tracked.solid->grid()),
-        pose(this->tracked.T_frame_solid) {}
+  explicit Follower(TrackedSolid solid)
+      : tracked(std::move(solid)), tracker(tracked.solid->grid()), pose(tracked.T_frame_solid) {}
 
   /// Looks for the solid in a frame.
   rt::Tracking step(const rt::DepthModel& model, const rt::DepthFrame& frame, const Vec3& hip_m_in_world) {
