@@ -87,7 +87,7 @@ const Refusal kNames[] = {
     {"UnknownKind", "fixtures: [{name: a, kind: spere, radius_m: 1}]", "a", "kind", "did you mean sphere?"},
     {"NoKind", "fixtures: [{name: a, radius_m: 1}]", "a", "kind", "is missing"},
     {"UnknownSide", sphere("radius_m: 0.1, side: left"), "a", "side", "one of: out, in, both"},
-    {"UnknownFrame", sphere("radius_m: 0.1, frame: table"), "a", "frame", "one of: world, camera"},
+    {"NoNameOfAFrame", sphere("radius_m: 0.1, frame: a b"), "a", "frame", "world, camera or one of the list"},
     {"UnknownMember", sphere("radius_m: 0.1, radus_m: 3"), "a", "radus_m", "did you mean radius_m?"},
     {"MemberTwice", sphere("radius_m: 0.1, radius_m: 0.2"), "a", "radius_m",
      "is given twice, first in line 1"},

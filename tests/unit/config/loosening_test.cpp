@@ -42,6 +42,7 @@ struct Limit {
 constexpr Limit kLimits[] = {
     {"force.stiffness_ceiling_n_per_m", "500", "600"},
     {"proximity.warning_m", "0.02", "0.01"},
+    {"tool.radius_m", "0.003", "0.002"},
     {"safety.max_force_n", "1", "4"},
     {"safety.max_slew_n_per_s", "100", "200"},
     {"safety.engage_ramp_s", "1", "0.5"},

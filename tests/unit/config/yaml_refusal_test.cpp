@@ -121,7 +121,7 @@ const std::vector<Refusal> kNames{
      {"bad.yaml:1: \"zzz\": there is no group of this name (groups: force, contact, surface, filter, blend, "
       "proximity, tool, safety, camera, grid, loop, handle, udp_handle, hid_handle, falcon_handle, leds, "
       "control, "
-      "state, trace, synthetic, simulated_handle, fixtures, regions, label_image)"}},
+      "state, trace, synthetic, simulated_handle, frames, fixtures, regions, label_image)"}},
     {"DottedName",
      "force.radius_m: 0.05",
      {"bad.yaml:1: force.radius_m: is outside its group (write it as `force: {radius_m: 0.05}`)"}},
