@@ -152,6 +152,11 @@ void checkStandoff(const Settings& settings, std::vector<Conflict>& conflicts) {
                           nameOf(rt::lawThat(&rt::ForceLawRow::carries_standoffs)), standoff->name));
 }
 
+void checkTool(const Settings& settings, std::vector<Conflict>& conflicts) {
+  if (auto problem = toolProblem(settings.additions, settings.live.tool.radius_m))
+    conflicts.push_back({{"tool.radius_m", "fixtures"}, std::move(problem->error)});
+}
+
 void checkLabelImage(const Settings& settings, std::vector<Conflict>& conflicts) {
   if (auto problem = labelImageProblem(settings.additions)) {
     conflicts.push_back({{"regions", "label_image"}, std::move(problem->error)});
@@ -256,6 +261,7 @@ std::vector<Conflict> conflictsIn(const Settings& settings) {
   checkStandoff(settings, conflicts);
   checkLabelImage(settings, conflicts);
   checkFrames(settings, conflicts);
+  checkTool(settings, conflicts);
   for (const HandleDriver& driver : handleDrivers()) driver.check(settings, conflicts);
   checkLeds(settings, conflicts);
   checkSockets(settings, conflicts);

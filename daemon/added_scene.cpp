@@ -54,8 +54,10 @@ AddedScene::Sets& AddedScene::setsToChange() {
   return *sets_;
 }
 
-void AddedScene::apply(const config::SceneAdditions& additions) {
-  if (additions.fixtures != additions_.fixtures || additions.frames != additions_.frames) {
+void AddedScene::apply(const config::SceneAdditions& additions, double tool_radius_m) {
+  const bool other_tool = tool_radius_m != tool_radius_m_ && !additions.fixtures.empty();
+  tool_radius_m_ = tool_radius_m;
+  if (other_tool || additions.fixtures != additions_.fixtures || additions.frames != additions_.frames) {
     solids_.use(additions.fixtures, generations().fixtures + 1);
     additions_.frames = additions.frames;
     publishFixtures(additions.fixtures);
@@ -69,8 +71,8 @@ void AddedScene::apply(const config::SceneAdditions& additions) {
 
 void AddedScene::publishFixtures(const std::vector<config::FixtureSettings>& fixtures) {
   rt::FixtureSet& set = setsToChange().fixtures;
-  config::toFixtureSet(fixtures, additions_.fixtures, T_world_camera_, solids_.table(), set,
-                       additions_.frames);
+  config::toFixtureSet(fixtures, additions_.fixtures,
+                       {T_world_camera_, additions_.frames, solids_.table(), tool_radius_m_}, set);
   additions_.fixtures = fixtures;
   channels_.fixtures.write(set);
 }
@@ -80,6 +82,22 @@ bool AddedScene::takeFiles(std::uint64_t fixtures_in_use) {
   if (solids) publishFixtures(additions_.fixtures);
   solids_.release(fixtures_in_use);
   return takeLabels() || solids;
+}
+
+std::vector<TrackedSolid> AddedScene::trackedSolids() const {
+  std::vector<TrackedSolid> tracked;
+  for (const config::FrameSettings& frame : additions_.frames) {
+    const auto fixture = std::ranges::find(additions_.fixtures, frame.tracks, &config::FixtureSettings::name);
+    if (frame.tracks.empty() || fixture == additions_.fixtures.end()) continue;
+    const auto solid = solids_.table().find(fixture->solid);
+    if (solid == solids_.table().end()) continue;
+    const auto place = static_cast<std::size_t>(fixture - additions_.fixtures.begin());
+    const rt::Shape& shape = sets_->fixtures.fixtures.at(place).shape;
+    tracked.push_back({.frame = config::frameIdentity(frame.name),
+                       .solid = solid->second,
+                       .T_frame_solid = {shape.position_m_in_world, shape.rotation}});
+  }
+  return tracked;
 }
 
 /// Reads the image on a thread of its own, because the disk may not respond.

@@ -13,6 +13,7 @@
 #include "config/settings/fixture_settings.h"
 #include "config/settings/label_image.h"
 #include "daemon/base/box.h"
+#include "daemon/scene/depth_tracker.h"
 #include "daemon/state/solid_store.h"
 #include "daemon/state/state_worker.h"
 #include "rt/base/parameters.h"
@@ -30,7 +31,7 @@ class AddedScene {
              const rt::PoseParameters& T_world_camera, const std::filesystem::path& state_folder);
 
   /// Hands over what differs from the last call; nothing as long as there has never been a fixture or region.
-  void apply(const config::SceneAdditions& additions);
+  void apply(const config::SceneAdditions& additions, double tool_radius_m);
   /// Returns the memory of paths and labels to the system until there is a fixture or region. To be called
   /// after memory is locked, which `memory_locked` tells, and before the force loop runs.
   void returnUnusedMemory(bool memory_locked);
@@ -54,6 +55,9 @@ class AddedScene {
   std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const;
   SolidStore& solids() { return solids_; }
   const SolidStore& solids() const { return solids_; }
+  double toolRadius_m() const { return tool_radius_m_; }
+  /// The solids by which the depth camera finds frames, as far as they are in memory.
+  std::vector<TrackedSolid> trackedSolids() const;
   /// Why a fixture does not act, and the remedy; empty: all do, or will in a moment.
   std::string solidProblem() const { return solids_.problemOf(additions_.fixtures); }
   /// Returns why the label image has no effect with a camera of this description, and the remedy; empty: it
@@ -80,6 +84,7 @@ class AddedScene {
   const rt::DepthModel& depth_model_;
   const rt::PoseParameters T_world_camera_;
   config::SceneAdditions additions_;
+  double tool_radius_m_ = 0;
   // large, and kept because each change continues the identities of the one before
   std::unique_ptr<Sets> sets_;
   bool lock_when_used_ = false;  // the memory of the channels was returned

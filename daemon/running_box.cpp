@@ -83,6 +83,7 @@ RunningBox::RunningBox(const config::Settings& settings, std::unique_ptr<FaultIn
       depth_model_(settings.camera.effectiveDepthModel(), settings.camera.pose()),
       control_(std::make_unique<rt::ControlChannels>()),
       added_scene_(*control_, depth_model_, settings.camera.pose(), settings.state.folder),
+      depth_tracker_(settings.camera.pose()),
       scene_thread_(settings.camera.effectiveDepthModel(), settings.camera.pose(), settings.grid,
                     rt::SceneNeeds::of(settings.effectiveLive()), scenes_, focus_),
       camera_(drivers::makeCamera(settings.camera)),
@@ -96,7 +97,7 @@ RunningBox::RunningBox(const config::Settings& settings, std::unique_ptr<FaultIn
     handle_ = faults_->around(std::move(handle_));
   }
   added_scene_.loadSolids(settings_.additions.fixtures);
-  added_scene_.apply(settings_.additions);
+  added_scene_.apply(settings_.additions, settings_.live.tool.radius_m);
   // A person who engages it is told why not, and decides.
   directive_.engage = settings.control.engage_at_start && added_scene_.solidProblem().empty();
   recordAdditions();
@@ -198,7 +199,7 @@ std::uint64_t RunningBox::apply(const config::Settings& settings) {
 /// Every change of the fixtures and regions comes through here, except measured stiffness.
 std::uint64_t RunningBox::applyAdditions(const config::SceneAdditions& additions) {
   settings_.additions = additions;
-  added_scene_.apply(additions);
+  added_scene_.apply(additions, settings_.live.tool.radius_m);
   recordAdditions();
   decideLaw();
   return sendDirective();
@@ -210,7 +211,7 @@ void RunningBox::recordAdditions() {
   if (std::pair(fixtures.generation, tissue.generation) == recorded_additions_) return;
   recorded_additions_ = {fixtures.generation, tissue.generation};
   trace_.add(trace::recordOf(settings_.additions, fixtures, tissue, added_scene_.solids().table(),
-                             rt::monotonicNow_ns()));
+                             added_scene_.toolRadius_m(), rt::monotonicNow_ns()));
 }
 
 void RunningBox::setMeasuredStiffness(const std::vector<MeasuredStiffness>& measured) {
@@ -315,8 +316,18 @@ void RunningBox::drainTicks(const std::function<void(const rt::Tick&)>& on_tick)
   }
   adaptToDistance();
   if (added_scene_.takeFiles(loopState().tick.fixture_generation)) recordAdditions();
+  trackSolids();
   sampleRate();
   showLeds();
+}
+
+void RunningBox::trackSolids() {
+  const bool tracked = depth_tracker_.tracks();
+  depth_tracker_.track(added_scene_.trackedSolids());
+  if (depth_tracker_.tracks() != tracked) passDepthOn();
+  if (!depth_tracker_.tracks()) return;
+  depth_tracker_.setHip(loopState().tick.hip_m_in_world);
+  for (const rt::FramePose& pose : depth_tracker_.takePoses()) feedPose(pose);
 }
 
 void RunningBox::injectFaults() {
@@ -370,6 +381,11 @@ BoxStatus RunningBox::condition() {
   for (FrameStatus& frame : status.frames) {
     if (const auto found = limited_poses_.find(frame.name); found != limited_poses_.end())
       frame.limited = found->second;
+    if (const auto result = depth_tracker_.resultOf(config::frameIdentity(frame.name))) {
+      frame.tracking = result->verdict;
+      frame.tracking_error_m = result->error_m;
+      frame.tracking_share = result->share;
+    }
   }
   status.tissue = added_scene_.tissueStatus(status.loop.state.tick);
   status.tissue.feed = feed_status_;
@@ -485,18 +501,29 @@ base::Result<SharedDepth> RunningBox::shareDepth() {
   auto region = drivers::DepthRegionWriter::create(sizeof(rt::DepthFrame::raw));
   if (!region) return std::unexpected(region.error());
   depth_region_ = std::move(*region);
-  scene_thread_.setView([&region = *depth_region_, &camera = *camera_,
-                         settings = settings_.camera](const rt::DepthFrame& frame) {
-    // The camera may have been found only now, so that its serial number is asked for each time.
-    const rt::DepthFrameHeader common = drivers::commonDepthHeader(settings, camera.status().identity);
-    region.publish(trace::headerOf(common, frame), std::as_bytes(frame.image()));
-  });
+  passDepthOn();
   return SharedDepth{depth_region_->descriptor(), depth_region_->bytes()};
 }
 
 void RunningBox::hideDepth() {
   scene_thread_.setView({});
   depth_region_.reset();
+  passDepthOn();
+}
+
+/// Passes depth frames to whoever wants them now.
+void RunningBox::passDepthOn() {
+  drivers::DepthRegionWriter* const region = depth_region_.get();
+  DepthTracker* const tracker = depth_tracker_.tracks() ? &depth_tracker_ : nullptr;
+  if (region == nullptr && tracker == nullptr) return scene_thread_.setView({});
+  scene_thread_.setView(
+      [region, tracker, &camera = *camera_, settings = settings_.camera](const rt::DepthFrame& frame) {
+        if (tracker != nullptr) tracker->show(frame);
+        if (region == nullptr) return;
+        // The camera may have been found only now, so that its serial number is asked for each time.
+        const rt::DepthFrameHeader common = drivers::commonDepthHeader(settings, camera.status().identity);
+        region->publish(trace::headerOf(common, frame), std::as_bytes(frame.image()));
+      });
 }
 
 void RunningBox::onEvent(const JournalEntry& entry) {

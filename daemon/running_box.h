@@ -23,6 +23,7 @@
 #include "daemon/injection/fault_injector.h"
 #include "daemon/realtime_conditions.h"
 #include "daemon/recorder/trace_recorder.h"
+#include "daemon/scene/depth_tracker.h"
 #include "daemon/scene/scene_thread.h"
 #include "drivers/base/idle_latency.h"
 #include "drivers/camera/camera.h"
@@ -118,6 +119,9 @@ class RunningBox final : public Box {
   };
 
   void injectFaults();
+  /// Lets the depth tracker follow the solids that frames name, and gives their poses to the force loop.
+  void trackSolids();
+  void passDepthOn();
   base::Result<void> startForceThread();
   base::Result<void> waitForFirstTick();
   std::uint64_t sendDirective();
@@ -150,6 +154,7 @@ class RunningBox final : public Box {
   drivers::HandleChannels handle_channels_;
   std::unique_ptr<rt::ControlChannels> control_;
   AddedScene added_scene_;
+  DepthTracker depth_tracker_;  // outlives the scene thread, which shows it frames
   std::pair<std::uint64_t, std::uint64_t> recorded_additions_;  // their generations in the trace
   rt::CoreMemoryChannel core_memory_;
   SceneThread scene_thread_;

@@ -71,6 +71,7 @@ class FieldChecks {
   }
 
   void checkMember(const Field& field, std::string Owner::*member) {
+    if (field.name == "tracks" && (owner_.*member).empty()) return;
     const bool is_hash = field.name == "solid";
     if (is_hash ? base::isSha256(owner_.*member) : isAdditionName(owner_.*member)) return;
     refuse(field, base::inQuotes(owner_.*member),
@@ -300,6 +301,18 @@ std::vector<AdditionError> unknownFrames(const SceneAdditions& additions) {
                                                "configuration",
                                                fmt::join(names, ", "))));
   }
+  for (const FrameSettings& frame : additions.frames) {
+    if (frame.tracks.empty()) continue;
+    const auto tracked = std::ranges::find(additions.fixtures, frame.tracks, &FixtureSettings::name);
+    const bool good = tracked != additions.fixtures.end() && tracked->kind == rt::FixtureKind::solid &&
+                      tracked->frame == frame.name;
+    // Clients add the fixture, and may remove it again; until then the frame has no place.
+    if (good || tracked == additions.fixtures.end()) continue;
+    errors.push_back(additionError(
+        "frame", frame.name, "tracks",
+        fmt::format("the fixture {} is no solid in the frame {}", base::inQuotes(frame.tracks), frame.name),
+        fmt::format("set its kind to solid and its frame to {}", frame.name)));
+  }
   return errors;
 }
 
@@ -343,6 +356,24 @@ std::optional<AdditionError> tooMany(std::span<const FrameSettings> frames, std:
 }
 std::optional<AdditionError> tooMany(std::span<const RegionSettings> regions, std::size_t count) {
   return surplus(regions, count, rt::kMaxTissueRegions);
+}
+
+std::optional<AdditionError> toolProblem(const SceneAdditions& additions, double tool_radius_m) {
+  if (!(tool_radius_m > 0)) return std::nullopt;
+  for (const FixtureSettings& fixture : additions.fixtures) {
+    const bool standoff = fixture.kind == rt::FixtureKind::standoff;
+    const double room_m = standoff ? kFarthestStandoff_m : inside_m(fixture);
+    const bool limited = standoff || (fixture.side != rt::FixtureSide::out && room_m > 0);
+    if (!limited || beginning_m(fixture) + tool_radius_m < room_m) continue;
+    return additionError(
+        "fixture", fixture.name, "clearance_m",
+        fmt::format("with the tool's radius of {} m the tip is kept {} m from the boundary, and "
+                    "less than {} m is possible",
+                    base::numberText(tool_radius_m), base::numberText(beginning_m(fixture) + tool_radius_m),
+                    base::numberText(room_m)),
+        "lower tool.radius_m, clearance_m or soft_m");
+  }
+  return std::nullopt;
 }
 
 std::optional<AdditionError> labelImageProblem(const SceneAdditions& additions) {

@@ -246,8 +246,8 @@ Quaternion orientationOf(const rt::Vec3& rotation_deg) {
 }
 
 void toFixtureSet(const std::vector<FixtureSettings>& fixtures, const std::vector<FixtureSettings>& before,
-                  const rt::PoseParameters& T_world_camera, const SolidTable& solids, rt::FixtureSet& set,
-                  const std::vector<FrameSettings>& frames) {
+                  const FixtureSurroundings& surroundings, rt::FixtureSet& set) {
+  const auto& [T_world_camera, frames, solids, tool_radius_m] = surroundings;
   const auto old = set.fixtures;
   const std::size_t old_count = std::min<std::size_t>(set.count, before.size());
   ++set.generation;
@@ -261,12 +261,14 @@ void toFixtureSet(const std::vector<FixtureSettings>& fixtures, const std::vecto
     const Frame frame(fixtures[i].frame == "camera", T_world_camera);
     rt::Fixture& fixture = set.fixtures[i];
     fixture = converted(fixtures[i], frame);
+    if (!isGuidance(fixture.kind)) fixture.clearance_m += tool_radius_m;
     fixture.frame = frameIndex(fixtures[i], frames);
     fixture.definition = newNumber<rt::kMaxFixtures>(set.generation, i);
     fixture.identity = static_cast<std::uint32_t>(fixture.definition);
     if (const std::size_t j = indexOf(fixtures[i].name, before, old_count); j < old_count) {
       fixture.identity = old[j].identity;
-      if (isSameDefinition(fixtures[i], before[j])) fixture.definition = old[j].definition;
+      const bool same_tool = fixture.clearance_m == old[j].clearance_m;
+      if (same_tool && isSameDefinition(fixtures[i], before[j])) fixture.definition = old[j].definition;
     }
     if (fixtures[i].kind == rt::FixtureKind::solid) {
       const auto solid = solids.find(fixtures[i].solid);

@@ -263,6 +263,8 @@ const std::array kFrameFields = std::to_array<AdditionField<FrameSettings>>({
     {"max_speed_m_per_s", "m/s", &FrameSettings::max_speed_m_per_s, 0.01, rt::kFastestFrame_m_per_s,
      always<FrameSettings>, never<FrameSettings>,
      "largest speed of the frame's origin; ten times as many radians per second are the largest of its turning"},
+    {"tracks", "", &FrameSettings::tracks, 0, 0, always<FrameSettings>, never<FrameSettings>,
+     "a fixture of kind solid in this frame, which the depth camera follows; empty: poses are fed"},
 });
 // clang-format on
 
@@ -309,7 +311,8 @@ std::string rangeOf(const AdditionField<Owner>& field) {
                        field.unit.empty() ? range : fmt::format("{} {}", range, field.unit));
   };
   return std::visit(Overloaded{[&](std::string Owner::*) {
-                                 if (field.name == "name") return std::string(kNameRange);
+                                 if (field.name == "name" || field.name == "tracks")
+                                   return std::string(kNameRange);
                                  return std::string(field.name == "frame" ? kFrameRange : kHashRange);
                                },
                                [](bool Owner::*) -> std::string { return "true or false"; },

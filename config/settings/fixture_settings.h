@@ -127,6 +127,9 @@ struct FrameSettings {
   double timeout_s = 0.2;
   bool keepalive = true;
   double max_speed_m_per_s = 0.5;
+  /// Name of a fixture of kind solid in this frame, which the depth camera follows; empty: poses are fed. At
+  /// the start the frame is the world.
+  std::string tracks{};
   OriginMark origin{};
 
   friend bool operator==(const FrameSettings&, const FrameSettings&) = default;
@@ -201,13 +204,21 @@ std::string lineOf(const FixtureSettings& fixture);
 std::string lineOf(const RegionSettings& region);
 std::string lineOf(const FrameSettings& frame);
 
+/// What fixtures refer to.
+struct FixtureSurroundings {
+  const rt::PoseParameters& T_world_camera;
+  /// A fixture whose frame is not among these (at most rt::kMaxFrames) has no place, and exerts nothing.
+  const std::vector<FrameSettings>& frames;
+  /// A fixture whose solid is not among these does not act; they must outlive the set.
+  const SolidTable& solids;
+  double tool_radius_m = 0;  ///< forbidden regions are larger by it at each boundary
+};
+
 /// Converts checked fixtures to the form of the force loop, in the world frame. `set` keeps the identity of
 /// fixtures by name, and the definition of those that differ in nothing but `enabled`; its generation is
-/// incremented. `solids` must outlive the set; a fixture whose solid is not among them does not act. A
-/// fixture whose frame is not among `frames` (at most rt::kMaxFrames) has no place, and exerts nothing.
+/// incremented.
 void toFixtureSet(const std::vector<FixtureSettings>& fixtures, const std::vector<FixtureSettings>& before,
-                  const rt::PoseParameters& T_world_camera, const SolidTable& solids, rt::FixtureSet& set,
-                  const std::vector<FrameSettings>& frames = {});
+                  const FixtureSurroundings& surroundings, rt::FixtureSet& set);
 /// The same for regions. `image`: their label image, at most kMaxFrameWidth x kMaxFrameHeight; empty: none.
 void toTissueMap(const std::vector<RegionSettings>& regions, const std::vector<RegionSettings>& before,
                  const LabelImage& image, const rt::PoseParameters& T_world_camera, rt::TissueMap& map);

@@ -54,6 +54,8 @@ constexpr auto kForceToSafety = std::to_array<Parameter>({
         "time over which a change of frame, law or parameters is blended in; half of it is added latency"),
     HAPTICD_PARAMETER(live.proximity.warning_m, "m", {0, 0.1}, "",
         "width of the band before a forbidden region in which status and LEDs warn; 0: none", lower),
+    HAPTICD_PARAMETER(live.tool.radius_m, "m", {0, 0.02}, "",
+        "radius of the ball at the tip of the tool, which fixtures hold off as a whole; 0: a point", lower),
     HAPTICD_PARAMETER(live.safety.max_force_n, "N", {0, 40}, "",
         "largest commanded force", higher),
     HAPTICD_PARAMETER(live.safety.max_slew_n_per_s, "N/s", {1, 20000}, "",

@@ -28,6 +28,7 @@ rt::LiveParameters Settings::effectiveLive() const {
   rt::LiveParameters effective = live;
   effective.law = namedLaw();
   effective.standoff_clearance_m = standoffClearance_m(additions.fixtures);
+  if (effective.standoff_clearance_m > 0) effective.standoff_clearance_m += live.tool.radius_m;
   return effective;
 }
 

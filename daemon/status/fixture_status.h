@@ -14,6 +14,7 @@
 #include "rt/base/vec3.h"
 #include "rt/fixtures/fixture_state.h"
 #include "rt/fixtures/moving_frame.h"
+#include "rt/tracking/solid_tracker.h"
 
 namespace hapticd::daemon {
 
@@ -141,6 +142,9 @@ struct FrameStatus {
   std::uint64_t returns = 0;
   std::uint64_t relocations = 0;
   rt::Quaternion orientation{};
+  std::optional<rt::TrackingVerdict> tracking{};
+  double tracking_error_m = 0;
+  double tracking_share = 0;
 };
 template <std::same_as<FrameStatus> Status>
 constexpr auto fieldsOf(std::type_identity<Status>) {
@@ -181,7 +185,14 @@ constexpr auto fieldsOf(std::type_identity<Status>) {
       HAPTICD_FIELD(limited, "Poses refused because they came faster than 500 per second"),
       HAPTICD_FIELD(losses, "Times that it was lost"),
       HAPTICD_FIELD(returns, "Times that it was found, the first one included"),
-      HAPTICD_FIELD(relocations, "Jumps that were believed, because three poses agreed on them")};
+      HAPTICD_FIELD(relocations, "Jumps that were believed, because three poses agreed on them"),
+      HAPTICD_FIELD(tracking,
+                    "What the depth camera finds of the solid that it tracks: tracked, or why not; null: it "
+                    "tracks none"),
+      HAPTICD_FIELD(
+          tracking_error_m,
+          "Expected error of the tracked solid next to the interaction point, three standard deviations"),
+      HAPTICD_FIELD(tracking_share, "Share of the pixels that should show the solid that does, 0..1")};
 }
 
 /// Counters of the measured stiffness that estimators feed.

@@ -107,6 +107,11 @@ struct ProximityParameters {
   double warning_m = 0.01;  ///< 0: no warning before contact
 };
 
+/// The tip that the handle moves; the core does not read it (config::toFixtureSet()).
+struct ToolParameters {
+  double radius_m = 0;  ///< of the ball about the HIP that fixtures hold off; 0: a point
+};
+
 /// All parameters that may change while the force loop runs, as one consistent set: each group under its
 /// name, and what follows from them.
 struct LiveParameters {
@@ -117,6 +122,7 @@ struct LiveParameters {
   BlendParameters blend;
   SafetyParameters safety;
   ProximityParameters proximity;
+  ToolParameters tool;
 
   ForceLaw law{};  ///< in use: `force.law`, or the one that was chosen
   /// Largest clearance of the enabled stand-off fixtures: the surface is modelled that much farther.

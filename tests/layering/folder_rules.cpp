@@ -74,7 +74,8 @@ const std::vector<FolderRule>& folderRules() {
       "tools/lib/text",    "tools/lib/truth"};
   static const std::vector<std::string> studies = with(tool_libraries, {"tools/hapticbench/engine"});
   static const std::vector<std::string> commands =
-      with(studies, {"tools/hapticbench", "tools/hapticbench/jitter", "tools/hapticbench/strokes"});
+      with(studies, {"tools/hapticbench", "tools/hapticbench/jitter", "tools/hapticbench/strokes",
+                     "tools/hapticbench/tracking"});
   static const std::vector<FolderRule> all{
       // the core, from what a channel holds to the loop that uses everything
       {"rt/base", {}},
@@ -88,6 +89,7 @@ const std::vector<FolderRule>& folderRules() {
       {"rt/safety", {"rt/base", "rt/channels"}},
       {"rt/fixtures", {"rt/base", "rt/channels", "rt/laws", "rt/safety", "rt/scene"}},
       {"rt/tissue", {"rt/base", "rt/channels", "rt/depth", "rt/fixtures", "rt/laws", "rt/safety"}},
+      {"rt/tracking", {"rt/base", "rt/depth", "rt/fixtures"}},
       {"rt/loop",
        {"rt/base", "rt/channels", "rt/depth", "rt/fixtures", "rt/laws", "rt/modelling", "rt/safety",
         "rt/scene", "rt/tissue"}},
@@ -142,6 +144,7 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/hapticbench/engine", tool_libraries},
       {"tools/hapticbench/jitter", studies},
       {"tools/hapticbench/strokes", studies},
+      {"tools/hapticbench/tracking", with(studies, {"tools/hapticbench"})},
       {"tools/hapticctl",
        {"tools/lib/child", "tools/lib/client", "tools/lib/depth_noise", "tools/lib/options", "tools/lib/plot",
         "tools/lib/registration", "tools/lib/text", "tools/hapticctl/"}},

@@ -117,6 +117,22 @@ TEST(BenchFixtures, ReportsTheTimesOfTicksWithAndWithoutThem) {
   }
 }
 
+TEST(BenchTracking, ReportsErrorsAndRefusals) {
+  const auto [text, document] = reportOf({"tracking", "--quick"});
+  expectParts(text, {"found %", "floor", "requirements"});
+  ASSERT_EQ(document.at("rows").size(), 2U);
+  for (const json& row : document.at("rows")) {
+    const bool is_organ = row.at("solid") == "organ";
+    // Nothing shows how a sphere is turned, so that its error has no floor and no result is accepted.
+    EXPECT_EQ(row.at("accepted_percent"), is_organ ? 100 : 0);
+    EXPECT_EQ(row.at("floor_m").is_null(), !is_organ);
+    EXPECT_EQ(row.at("found_percent"), 100);
+    EXPECT_GT(row.at("failures"), 0);
+    const json& near = row.at("near_m").at("median");
+    EXPECT_TRUE(is_organ ? near < 0.001 : near.is_null()) << near;
+  }
+}
+
 TEST(BenchNoise, ReportsTheNoiseOfARecordingForPeopleAndForPrograms) {
   const test::Recording room("03_raw11_room_static/room_static.tar.xz");
   const auto [text, document] = reportOf({"noise", room.path().string()});

@@ -130,8 +130,9 @@ Replay::Replay(const config::Settings& settings, const DepthSource& source, Stag
   box_.parameters() = settings_.live;
   box_.start() = settings_.startParameters();
   box_.setLoopPeriod(1 / settings_.loop.rate_hz);
-  config::toFixtureSet(settings.additions.fixtures, {}, settings.camera.pose(), solids_, *fixtures_,
-                       settings.additions.frames);
+  config::toFixtureSet(
+      settings.additions.fixtures, {},
+      {settings.camera.pose(), settings.additions.frames, solids_, settings.live.tool.radius_m}, *fixtures_);
   config::toTissueMap(settings.additions.regions, {}, labels, settings.camera.pose(), *tissue_);
   box_.setAdditions(fixtures_.get(), tissue_.get());
 }

@@ -19,7 +19,8 @@ int run(int argc, char** argv) {
   const std::vector<StudyCommand> commands{accuracyCommand(app),  buzzCommand(app),    camerasCommand(app),
                                            fixturesCommand(app),  jitterCommand(app),  noiseCommand(app),
                                            occlusionCommand(app), paretoCommand(app),  recordingsCommand(app),
-                                           stabilityCommand(app), strokesCommand(app), sweepCommand(app)};
+                                           stabilityCommand(app), strokesCommand(app), sweepCommand(app),
+                                           trackingCommand(app)};
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

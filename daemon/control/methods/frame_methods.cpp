@@ -86,6 +86,16 @@ Reply unknownFrame(const std::string& name, const std::vector<config::FrameSetti
   return {"io.hapticd.Control.UnknownFrame", {{"frame", name}, {"frames", std::move(names)}}};
 }
 
+Reply trackedFrame(const config::FrameSettings& frame) {
+  return {
+      "io.hapticd.Control.PoseRefused",
+      {{"frame", frame.name},
+       {"cause", "tracked"},
+       {"reason", fmt::format("the depth camera tracks this frame by the fixture {} (remove tracks from the "
+                              "frame in the configuration to feed poses)",
+                              frame.tracks)}}};
+}
+
 }  // namespace
 
 std::vector<Method> FrameMethods::methods() {
@@ -116,6 +126,10 @@ void FrameMethods::listFrames(const Call&, const Caller& caller, Replies& replie
     entry["state"] = nameOf(now == status.frames.end() ? rt::FrameState::none : now->state);
     entry["ageS"] = placed ? OrderedJson(now->age_s) : OrderedJson();
     entry["lagM"] = placed ? OrderedJson(now->lag_m) : OrderedJson();
+    const bool tracks = now != status.frames.end() && now->tracking;
+    entry["tracking"] = tracks ? OrderedJson(rt::wordOf(*now->tracking)) : OrderedJson();
+    entry["trackingErrorM"] = tracks ? OrderedJson(now->tracking_error_m) : OrderedJson();
+    entry["trackingShare"] = tracks ? OrderedJson(now->tracking_share) : OrderedJson();
     entry["positionM"] = OrderedJson();
     entry["orientationXyzw"] = OrderedJson();
     if (placed) {
@@ -143,8 +157,9 @@ void FrameMethods::feedPose(const Call& call, const Caller& caller, Replies& rep
   const auto name = requiredText(call, "frame");
   if (!name) return replies.finish(caller.connection, name.error());
   const std::vector<config::FrameSettings>& frames = context_.box.additions().frames;
-  if (std::ranges::find(frames, *name, &config::FrameSettings::name) == frames.end())
-    return replies.finish(caller.connection, unknownFrame(*name, frames));
+  const auto frame = std::ranges::find(frames, *name, &config::FrameSettings::name);
+  if (frame == frames.end()) return replies.finish(caller.connection, unknownFrame(*name, frames));
+  if (!frame->tracks.empty()) return replies.finish(caller.connection, trackedFrame(*frame));
 
   const Clock::time_point now = Clock::now();
   Stream& stream = streams_[*name];

@@ -60,12 +60,13 @@ std::optional<config::LabelImage> labelsOf(const AdditionsRecord& record) {
 }  // namespace
 
 AdditionsRecord recordOf(const config::SceneAdditions& additions, const rt::FixtureSet& fixtures,
-                         const rt::TissueMap& tissue, const config::SolidTable& solids,
+                         const rt::TissueMap& tissue, const config::SolidTable& solids, double tool_radius_m,
                          std::int64_t time_ns) {
   AdditionsRecord record;
   record.time_ns = time_ns;
   record.fixture_generation = fixtures.generation;
   record.tissue_generation = tissue.generation;
+  record.tool_radius_m = tool_radius_m;
   record.text = config::textOf(additions);
   if (tissue.has_labels) {
     const auto labels = tissue.usedLabels();
@@ -113,7 +114,8 @@ base::Result<void> restore(const AdditionsRecord& record, const rt::PoseParamete
   if (!additions) return std::unexpected(unreadable(name, additions.error().front().error.text()));
   if (!sameNames(additions->fixtures, record.fixtures)) return std::unexpected(unreadable(name, kOtherNames));
   fixtures.count = 0;
-  config::toFixtureSet(additions->fixtures, {}, T_world_camera, solids, fixtures, additions->frames);
+  config::toFixtureSet(additions->fixtures, {},
+                       {T_world_camera, additions->frames, solids, record.tool_radius_m}, fixtures);
   fixtures.generation = record.fixture_generation;
   for (std::size_t i = 0; i < record.fixtures.size(); ++i) {
     std::string_view numbers = record.fixtures[i].second;

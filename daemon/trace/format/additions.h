@@ -16,7 +16,8 @@ namespace hapticd::trace {
 /// Describes fixtures and tissue regions as a record. `fixtures` and `tissue` are what the force loop gets of
 /// `additions`.
 AdditionsRecord recordOf(const config::SceneAdditions& additions, const rt::FixtureSet& fixtures,
-                         const rt::TissueMap& tissue, const config::SolidTable& solids, std::int64_t time_ns);
+                         const rt::TissueMap& tissue, const config::SolidTable& solids, double tool_radius_m,
+                         std::int64_t time_ns);
 
 /// A solid as a file of the trace.
 TraceAttachment attachmentOf(const config::Solid& solid);

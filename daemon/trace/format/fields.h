@@ -47,6 +47,7 @@ constexpr auto fieldsOf(std::type_identity<Record>) {
   return std::tuple{HAPTICD_TRACED(time_ns),
                     HAPTICD_TRACED(fixture_generation),
                     HAPTICD_TRACED(tissue_generation),
+                    HAPTICD_TRACED(tool_radius_m),
                     HAPTICD_TRACED(text),
                     HAPTICD_TRACED(labels),
                     HAPTICD_TRACED(label_width_px),

@@ -65,6 +65,7 @@ struct AdditionsRecord {
   std::int64_t time_ns = 0;
   std::uint64_t fixture_generation = 0;  ///< see Tick::fixture_generation
   std::uint64_t tissue_generation = 0;   ///< see Tick::tissue_generation
+  double tool_radius_m = 0;              ///< by which forbidden regions are larger
   std::string text = {};                 ///< the lists `fixtures` and `regions` as YAML
   ByteString labels = {};  ///< label of each pixel of the depth image, row by row; empty: no label image
   std::uint32_t label_width_px = 0;  ///< size of the label image; 0: there is none

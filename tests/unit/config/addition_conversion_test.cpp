@@ -34,13 +34,36 @@ FixtureSettings sphere(const std::string& name) {
 struct Set {
   std::unique_ptr<rt::FixtureSet> set = std::make_unique<rt::FixtureSet>();
   Fixtures before;
+  double tool_radius_m = 0;
 
   void take(const Fixtures& fixtures) {
-    toFixtureSet(fixtures, before, kCamera, {}, *set);
+    toFixtureSet(fixtures, before, {kCamera, {}, {}, tool_radius_m}, *set);
     before = fixtures;
   }
   const rt::Fixture& at(std::size_t index) const { return set->fixtures.at(index); }
 };
+
+/// The tip is a ball: what holds it off is larger by its radius, guidance leads its centre.
+TEST(FixtureConversion, MakesForbiddenRegionsLargerByTheTool) {
+  Set set;
+  FixtureSettings ball = sphere("ball");
+  ball.clearance_m = 0.004;
+  ball.soft_m = 0.001;
+  const Fixtures fixtures{ball, {.name = "point", .kind = rt::FixtureKind::point}};
+  set.take(fixtures);
+  EXPECT_DOUBLE_EQ(set.at(0).clearance_m, 0.005);
+  const std::uint64_t definition = set.at(0).definition;
+  const std::uint64_t guidance = set.at(1).definition;
+  const std::uint32_t identity = set.at(0).identity;
+  set.tool_radius_m = 0.003;
+  set.take(fixtures);
+  EXPECT_DOUBLE_EQ(set.at(0).clearance_m, 0.008);
+  EXPECT_EQ(set.at(0).soft_m, 0.001);
+  EXPECT_NE(set.at(0).definition, definition);  // it grows, and fades in
+  EXPECT_EQ(set.at(0).identity, identity);
+  EXPECT_EQ(set.at(1).clearance_m, 0);
+  EXPECT_EQ(set.at(1).definition, guidance);
+}
 
 TEST(FixtureConversion, TurnsTheFrameOfTheCameraIntoTheWorld) {
   Set set;

@@ -324,7 +324,7 @@ TEST(Additions, TheOrientationOfABoxMayBeAQuaternion) {
     ASSERT_TRUE(read) << allTexts(read.error());
     EXPECT_EQ(additionsFromText(textOf(*read), "text"), *read);
     const auto set = std::make_unique<rt::FixtureSet>();
-    toFixtureSet(read->fixtures, {}, {}, {}, *set);
+    toFixtureSet(read->fixtures, {}, {{}, {}, {}}, *set);
     const auto& r = set->fixtures[0].shape.rotation;
     const rt::Vec3 axis{q[0], q[1], q[2]};
     for (std::size_t i = 0; i < 3; ++i) {

@@ -99,7 +99,7 @@ TEST(FrameSettings, BecomeRulesAndPlacesOfTheForceLoop) {
       "{name: c, kind: sphere, position_m: [0, 0, 0], radius_m: 0.1, frame: gone}]");
   const rt::PoseParameters camera{.position_m = {1, 2, 3}, .roll_rad = 0, .pitch_rad = 0, .yaw_rad = 1};
   auto set = std::make_unique<rt::FixtureSet>();
-  toFixtureSet(additions.fixtures, {}, camera, {}, *set, additions.frames);
+  toFixtureSet(additions.fixtures, {}, {camera, additions.frames, {}}, *set);
   ASSERT_EQ(set->frame_count, 2U);
   EXPECT_EQ(set->frames[0].on_loss, rt::OnFrameLoss::hold);
   EXPECT_EQ(set->frames[1].timeout_s, 0.4);

@@ -66,7 +66,7 @@ TEST(ParameterTable, HasThePapersDefaultsAndSymbols) {
 
 TEST(ParameterTable, WhatShapesTheForceIsLiveAndNothingElse) {
   const std::set<std::string_view> live_groups{"force", "contact",   "surface", "filter",
-                                               "blend", "proximity", "safety"};
+                                               "blend", "proximity", "tool",    "safety"};
   for (const Parameter& parameter : allParameters()) {
     EXPECT_EQ(parameter.effect == Effect::live, live_groups.contains(parameter.group())) << parameter.name;
   }

@@ -119,7 +119,8 @@ const std::vector<Refusal> kNames{
     {"UnknownGroupFarFromAll",
      "zzz: {}",
      {"bad.yaml:1: \"zzz\": there is no group of this name (groups: force, contact, surface, filter, blend, "
-      "proximity, safety, camera, grid, loop, handle, udp_handle, hid_handle, falcon_handle, leds, control, "
+      "proximity, tool, safety, camera, grid, loop, handle, udp_handle, hid_handle, falcon_handle, leds, "
+      "control, "
       "state, trace, synthetic, simulated_handle, fixtures, regions, label_image)"}},
     {"DottedName",
      "force.radius_m: 0.05",

@@ -162,6 +162,11 @@ std::string frameText(const Json& entry) {
   row("state", textAt(entry, "state"));
   row("age of the newest pose", ageText(entry));
   row("lag", millimetres(numberAt(entry, "lagM")));
+  if (const std::string verdict = textAt(entry, "tracking"); verdict != "-") {
+    row("tracking", fmt::format("{}, {} % of the pixels agree", verdict,
+                                fixed(100 * numberAt(entry, "trackingShare"), 0)));
+    row("tracking error", millimetres(numberAt(entry, "trackingErrorM")) + " next to the HIP");
+  }
   if (const Json* const place = fieldAt(entry, "positionM")) row("position in the world", place->dump());
   if (const Json* const turn = fieldAt(entry, "orientationXyzw")) row("orientation x y z w", turn->dump());
   row("fixtures", joinedNames(listAt(entry, "fixtures")));

@@ -72,12 +72,12 @@ struct Sets {
 
   void change(const config::SceneAdditions& to) {
     const config::Settings settings;
-    config::toFixtureSet(to.fixtures, current.fixtures, settings.camera.pose(), {}, *fixtures);
+    config::toFixtureSet(to.fixtures, current.fixtures, {settings.camera.pose(), {}, {}}, *fixtures);
     config::toTissueMap(to.regions, current.regions, {}, settings.camera.pose(), *tissue);
     current = to;
   }
   trace::AdditionsRecord record(std::int64_t time_ns) const {
-    return trace::recordOf(current, *fixtures, *tissue, {}, time_ns);
+    return trace::recordOf(current, *fixtures, *tissue, {}, 0, time_ns);
   }
 };
 
@@ -158,7 +158,7 @@ struct RecordedLabels {
                              std::string(static_cast<std::size_t>(width_px * height_px), 0)};
     for (std::size_t i = 0; i < image.labels.size(); ++i) image.labels[i] = static_cast<char>(i % 7);
     config::toTissueMap({}, {}, image, settings.camera.pose(), *sent);
-    record = trace::recordOf({}, *std::make_unique<rt::FixtureSet>(), *sent, {}, 0);
+    record = trace::recordOf({}, *std::make_unique<rt::FixtureSet>(), *sent, {}, 0, 0);
   }
   base::Result<void> restore() const {
     return trace::restore(record, settings.camera.pose(), "a.mcap", *back);
