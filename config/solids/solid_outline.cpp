@@ -13,7 +13,7 @@ namespace hapticd::config {
 namespace {
 
 /// Cells along each side of a plane, from fine to coarse: the first that does not take too many points.
-constexpr std::array kCells{48, 36, 27, 20, 15, 11, 8};
+constexpr std::array<std::uint32_t, 7> kCells{48, 36, 27, 20, 15, 11, 8};
 /// The longest line passes each edge of the cells once, and a line of four edges repeats its first point.
 static_assert(3 * kMaxOutlinePlanes * (2 * kCells.back() * (kCells.back() + 1)) * 5 / 4 <= kMaxOutlinePoints);
 /// Halvings of the edge of a cell on which the boundary is searched.
@@ -65,7 +65,7 @@ class Plane {
   /// `at`: of the plane along `axis`; `first` and `step`: of the nodes along each axis; samples. `cells`:
   /// along each axis.
   Plane(const rt::DistanceGrid& grid, std::size_t axis, double at, const std::array<double, 3>& first,
-        const std::array<double, 3>& step, const std::array<int, 3>& cells)
+        const std::array<double, 3>& step, const std::array<std::uint32_t, 3>& cells)
       : grid_(grid),
         u_((axis + 1) % 3),
         v_((axis + 2) % 3),
@@ -82,48 +82,50 @@ class Plane {
   void addLinesTo(std::vector<OutlineLine>& lines) {
     findInside();
     linkEdges();
-    for (int edge = 0; edge < static_cast<int>(links_.size()); ++edge) {
-      if (links_[edge][0] >= 0) lines.push_back(lineFrom(edge));
+    for (std::size_t edge = 0; edge < links_.size(); ++edge) {
+      if (links_[edge][0] != kNone) lines.push_back(lineFrom(edge));
     }
   }
 
  private:
-  /// The edges that a line comes from and goes to; -1: none.
-  using Link = std::array<int, 2>;
+  static constexpr std::size_t kNone = SIZE_MAX;
+  /// The edges that a line comes from and goes to.
+  using Link = std::array<std::size_t, 2>;
 
-  int node(int i, int j) const { return j * nodes_u_ + i; }
+  std::size_t nodes() const { return std::size_t{nodes_u_} * nodes_v_; }
+  std::size_t node(std::uint32_t i, std::uint32_t j) const { return std::size_t{j} * nodes_u_ + i; }
   /// From a node to its neighbour along u, and along v.
-  int edgeAlongU(int i, int j) const { return node(i, j); }
-  int edgeAlongV(int i, int j) const { return nodes_u_ * nodes_v_ + node(i, j); }
+  std::size_t edgeAlongU(std::uint32_t i, std::uint32_t j) const { return node(i, j); }
+  std::size_t edgeAlongV(std::uint32_t i, std::uint32_t j) const { return nodes() + node(i, j); }
   rt::Vec3 place_m(double i, double j) const { return corner_m_ + i * along_u_m_ + j * along_v_m_; }
   bool isInside(double i, double j) const { return rt::distanceAt(grid_, place_m(i, j)).distance_m < 0; }
 
   void findInside() {
-    inside_.assign(static_cast<std::size_t>(nodes_u_ * nodes_v_), 0);
-    for (int j = 1; j + 1 < nodes_v_; ++j) {
-      for (int i = 1; i + 1 < nodes_u_; ++i) inside_[node(i, j)] = isInside(i, j) ? 1 : 0;
+    inside_.assign(nodes(), 0);
+    for (std::uint32_t j = 1; j + 1 < nodes_v_; ++j) {
+      for (std::uint32_t i = 1; i + 1 < nodes_u_; ++i) inside_[node(i, j)] = isInside(i, j) ? 1 : 0;
     }
   }
 
-  void link(int edge, int other) {
-    links_[edge][links_[edge][0] >= 0 ? 1 : 0] = other;
-    links_[other][links_[other][0] >= 0 ? 1 : 0] = edge;
+  void link(std::size_t edge, std::size_t other) {
+    links_[edge][links_[edge][0] == kNone ? 0 : 1] = other;
+    links_[other][links_[other][0] == kNone ? 0 : 1] = edge;
   }
 
   void linkEdges() {
-    links_.assign(static_cast<std::size_t>(2 * nodes_u_ * nodes_v_), {-1, -1});
-    for (int j = 0; j + 1 < nodes_v_; ++j) {
-      for (int i = 0; i + 1 < nodes_u_; ++i) linkEdgesOf(i, j);
+    links_.assign(2 * nodes(), {kNone, kNone});
+    for (std::uint32_t j = 0; j + 1 < nodes_v_; ++j) {
+      for (std::uint32_t i = 0; i + 1 < nodes_u_; ++i) linkEdgesOf(i, j);
     }
   }
 
   /// Connects the edges of one cell that the boundary crosses.
-  void linkEdgesOf(int i, int j) {
+  void linkEdgesOf(std::uint32_t i, std::uint32_t j) {
     // around the cell: corner k is between the edges k and (k + 3) % 4
     const std::array corners{inside_[node(i, j)], inside_[node(i + 1, j)], inside_[node(i + 1, j + 1)],
                              inside_[node(i, j + 1)]};
     const std::array edges{edgeAlongU(i, j), edgeAlongV(i + 1, j), edgeAlongU(i, j + 1), edgeAlongV(i, j)};
-    std::array<int, 4> crossed{};
+    std::array<std::size_t, 4> crossed{};
     std::size_t count = 0;
     for (std::size_t k = 0; k < 4; ++k) {
       if (corners[k] != corners[(k + 1) % 4]) crossed[count++] = edges[k];
@@ -137,12 +139,12 @@ class Plane {
   }
 
   /// The line through an edge, whose links are taken away.
-  OutlineLine lineFrom(int start) {
+  OutlineLine lineFrom(std::size_t start) {
     OutlineLine line{crossing_m(start)};
-    int from = -1, at = start;
+    std::size_t from = kNone, at = start;
     do {
-      const Link next = std::exchange(links_[at], {-1, -1});
-      const int to = next[0] == from && from >= 0 ? next[1] : next[0];
+      const Link next = std::exchange(links_[at], {kNone, kNone});
+      const std::size_t to = next[0] == from ? next[1] : next[0];
       from = std::exchange(at, to);
       if (at != start) line.push_back(crossing_m(at));
     } while (at != start);
@@ -150,10 +152,11 @@ class Plane {
     return line;
   }
 
-  rt::Vec3 crossing_m(int edge) const {
-    const bool along_v = edge >= nodes_u_ * nodes_v_;
-    const int first = along_v ? edge - nodes_u_ * nodes_v_ : edge;
-    const int i = first % nodes_u_, j = first / nodes_u_;
+  rt::Vec3 crossing_m(std::size_t edge) const {
+    const bool along_v = edge >= nodes();
+    const std::size_t first = edge % nodes();
+    const auto i = static_cast<std::uint32_t>(first % nodes_u_);
+    const auto j = static_cast<std::uint32_t>(first / nodes_u_);
     const auto placeOf = [&](double share) {
       return std::array{i + (along_v ? 0 : share), j + (along_v ? share : 0)};
     };
@@ -170,7 +173,7 @@ class Plane {
 
   const rt::DistanceGrid& grid_;
   const std::size_t u_, v_;
-  const int nodes_u_, nodes_v_;
+  const std::uint32_t nodes_u_, nodes_v_;
   rt::Vec3 corner_m_;
   rt::Vec3 along_u_m_{}, along_v_m_{};
   std::vector<std::uint8_t> inside_;  // of each node
@@ -178,21 +181,21 @@ class Plane {
 };
 
 /// The outline with at most so many cells along each axis; nothing: it has too many points.
-std::optional<std::vector<OutlineLine>> outlineWith(int most_cells, const rt::DistanceGrid& grid,
+std::optional<std::vector<OutlineLine>> outlineWith(std::uint32_t most_cells, const rt::DistanceGrid& grid,
                                                     const Box& box) {
   // Beyond this much around the box all coefficients that the spline reads are at least zero, so it is too.
   std::array<double, 3> first{}, step{};
-  std::array<int, 3> cells{}, length{};
+  std::array<std::uint32_t, 3> cells{}, length{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    length[axis] = static_cast<int>(box.last[axis] - box.first[axis]) + 1;
+    length[axis] = box.last[axis] - box.first[axis] + 1;
     cells[axis] = std::min(most_cells, length[axis] + 2);
     first[axis] = box.first[axis] - kSupport;
     step[axis] = (length[axis] - 1 + 2 * kSupport) / cells[axis];
   }
   std::vector<OutlineLine> lines;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const int planes = std::min(kMaxOutlinePlanes, length[axis]);
-    for (int i = 0; i < planes; ++i) {
+    const std::uint32_t planes = std::min(kMaxOutlinePlanes, length[axis]);
+    for (std::uint32_t i = 0; i < planes; ++i) {
       const double at = box.first[axis] - 0.5 + (i + 0.5) * length[axis] / planes;
       Plane(grid, axis, at, first, step, cells).addLinesTo(lines);
     }
@@ -208,7 +211,7 @@ std::optional<std::vector<OutlineLine>> outlineWith(int most_cells, const rt::Di
 std::vector<OutlineLine> outlineOf(const rt::DistanceGrid& grid) {
   const Box box = boxOf(grid);
   if (box.isEmpty()) return {};
-  for (const int cells : kCells) {
+  for (const std::uint32_t cells : kCells) {
     if (auto lines = outlineWith(cells, grid, box)) return std::move(*lines);
   }
   return {};  // not reached: the coarsest cells take fewer points

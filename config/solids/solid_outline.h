@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "rt/base/vec3.h"
@@ -12,7 +13,7 @@ namespace hapticd::config {
 /// The points of all lines of an outline together, at most.
 inline constexpr std::size_t kMaxOutlinePoints = 6000;
 /// The planes across each axis in which the lines of an outline lie, at most.
-inline constexpr int kMaxOutlinePlanes = 10;
+inline constexpr std::uint32_t kMaxOutlinePlanes = 10;
 
 /// A closed line on the boundary of a solid, metres, in the frame of its grid; its last point is its first
 /// one.
