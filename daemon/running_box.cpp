@@ -229,18 +229,7 @@ bool RunningBox::feedPose(const rt::FramePose& pose) {
   numbered.number = poses_fed_ + 1;
   if (!control_->frame_poses.push(numbered)) return false;
   ++poses_fed_;
-  const rt::Quaternion& q = pose.T_world_frame.orientation;
-  trace_.add(trace::PoseRecord{.time_ns = rt::monotonicNow_ns(),
-                               .number = numbered.number,
-                               .frame = pose.frame,
-                               .pose_time_ns = pose.time_ns,
-                               .position_m_in_world = pose.T_world_frame.position_m_in_world,
-                               .orientation_x = q.x,
-                               .orientation_y = q.y,
-                               .orientation_z = q.z,
-                               .orientation_w = q.w,
-                               .has_velocity = pose.has_velocity,
-                               .velocity_m_per_s_in_world = pose.velocity_m_per_s_in_world});
+  trace_.add(trace::recordOf(numbered, rt::monotonicNow_ns()));
   return true;
 }
 

@@ -22,7 +22,7 @@ constexpr double kHandRadius_m = 0.03;
 constexpr std::size_t kMaxPoses = 64;
 
 /// The quaternion of a rotation matrix, from its largest component, which is at least 1/2.
-Quaternion quaternionOf(const std::array<double, 9>& r) {
+Quaternion quaternionOf(const rt::Rotation& r) {
   const double trace = r[0] + r[4] + r[8];
   const std::array<double, 4> squares{1 + r[0] - r[4] - r[8], 1 - r[0] + r[4] - r[8], 1 - r[0] - r[4] + r[8],
                                       1 + trace};
@@ -31,13 +31,13 @@ Quaternion quaternionOf(const std::array<double, 9>& r) {
   const double f = 0.5 / twice;
   switch (largest) {
     case 0:
-      return normalised({0.5 * twice, f * (r[1] + r[3]), f * (r[2] + r[6]), f * (r[7] - r[5])});
+      return rt::normalised({0.5 * twice, f * (r[1] + r[3]), f * (r[2] + r[6]), f * (r[7] - r[5])});
     case 1:
-      return normalised({f * (r[1] + r[3]), 0.5 * twice, f * (r[5] + r[7]), f * (r[2] - r[6])});
+      return rt::normalised({f * (r[1] + r[3]), 0.5 * twice, f * (r[5] + r[7]), f * (r[2] - r[6])});
     case 2:
-      return normalised({f * (r[2] + r[6]), f * (r[5] + r[7]), 0.5 * twice, f * (r[3] - r[1])});
+      return rt::normalised({f * (r[2] + r[6]), f * (r[5] + r[7]), 0.5 * twice, f * (r[3] - r[1])});
     default:
-      return normalised({f * (r[7] - r[5]), f * (r[2] - r[6]), f * (r[3] - r[1]), 0.5 * twice});
+      return rt::normalised({f * (r[7] - r[5]), f * (r[2] - r[6]), f * (r[3] - r[1]), 0.5 * twice});
   }
 }
 
@@ -59,10 +59,8 @@ rt::RigidPose frameOf(const SolidPose& T_world_solid, const SolidPose& T_frame_s
 }  // namespace
 
 struct DepthTracker::Follower {
-  explicit Follower(TrackedSolid tracked)
-      : tracked(std::move(tracked)),
-        tracker(this->tracked.solid->grid()),
-        pose(this->tracked.T_frame_solid) {}
+  explicit Follower(TrackedSolid solid)
+      : tracked(std::move(solid)), tracker(tracked.solid->grid()), pose(tracked.T_frame_solid) {}
 
   /// Looks for the solid in a frame.
   rt::Tracking step(const rt::DepthModel& model, const rt::DepthFrame& frame, const Vec3& hip_m_in_world) {

@@ -31,7 +31,7 @@ inline constexpr std::size_t kMaxPatches = 4096;
 
 struct FitOptions {
   /// Points farther from the boundary than the gate are left out; it shrinks from the first value to the
-  /// last, or to four standard deviations of the noise if these are more.
+  /// last, or to 4.7 standard deviations of the noise if these are more.
   double first_gate_m = 0.035;
   double last_gate_m = 0.004;
   /// A direction of motion whose eigenvalue is below this share of the largest is not estimated.

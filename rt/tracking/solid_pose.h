@@ -2,9 +2,9 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
+#include "rt/base/rotation.h"
 #include "rt/base/vec3.h"
 
 namespace hapticd::rt {
@@ -12,20 +12,11 @@ namespace hapticd::rt {
 /// Place and orientation of a solid in an outer frame, here always the frame of the points that it is
 /// compared with: the world, or the camera.
 struct SolidPose {
-  Vec3 position_m{};  ///< of the solid's origin
-  std::array<double, 9> rotation{1, 0, 0, 0, 1,
-                                 0, 0, 0, 1};  ///< row by row; its columns are the solid's axes
+  Vec3 position_m{};                             ///< of the solid's origin
+  Rotation rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< its columns are the solid's axes
 
-  Vec3 directionOut(const Vec3& d) const noexcept {
-    const auto& r = rotation;
-    return {r[0] * d.x + r[1] * d.y + r[2] * d.z, r[3] * d.x + r[4] * d.y + r[5] * d.z,
-            r[6] * d.x + r[7] * d.y + r[8] * d.z};
-  }
-  Vec3 directionIn(const Vec3& d) const noexcept {
-    const auto& r = rotation;
-    return {r[0] * d.x + r[3] * d.y + r[6] * d.z, r[1] * d.x + r[4] * d.y + r[7] * d.z,
-            r[2] * d.x + r[5] * d.y + r[8] * d.z};
-  }
+  Vec3 directionOut(const Vec3& d) const noexcept { return rotated(rotation, d); }
+  Vec3 directionIn(const Vec3& d) const noexcept { return rotatedBack(rotation, d); }
   Vec3 placeOut(const Vec3& place_m_in_solid) const noexcept {
     return directionOut(place_m_in_solid) + position_m;
   }
@@ -48,7 +39,7 @@ inline bool isRigid(const SolidPose& pose) noexcept {
 }
 
 /// Rotation of a vector about the direction of `rotation_rad` by its length, right-handed.
-inline Vec3 rotated(const Vec3& v, const Vec3& rotation_rad) noexcept {
+inline Vec3 turned(const Vec3& v, const Vec3& rotation_rad) noexcept {
   const double angle = norm(rotation_rad);
   if (!(angle > 0)) return v;
   const Vec3 axis = (1 / angle) * rotation_rad;
@@ -59,8 +50,8 @@ inline Vec3 rotated(const Vec3& v, const Vec3& rotation_rad) noexcept {
 /// frame. Its axes are made orthonormal again, so that any number of small motions leaves a rotation.
 inline SolidPose movedInSolid(const SolidPose& pose, const Vec3& centre_m, const Vec3& rotation_rad,
                               const Vec3& shift_m) noexcept {
-  Vec3 x = pose.directionOut(rotated({1, 0, 0}, rotation_rad));
-  Vec3 y = pose.directionOut(rotated({0, 1, 0}, rotation_rad));
+  Vec3 x = pose.directionOut(turned({1, 0, 0}, rotation_rad));
+  Vec3 y = pose.directionOut(turned({0, 1, 0}, rotation_rad));
   x = (1 / norm(x)) * x;
   y = y - dot(x, y) * x;
   y = (1 / norm(y)) * y;

@@ -61,8 +61,9 @@ struct TrackingLimits {
   double max_unevenness = 1.5;
   /// By how much the real surface may deviate from the grid, standard deviation: the accuracy of the model.
   double shape_sigma_m = 0.0005;
-  /// Smallest eigenvalue of an estimated direction as a share of the largest (FitGeometry). Directions below
-  /// it keep what was predicted; damped ones would drift from frame to frame.
+  /// Smallest eigenvalue of an estimated direction as a share of the largest (FitGeometry). In directions
+  /// below it the solid is not moved: of the poses that fit, that one is taken which moves the visible
+  /// surface least from the prediction. Damped instead, they would drift from frame to frame.
   double min_condition = 0.02;
   /// By how much the prediction may be wrong in directions that are not estimated. The defaults are the
   /// largest motion from one frame to the next; a body that is clamped may have less.
@@ -146,7 +147,8 @@ Tracking judged(const PoseFit& fit, const SightCount& sight, const TrackingReque
                 const TrackingLimits& limits, const Vec3& middle_m_in_solid) noexcept;
 
 /// Tracks one solid, frame by frame. Remembers nothing from one frame to the next: prediction and last pose
-/// are the caller's. Thread: one at a time. The grid's coefficients outlive the tracker.
+/// are the caller's. The grid's coefficients outlive the tracker.
+/// Thread: one at a time.
 class SolidTracker {
  public:
   /// RT: not safe (allocates, and reads the whole grid).
@@ -157,12 +159,11 @@ class SolidTracker {
   /// The ball around the solid, in its frame.
   const SolidBall& ball() const noexcept { return ball_; }
 
-  /// Finds the solid in a frame. `image`: the raw values of a frame of the model's camera. Looks at a lattice
-  /// of at most PixelLattice::kMaxPixels pixels around the predicted place, the same for every frame of a
-  /// body at rest, traces the rays of a quarter of them, and fits at most as many points in at most
-  /// `limits.max_iterations`; a few milliseconds at the most. A prediction that is not finite or not rigid,
-  /// an image that is too small and a solid out of sight are `too_few_points`. RT: safe (no allocation, no
-  /// locks), but too long for the force thread.
+  /// Finds the solid in a frame. `image`: the raw values of a frame of the model's camera. A prediction that
+  /// is not finite or not rigid, an image that is too small and a solid out of sight are `too_few_points`.
+  /// Effort: looks at a lattice of at most PixelLattice::kMaxPixels pixels around the predicted place, fits
+  /// at most as many points in at most `limits.max_iterations`, and traces at most 1024 rays. RT: safe (no
+  /// allocation, no locks), but too long for the force thread.
   Tracking step(const DepthModel& model, std::span<const std::uint16_t> image, const TrackingRequest& request,
                 const TrackingLimits& limits) noexcept;
 

@@ -70,14 +70,7 @@ base::Result<TraceReplay::Index> TraceReplay::indexOf(const std::filesystem::pat
     return true;
   };
   visitor.pose = [&index](const trace::PoseRecord& pose) {
-    index.poses[pose.number] = {
-        .frame = pose.frame,
-        .number = pose.number,
-        .T_world_frame = {pose.position_m_in_world,
-                          {pose.orientation_x, pose.orientation_y, pose.orientation_z, pose.orientation_w}},
-        .time_ns = pose.pose_time_ns,
-        .has_velocity = pose.has_velocity,
-        .velocity_m_per_s_in_world = pose.velocity_m_per_s_in_world};
+    index.poses[pose.number] = trace::poseOf(pose);
     return true;
   };
   visitor.snapshot = [&index](const trace::SnapshotRecord& record) {

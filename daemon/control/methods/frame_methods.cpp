@@ -143,14 +143,6 @@ void FrameMethods::listFrames(const Call&, const Caller& caller, Replies& replie
   replies.finish(caller.connection, {"", {{"frames", std::move(entries)}}});
 }
 
-bool FrameMethods::isTooFast(Stream& stream, Clock::time_point now) const {
-  if (now - stream.second >= std::chrono::seconds(1)) {
-    stream.second = now;
-    stream.poses = 0;
-  }
-  return ++stream.poses > kMaxPerSecond;
-}
-
 void FrameMethods::feedPose(const Call& call, const Caller& caller, Replies& replies) {
   auto pose = poseOf(call, rt::monotonicNow_ns());
   if (!pose) return replies.finish(caller.connection, pose.error());
@@ -164,7 +156,7 @@ void FrameMethods::feedPose(const Call& call, const Caller& caller, Replies& rep
   const Clock::time_point now = Clock::now();
   Stream& stream = streams_[*name];
   pose->frame = config::frameIdentity(*name);
-  if (isTooFast(stream, now) || !context_.box.feedPose(*pose)) {
+  if (!stream.rate.allows(now) || !context_.box.feedPose(*pose)) {
     ++limited_[*name];
     return replies.finish(caller.connection, {"io.hapticd.Control.FeedLimited", {{"limit", kMaxPerSecond}}});
   }

@@ -14,6 +14,7 @@
 #include "daemon/base/reloads.h"
 #include "daemon/control/base/addition_change.h"
 #include "daemon/control/base/method_context.h"
+#include "daemon/control/base/rate_limit.h"
 #include "daemon/control/methods/stiffness_feed.h"
 #include "daemon/state/profile_folder.h"
 #include "daemon/state/registration.h"
@@ -65,14 +66,12 @@ class FrameMethods {
  private:
   /// What is known of the stream of one frame.
   struct Stream {
-    Clock::time_point second;  ///< begin of the second in which poses are counted
-    int poses = 0;             ///< in this second
+    RateLimit rate{kMaxPerSecond};
     Clock::time_point newest;
   };
 
   void listFrames(const Call&, const Caller&, Replies&);
   void feedPose(const Call&, const Caller&, Replies&);
-  bool isTooFast(Stream& stream, Clock::time_point now) const;
 
   MethodContext& context_;
   std::map<std::string, Stream, std::less<>> streams_;

@@ -28,14 +28,6 @@ Json membersOf(const StiffnessFeed::Sample& sample) {
 
 }  // namespace
 
-bool StiffnessFeed::isTooFast(Clock::time_point now) {
-  if (now - second_ >= std::chrono::seconds(1)) {
-    second_ = now;
-    samples_ = 0;
-  }
-  return ++samples_ > kMaxPerSecond;
-}
-
 /// Reads the regions again where another call has changed them; a region that it has changed begins a new
 /// mean.
 void StiffnessFeed::followBox() {
@@ -54,7 +46,7 @@ void StiffnessFeed::followBox() {
 }
 
 auto StiffnessFeed::take(const Sample& sample, Clock::time_point now) -> std::expected<Accepted, Refusal> {
-  if (isTooFast(now)) {
+  if (!rate_.allows(now)) {
     ++status_.limited;
     return std::unexpected(TooFast{});
   }

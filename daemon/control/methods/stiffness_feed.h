@@ -12,6 +12,7 @@
 
 #include "config/settings/fixture_settings.h"
 #include "daemon/base/box.h"
+#include "daemon/control/base/rate_limit.h"
 #include "rt/base/vec3.h"
 
 namespace hapticd::daemon {
@@ -61,7 +62,6 @@ class StiffnessFeed {
     Clock::time_point newest;
   };
 
-  bool isTooFast(Clock::time_point now);
   void followBox();
 
   Box& box_;
@@ -69,9 +69,8 @@ class StiffnessFeed {
   std::uint64_t generation_ = 0;  // of regions_
   bool known_ = false;            // regions_ have been read once
   std::map<std::string, Mean, std::less<>> means_;
-  Clock::time_point second_{};  // begin of the second in which samples are counted
-  int samples_ = 0;             // in this second
-  bool waits_ = false;          // regions_ has changes for the box
+  RateLimit rate_{kMaxPerSecond};
+  bool waits_ = false;  // regions_ has changes for the box
   Clock::time_point changed_{};
   FeedStatus status_;
 };

@@ -90,6 +90,32 @@ AdditionsRecord recordOf(const config::SceneAdditions& additions, const rt::Fixt
   return record;
 }
 
+PoseRecord recordOf(const rt::FramePose& pose, std::int64_t time_ns) {
+  const rt::Quaternion& q = pose.T_world_frame.orientation;
+  return {.time_ns = time_ns,
+          .number = pose.number,
+          .frame = pose.frame,
+          .pose_time_ns = pose.time_ns,
+          .position_m_in_world = pose.T_world_frame.position_m_in_world,
+          .orientation_x = q.x,
+          .orientation_y = q.y,
+          .orientation_z = q.z,
+          .orientation_w = q.w,
+          .has_velocity = pose.has_velocity,
+          .velocity_m_per_s_in_world = pose.velocity_m_per_s_in_world};
+}
+
+rt::FramePose poseOf(const PoseRecord& record) {
+  return {.frame = record.frame,
+          .number = record.number,
+          .T_world_frame = {record.position_m_in_world,
+                            {record.orientation_x, record.orientation_y, record.orientation_z,
+                             record.orientation_w}},
+          .time_ns = record.pose_time_ns,
+          .has_velocity = record.has_velocity,
+          .velocity_m_per_s_in_world = record.velocity_m_per_s_in_world};
+}
+
 TraceAttachment attachmentOf(const config::Solid& solid) {
   return {kAttachedSolids + config::solidFileName(solid.sha256()), "application/octet-stream",
           config::bytesOf(solid)};

@@ -25,6 +25,11 @@ TraceAttachment attachmentOf(const config::Solid& solid);
 base::Result<config::SolidTable> solidsIn(const std::vector<TraceAttachment>& attachments,
                                           const std::string& name);
 
+/// Describes a pose as a record, and makes the pose of a record. `time_ns`: when it was handed to the force
+/// loop.
+PoseRecord recordOf(const rt::FramePose& pose, std::int64_t time_ns);
+rt::FramePose poseOf(const PoseRecord& record);
+
 // Make `fixtures` or `tissue` what it was when it was recorded, with its generation and all numbers that the
 // force loop knows its parts by. `T_world_camera`: the camera's pose in that session. `solids`: those that
 // the record refers to; they must outlive the set. Errors: a record that this version cannot read; `where` is

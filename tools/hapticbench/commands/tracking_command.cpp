@@ -29,11 +29,11 @@ constexpr const char* kExplanation =
     "the camera, and of one 30 mm behind the middle, of fits that estimate every direction; expected: "
     "standard\n"
     "deviation of near that the tracker states; floor: the smallest that the noise allows these points\n"
-    "(Cramer-Rao bound; -: undetermined, as are the errors). accepted: with the limits as shipped, where "
-    "directions below\n"
-    "2 % are not estimated. found: of the failures in bad starts, behind other bodies and without the "
-    "solid,\n"
-    "the share that is refused; right: of these hard cases, results that are accepted and right.\n\n";
+    "(Cramer-Rao bound; -: undetermined, as are the errors). accepted: with the limits as shipped, where\n"
+    "directions below 2 % are not estimated. hard: bad starts, other bodies in front, other bodies or none "
+    "in\n"
+    "place of the solid; right: of these, results that are accepted and right; failures: of these, results\n"
+    "that are not right; found: of the failures, the share that is refused.\n\n";
 
 Json figureOf(const std::vector<double>& values, double share) {
   return values.empty() ? Json() : Json(quantile(values, share));

@@ -30,6 +30,8 @@ constexpr int kNearStarts = 5;
 constexpr double kBadShift_m = 0.03;
 constexpr double kBadRotation_rad = 25 * kDegree;
 constexpr double kFarBehind_m = 0.03;
+/// Below it a direction is none that the shape shows, such as the rotation of a sphere on a grid.
+constexpr double kPlainCondition = 1e-4;
 
 rt::DepthModelParameters cameraOf(TrackingNoise noise) {
   return noise == TrackingNoise::d405 ? stereoCamera(848, 480, 87, 0.018, 1e-4, 0.07, 2.0)
@@ -147,14 +149,15 @@ class TrackingRun {
       ++row_.refused;
     }
     rt::TrackingLimits all = limits_;
-    all.min_condition = 0;
+    all.min_condition = kPlainCondition;
     const Tracking fit = tracker_.step(model_, frame_->image(), request_, all);
     row_.near_m.push_back(errorAt_m(fit.pose, near_m_));
     row_.far_m.push_back(errorAt_m(fit.pose, far_m_));
     row_.rotation_rad.push_back(angleBetween_rad(fit.pose, truth_));
     row_.expected_m.push_back(fit.noise_error_m);
     row_.points.push_back(static_cast<double>(fit.used));
-    row_.condition.push_back(fit.smallest_eigenvalue / fit.largest_eigenvalue);
+    if (fit.largest_eigenvalue > 0)
+      row_.condition.push_back(fit.smallest_eigenvalue / fit.largest_eigenvalue);
     if (with_floor) findFloor();
   }
   /// With the noise that the points have at the true pose, which may be less than what the camera states.
