@@ -299,6 +299,10 @@ window.hapticdView = Object.freeze({
   get preview() {
     return scene.preview && { name: scene.preview.name, ...scene.preview.shape };
   },
+  /** Lines of all solids that are drawn. */
+  get solidLines() {
+    return scene.additions.reduce((sum, { shape }) => sum + (shape?.kind === 'solid' ? shape.lines.length : 0), 0);
+  },
   /** 1: each pixel of the depth frame is drawn; n: every n-th both ways. */
   get every() {
     return picture.budget.every;

@@ -185,12 +185,13 @@ export class Panel {
   showFrames(frames) {
     document.getElementById('frames-card').hidden = frames.length === 0;
     this.frames.keep(frames.map(({ name }) => name));
-    for (const { name, state, used, ageS, lagM } of frames) {
+    for (const { name, state, used, ageS, lagM, tracking } of frames) {
       const { text, level } = frameInWords(state, used);
       const age = Number.isFinite(ageS) ? `, pose ${duration(1e9 * ageS)} old` : '';
       this.frames.set(name, text + age, {
         level,
         detail: [
+          tracking ? `camera: ${tracking.replaceAll('_', ' ')}` : '',
           lagM >= kNotableLagM ? `${fixed(1000 * lagM, 1)} mm behind its poses` : '', used === false ? 'not used by an enabled fixture' : '',
         ].filter(Boolean).join(', '),
       });
