@@ -60,6 +60,9 @@ test('fixtures and regions are listed, named in the picture and drawn', async ()
 
 test('the list tells distances, what is disabled and what is in contact', async () => {
   assert.match(await row('nerve'), /sphere.*12\.3 mm/);
+  assert.equal(await page.locator('#fixtures li').first().getAttribute('data-level'), '');
+  fake.ofFixtures.fixtureDistanceM = 0.0099; // below proximity.warning_m
+  await until(page, () => document.querySelector('#fixtures li').dataset.level === 'near');
   assert.match(await row('plate'), /disabled/);
   assert.match(await row('skin'), /stand-off–/);
   // the hand is in the middle of a cage with walls 0.1 m away
