@@ -97,10 +97,10 @@ ControlService::ControlService(Box& box, const ControlServiceOptions& options)
       reloads_(context_, options.reloads),
       solids_(context_, worker_),
       undo_(context_) {
-  for (auto&& theme :
-       {serviceMethods(), monitors_.methods(), ticks_.methods(), events_.methods(), snapshots_.methods(),
-        depth_.methods(), parameters_.methods(), additions_.methods(), frames_.methods(), traces_.methods(),
-        profiles_.methods(), calibration_.methods(), reloads_.methods(), solids_.methods(), undo_.methods()}) {
+  for (auto&& theme : {serviceMethods(), monitors_.methods(), ticks_.methods(), events_.methods(),
+                       snapshots_.methods(), depth_.methods(), parameters_.methods(), additions_.methods(),
+                       frames_.methods(), traces_.methods(), profiles_.methods(), calibration_.methods(),
+                       reloads_.methods(), solids_.methods(), undo_.methods()}) {
     methods_.insert(methods_.end(), theme.begin(), theme.end());
   }
 }
