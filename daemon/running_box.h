@@ -92,6 +92,9 @@ class RunningBox final : public Box {
     return added_scene_.solids().store(std::move(memory));
   }
   void takeSolid(const StoredSolid& stored) override { added_scene_.solids().take(stored); }
+  std::shared_ptr<const config::Solid> solid(const std::string& sha256) const override {
+    return added_scene_.solids().inMemory(sha256);
+  }
   bool readsSolids() const override { return added_scene_.solids().loading(); }
   std::string solidProblem() const override { return added_scene_.solidProblem(); }
   std::uint64_t acknowledgedGeneration() override;

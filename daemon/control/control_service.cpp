@@ -95,11 +95,12 @@ ControlService::ControlService(Box& box, const ControlServiceOptions& options)
       profiles_(context_, worker_),
       calibration_(context_, worker_, options.calibration),
       reloads_(context_, options.reloads),
+      solids_(context_, worker_),
       undo_(context_) {
-  for (auto&& theme :
-       {serviceMethods(), monitors_.methods(), ticks_.methods(), events_.methods(), snapshots_.methods(),
-        depth_.methods(), parameters_.methods(), additions_.methods(), frames_.methods(), traces_.methods(),
-        profiles_.methods(), calibration_.methods(), reloads_.methods(), undo_.methods()}) {
+  for (auto&& theme : {serviceMethods(), monitors_.methods(), ticks_.methods(), events_.methods(),
+                       snapshots_.methods(), depth_.methods(), parameters_.methods(), additions_.methods(),
+                       frames_.methods(), traces_.methods(), profiles_.methods(), calibration_.methods(),
+                       reloads_.methods(), solids_.methods(), undo_.methods()}) {
     methods_.insert(methods_.end(), theme.begin(), theme.end());
   }
 }

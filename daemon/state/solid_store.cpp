@@ -225,6 +225,11 @@ bool SolidStore::takeLoaded() {
   return changed;
 }
 
+std::shared_ptr<const config::Solid> SolidStore::inMemory(const std::string& sha256) const {
+  const auto found = table_.find(sha256);
+  return found == table_.end() ? nullptr : found->second;
+}
+
 void SolidStore::release(std::uint64_t generation_in_use) {
   std::erase_if(retired_, [=](const Retired& retired) { return retired.generation <= generation_in_use; });
 }

@@ -59,6 +59,8 @@ class SolidStore {
   void release(std::uint64_t generation_in_use);
 
   const config::SolidTable& table() const { return table_; }
+  /// One of table(); null: it is not there.
+  std::shared_ptr<const config::Solid> inMemory(const std::string& sha256) const;
   /// Whether a file is being read.
   bool loading() const { return !loading_.empty(); }
   /// Why a solid of these fixtures is not in memory, with the name of the fixture; empty: all are, or are

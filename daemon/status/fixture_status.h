@@ -166,7 +166,15 @@ constexpr auto fieldsOf(std::type_identity<Status>) {
             return frame.state == rt::FrameState::none ? std::nullopt
                                                        : std::optional(frame.position_m_in_world);
           }),
-      HAPTICD_FIELD(orientation, "How it is turned, as ListFrames shows it").hidden(),
+      HAPTICD_FIELD(orientation,
+                    "How it is turned, as a unit quaternion x, y, z, w that maps vectors in the frame to the "
+                    "world; null: not known")
+          .named("orientationXyzw")
+          .shownAs([](const auto& frame) {
+            const rt::Quaternion& q = frame.orientation;
+            return frame.state == rt::FrameState::none ? std::nullopt
+                                                       : std::optional(std::vector{q.x, q.y, q.z, q.w});
+          }),
       HAPTICD_FIELD(accepted, "Poses used"),
       HAPTICD_FIELD(not_finite, "Poses dropped because a number was not finite or outside +-10 m"),
       HAPTICD_FIELD(not_unit,

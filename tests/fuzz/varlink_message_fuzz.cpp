@@ -108,6 +108,7 @@ std::vector<std::string> seeds() {
       control("StartTrace", R"({"label":"a-b_c.d","depth":false})") + control("StopTrace") +
           control("DumpTrace") + control("DeleteTrace", R"({"name":"trace-1"})") + status("ListTraces"),
       status("ListProfiles"),
+      status("GetSolid", R"({"solid":"e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855"})"),
       control("SaveProfile", R"({"name":"a"})"),
       control("LoadProfile", R"({"name":"../a"})"),
       control("DeleteProfile", R"({"name":"a"})"),

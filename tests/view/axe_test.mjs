@@ -10,7 +10,7 @@ const kTags = ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22a', 'wcag22aa'
 const kViewports = [{ width: 1280, height: 800 }, { width: 390, height: 844 }];
 const kAdditions = {
   fixtures: [
-    { name: 'nerve', enabled: true, definition: { name: 'nerve', kind: 'sphere', side: 'out', position_m: [-0.2, 0.15, -0.9], radius_m: 0.06 } },
+    { name: 'nerve', enabled: true, definition: { name: 'nerve', kind: 'sphere', side: 'out', position_m: [-0.2, 0.15, -0.9], radius_m: 0.06, warning_m: 0.02 } },
     { name: 'plate', enabled: false, definition: { name: 'plate', kind: 'plane', position_m: [0, -0.3, -0.9], normal: [0, 1, 0] } },
     { name: 'way', enabled: true, definition: { name: 'way', kind: 'path', points_m: [[0, 0.2, -0.8], [0.2, 0.2, -0.8]] } },
   ],
@@ -52,9 +52,10 @@ const kStates = {
   },
   'with fixtures': async (page, fake) => {
     fake.ofFixtures = kSomeContacts;
+    fake.status.frames = ['live', 'held', 'lost'].map((state) => ({ name: `frame ${state}`, state, used: true, ageS: 0.1, lagM: 0.002 }));
     fake.sendAdditions(kAdditions);
     await until(page, () => document.querySelectorAll('#fixtures li').length === 4 &&
-      document.querySelector('#fixtures').textContent.includes('in contact'));
+      document.querySelector('#fixtures').textContent.includes('in contact') && document.querySelectorAll('#frames dt').length === 3);
   },
   'with picked points': async (page) => {
     await page.focus('#view');

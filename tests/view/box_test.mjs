@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page against the real bridge and the real daemon: a synthetic sphere, a simulated hand.
 import assert from 'node:assert/strict';
+import { writeFile } from 'node:fs/promises';
+import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { assertNear, Browser, drawnIn, hasFrames, kLimitMs, rectangleOf, showOnly, until } from './browser.mjs';
 import { spherePoints } from './fake_bridge.mjs';
@@ -75,6 +77,34 @@ test('the HIP is drawn at its place, in three views', async () => {
     assert.ok(colour[2] > colour[0] + 20, `view ${key}: not the accent: ${colour}`);
   }
   await page.click('#pause');
+});
+
+/** A cube around the origin in millimetres, as STL, and its corners around a place in metres. */
+const kHalfM = 0.03;
+const corner = (i) => [1, 2, 4].map((bit) => (i & bit ? kHalfM : -kHalfM));
+const cornersAt = (place) => Array.from({ length: 8 }, (_, i) => corner(i).map((value, axis) => value + place[axis]));
+function cubeStl() {
+  const faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+  const facets = faces.flatMap(([a, b, c, d]) => [[a, b, c], [a, c, d]]);
+  const vertex = (i) => `vertex ${corner(i).map((value) => 1000 * value).join(' ')}`;
+  return `solid cube\n${facets.map((facet) => `facet normal 0 0 0\nouter loop\n${facet.map(vertex).join('\n')}\nendloop\nendfacet`).join('\n')}\nendsolid cube\n`;
+}
+
+test('a solid that the box gets is drawn by its lines, where it is', async () => {
+  const place = [0.3, 0.15, -1];
+  const file = join(box.folder, 'cube.stl');
+  await writeFile(file, cubeStl());
+  await box.control('fixture', 'add', 'cube', '--mesh', file, '--axes', 'LPS', '--centre-m', place.join(','));
+  // a square in each of ten planes across each axis
+  await until(page, () => window.hapticdView.solidLines === 30);
+  await showOnly(page, ['fixtures']);
+  await page.keyboard.press('1');
+  const drawn = await drawnIn(page);
+  const expected = await rectangleOf(page, cornersAt(place));
+  // lines are 2 px wide, and cells of 1.6 mm cut the corners of the squares
+  for (const side of ['left', 'right', 'top', 'bottom']) assertNear(drawn[side], expected[side], 3, side);
+  await box.control('fixture', 'remove', 'cube');
+  await until(page, () => window.hapticdView.solidLines === 0);
 });
 
 test('the page comes back by itself when the box starts again', async () => {

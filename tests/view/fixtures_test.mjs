@@ -2,7 +2,7 @@
 // Virtual fixtures and tissue regions are drawn where they are and listed; picked points become commands that add some.
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { assertNear, until } from './browser.mjs';
+import { assertNear, drawnIn, rectangleOf, showOnly, until } from './browser.mjs';
 import { kHip, withFakeBridge } from './fake_bridge.mjs';
 
 const kBall = [-0.2, 0.15, -0.9];
@@ -60,6 +60,9 @@ test('fixtures and regions are listed, named in the picture and drawn', async ()
 
 test('the list tells distances, what is disabled and what is in contact', async () => {
   assert.match(await row('nerve'), /sphere.*12\.3 mm/);
+  assert.equal(await page.locator('#fixtures li').first().getAttribute('data-level'), '');
+  fake.ofFixtures.fixtureDistanceM = 0.0099; // below proximity.warning_m
+  await until(page, () => document.querySelector('#fixtures li').dataset.level === 'near');
   assert.match(await row('plate'), /disabled/);
   assert.match(await row('skin'), /stand-off–/);
   // the hand is in the middle of a cage with walls 0.1 m away
@@ -85,13 +88,15 @@ test('the list tells the stage before and behind the boundary', async () => {
   fake.sendAdditions(margins);
   const at = async (distanceM, wanted, level) => {
     fake.ofFixtures = { ...before, fixtureContacts: distanceM < 0.01 ? 1 : 0, fixtureDistanceM: distanceM };
-    await until(page, (text) => document.querySelector('#fixtures li').textContent.endsWith(text), wanted);
+    await until(page, (text) => document.querySelector('#fixtures li .number').textContent === text, wanted);
     assert.equal(await page.locator('#fixtures li').first().getAttribute('data-level'), level);
   };
-  await at(0.03, 'sphere30.0 mm', '');
+  await at(0.03, '30.0 mm', '');
+  assert.equal(await page.locator('#fixtures li .margins').textContent(), 'warns at 20.0 mm, softer from 10.0 mm');
+  assert.equal(await page.locator('#fixtures .margins').count(), 1, 'only where there are margins');
   await at(0.0195, 'warning, 19.5 mm', 'near');
   await at(0.0204, 'warning, 20.4 mm', 'near');  // within the hysteresis
-  await at(0.0206, 'sphere20.6 mm', '');
+  await at(0.0206, '20.6 mm', '');
   await at(0.006, 'in contact, soft, 6.0 mm', 'contact');
   await at(-0.001, 'in contact, -1.0 mm', 'contact');
   await at(-0.003, 'in contact, breach, -3.0 mm', 'contact');
@@ -99,6 +104,85 @@ test('the list tells the stage before and behind the boundary', async () => {
   fake.ofFixtures = { ...before, fixtureContacts };
   fake.sendAdditions(kAdditions);
   await until(page, () => document.querySelectorAll('#fixtures li').length === 8);
+});
+
+const kLayers = ['model', 'hand', 'force', 'fixtures', 'trail', 'camera', 'axes'];
+/** A wire cube around the origin: four closed lines, as GetSolid gives them. */
+const kHalfM = 0.05;
+const kWires = [-1, 1].flatMap((side) => [[0, 1, 2], [2, 0, 1]].map((axes) => [[1, 1], [1, -1], [-1, -1], [-1, 1], [1, 1]].flatMap(
+  ([u, v]) => { const p = []; [side, u, v].forEach((value, i) => { p[axes[i]] = value * kHalfM; }); return p; })));
+/** Turns x to y, y to z and z to x. */
+const kTurnXyzw = [0.5, 0.5, 0.5, 0.5];
+const solidAt = (name, more) => ({
+  name, enabled: true, definition: { name, kind: 'solid', solid: 'abc', position_m: [0, 0, 0], ...more },
+});
+
+/** The rectangle of what is drawn of fixtures alone, in the view of the camera, against that of these points. */
+async function assertDrawnAt(points, what) {
+  // outlines are 2 px wide, so their edges are up to 1 px beyond a point, and the circle of names is not on the canvas
+  const kTolerancePx = 2;
+  const drawn = await drawnIn(page);
+  const expected = await rectangleOf(page, points);
+  for (const side of ['left', 'right', 'top', 'bottom']) assertNear(drawn[side], expected[side], kTolerancePx, `${what}, ${side}`);
+}
+const cornersAt = ([x, y, z]) => [-1, 1].flatMap((i) => [-1, 1].flatMap((j) => [-1, 1].map((k) => [x + i * kHalfM, y + j * kHalfM, z + k * kHalfM])));
+
+test('a solid is drawn by its lines, where its definition and its moving frame put it', async () => {
+  const { frames, fixtures } = fake.status;
+  const before = fake.ofFixtures;
+  await showOnly(page, ['fixtures']);
+  await page.keyboard.press('1');
+  fake.ofFixtures = { fixtureContacts: 0, nearestFixture: -1, fixtureDistanceM: null, tissueRegion: -1 };
+  fake.sendAdditions({ fixtures: [solidAt('organ', { position_m: [0.1, 0.05, -0.9] })] });
+  await until(page, () => document.querySelectorAll('#fixtures li').length === 1);
+  const shapesDrawn = (drawn) => until(page, (wanted) => window.hapticdView.solidLines === wanted, drawn);
+  await shapesDrawn(0); // without its shape
+  fake.send({ type: 'solids', solids: { abc: { source: 'organ.stl', outline: kWires } } });
+  await shapesDrawn(kWires.length);
+  await assertDrawnAt(cornersAt([0.1, 0.05, -0.9]), 'in the world');
+
+  // In a frame without a pose it is nowhere. rotation_deg turns y to z within the frame, the frame's pose x to y.
+  fake.sendAdditions({ fixtures: [solidAt('organ', { frame: 'phantom', position_m: [0.1, 0, 0], rotation_deg: [90, 0, 0] })] });
+  fake.status.frames = [{ name: 'phantom', state: 'none', used: true, ageS: null, lagM: 0, positionMInWorld: null, orientationXyzw: null }];
+  await shapesDrawn(0);
+  fake.status.frames[0] = {
+    name: 'phantom', state: 'live', used: true, ageS: 0.012, lagM: 0, positionMInWorld: { x: -0.1, y: -0.1, z: -0.9 }, orientationXyzw: kTurnXyzw };
+  fake.status.fixtures = { each: [{ name: 'organ', distanceM: 0.034 }] };
+  await shapesDrawn(kWires.length);
+  await assertDrawnAt(cornersAt([-0.1, 0, -0.9]), 'in its frame');
+  await until(page, () => document.querySelector('#fixtures .number').textContent === '34.0 mm');
+  Object.assign(fake.status, { frames, fixtures });
+  fake.ofFixtures = before;
+  await showOnly(page, kLayers);
+  await page.evaluate(() => document.querySelector('#full-detail').click());
+  fake.sendAdditions(kAdditions);
+  await until(page, () => document.querySelectorAll('#fixtures li').length === 8);
+});
+
+test('moving frames are listed with their state and the age of their poses', async () => {
+  const { frames } = fake.status;
+  assert.equal(await page.locator('#frames-card').isVisible(), false);
+  const frame = (name, state, ageS, more) => ({
+    name, state, used: true, ageS, lagM: 0, positionMInWorld: { x: 0, y: 0, z: 0 }, orientationXyzw: [0, 0, 0, 1], ...more });
+  const shows = async (name, text, level) => {
+    const value = page.locator(`#frames dt:text-is("${name}") + dd`);
+    await until(page, ([title, wanted]) => [...document.querySelectorAll('#frames dt')].some(
+      (term) => term.textContent === title && term.nextElementSibling.textContent === wanted), [name, text]);
+    assert.equal(await value.getAttribute('data-level'), level);
+  };
+  fake.status.frames = [
+    frame('head', 'live', 0.012), frame('arm', 'held', 0.15), frame('leg', 'lost', 2.5), frame('probe', 'catching_up', 0.01, { lagM: 0.0123 }),
+    frame('table', 'none', null, { used: false, positionMInWorld: null, orientationXyzw: null })];
+  await shows('head', 'live, pose 12.0 ms old', '');
+  await shows('arm', 'poses late, held in place, pose 150.0 ms old', 'doubtful');
+  await shows('leg', 'lost, pose 2.5 s old', 'wrong');
+  await shows('probe', 'catching up, pose 10.0 ms old12.3 mm behind its poses', 'doubtful');
+  await shows('table', 'no pose yetnot used by an enabled fixture', '');
+  fake.status.frames = [frame('head', 'lost', 1)];
+  await until(page, () => document.querySelectorAll('#frames dt').length === 1);
+  await shows('head', 'lost, pose 1.0 s old', 'wrong');
+  fake.status.frames = frames;
+  await until(page, () => document.querySelector('#frames-card').hidden);
 });
 
 test('the forces of fixtures and of guidance stand apart', async () => {

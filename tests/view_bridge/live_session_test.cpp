@@ -280,6 +280,18 @@ TEST(LiveSession, SendsAtMostSixtyWindowsASecondWithEveryTickInOne) {
   EXPECT_EQ(ticks, windows.back().at("number").get<std::uint64_t>());
 }
 
+TEST(LiveSession, SendsTheShapesOfSolidsAndOnlyTheNewest) {
+  Fixture live;
+  live.session.onSolids({{"a", {{"source", "a.stl"}}}});
+  ASSERT_EQ(live.sink.texts("solids").size(), 1U);
+  EXPECT_EQ(live.sink.texts("solids")[0].at("solids").at("a").at("source"), "a.stl");
+  live.sink.takes = false;
+  live.session.onSolids({{"b", 1}});
+  live.session.onSolids({{"c", 1}});
+  ASSERT_EQ(live.sink.waiting.size(), 1U);
+  EXPECT_TRUE(Json::parse(live.sink.waiting.begin()->second.head).at("solids").contains("c"));
+}
+
 TEST(LiveSession, MergesWindowsThatAClientDoesNotTake) {
   Fixture live;
   live.sink.takes = false;

@@ -185,6 +185,20 @@ class ReloadMethods {
   Reloads* const reloads_;
 };
 
+/// The method that shows the shape of a solid.
+/// Thread: control thread only; the lines are computed by the worker.
+class SolidMethod {
+ public:
+  SolidMethod(MethodContext& context, StateWorker& worker) : context_(context), worker_(worker) {}
+  std::vector<Method> methods();
+
+ private:
+  void getSolid(const Call&, const Caller&, Replies&);
+
+  MethodContext& context_;
+  StateWorker& worker_;
+};
+
 /// The method that takes back the last change of live parameters, fixtures and regions.
 /// Thread: control thread only.
 class UndoMethod {

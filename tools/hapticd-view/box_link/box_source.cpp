@@ -142,7 +142,7 @@ constexpr int kStatusIntervalMs = 200;
 /// All of the status but `tick`, which the stream of ticks brings.
 Json statusFields() {
   return Json::array({"mode", "cause", "warnings", "version", "kernel", "uptimeS", "loop", "camera", "scene",
-                      "handle", "law", "leds", "trace", "control", "fixtures", "tissue"});
+                      "handle", "law", "leds", "trace", "control", "fixtures", "frames", "tissue"});
 }
 
 /// Why a call was refused, in words for people.
@@ -199,7 +199,10 @@ BoxSource::BoxSource(boost::asio::io_context& context, const std::string& socket
                 frames_.reset();
                 setDepth(false, textOf(error));
               }}),
-      additions_fetch_(context, socket, [this](const Json& additions) { setAdditions(additions); }) {
+      additions_fetch_(context, socket, [this](const Json& additions) { setAdditions(additions); }),
+      solid_shapes_(context, socket, [this](const Json& shapes) {
+        for (Viewer* viewer : viewers_) viewer->onSolids(shapes);
+      }) {
   if (!control_socket.empty()) fixture_changes_.emplace(context, control_socket);
 }
 
@@ -223,6 +226,7 @@ void BoxSource::add(Viewer& viewer) {
   if (depth_available_) viewer.onDepthState(*depth_available_, depth_reason_);
   if (!parameters_.is_null()) viewer.onParameters(parameters_);
   if (!additions_.is_null()) viewer.onAdditions(additions_);
+  if (!solid_shapes_.shapes().empty()) viewer.onSolids(solid_shapes_.shapes());
   if (!status_.is_null()) viewer.onStatus(status_);
   past_events_.forEach([&](const Json& event) { viewer.onEvent(event); });
   if (picture_ && viewer.wantsDepth()) viewer.onDepth(picture_);
@@ -264,6 +268,7 @@ void BoxSource::forget() {
   parameters_ = {};
   additions_ = {};
   additions_fetch_.forget();
+  solid_shapes_.forget();
   past_events_.clear();
   picture_.reset();
   parameters_call_.reset();
@@ -344,6 +349,7 @@ void BoxSource::setDepth(bool available, const std::string& reason) {
 void BoxSource::setAdditions(const Json& additions) {
   additions_ = additions;
   if (fixture_changes_) fixture_changes_->follow(additions_);
+  solid_shapes_.follow(listAt(additions_, "fixtures"));
   for (Viewer* viewer : viewers_) viewer->onAdditions(additions_);
 }
 

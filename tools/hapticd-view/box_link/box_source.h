@@ -18,6 +18,7 @@
 #include "drivers/depth_region/depth_region.h"
 #include "rt/loop/loop_state.h"
 #include "tools/hapticd-view/box_link/fixture_changes.h"
+#include "tools/hapticd-view/box_link/solid_shapes.h"
 #include "tools/hapticd-view/box_link/varlink_stream.h"
 #include "tools/hapticd-view/live/recent_events.h"
 #include "tools/hapticd-view/live/source.h"
@@ -135,6 +136,7 @@ class BoxSource final : public Source {
   LastingStream events_;
   LastingStream depth_;
   AdditionsFetch additions_fetch_;
+  SolidShapes solid_shapes_;
   std::optional<FixtureChanges> fixture_changes_;
   std::shared_ptr<VarlinkStream> parameters_call_;
   bool parameters_changed_ = false;  // since parameters_call_ was sent

@@ -115,7 +115,7 @@ namespace {
 using Clock = LiveSession::Clock;
 
 /// The keys of what a newer message replaces.
-enum Key : std::uint64_t { kBox = 1, kDepthState, kParameters, kAdditions, kState, kWindow, kDepth };
+enum Key : std::uint64_t { kBox = 1, kDepthState, kParameters, kAdditions, kSolids, kState, kWindow, kDepth };
 
 MessageKey key(Key value) {
   return static_cast<MessageKey>(value);
@@ -169,6 +169,10 @@ void LiveSession::onAdditions(const Json& additions) {
   Json message = additions;
   message["type"] = "additions";
   sink_.send(textMessage(textOf(message)), key(kAdditions));
+}
+
+void LiveSession::onSolids(const Json& shapes) {
+  sink_.send(textMessage(textOf({{"type", "solids"}, {"solids", shapes}})), key(kSolids));
 }
 
 void LiveSession::onEvent(const Json& event) {

@@ -74,6 +74,7 @@ class LiveSession final : public Session {
   void onStatus(const Json& status) override;
   void onParameters(const Json& parameters) override;
   void onAdditions(const Json& additions) override;
+  void onSolids(const Json& shapes) override;
   void onEvent(const Json& event) override;
   void onDepth(const std::shared_ptr<const DepthPicture>& picture) override;
   void onDepthState(bool available, const std::string& reason) override;

@@ -44,6 +44,9 @@ class Viewer {
   /// All fixtures and tissue regions, at the start and after each change: `fixtures` and `regions`, lists of
   /// FixtureEntry and RegionEntry of io.hapticd.Status in the order of their sets.
   virtual void onAdditions(const Json&) {}
+  /// The shapes of the solids that fixtures have, at the start and after each change: SHA-256 to the reply of
+  /// io.hapticd.Status.GetSolid.
+  virtual void onSolids(const Json&) {}
   /// An Event object of io.hapticd.Status.
   virtual void onEvent(const Json&) {}
   /// Each depth frame; only the newest where several came together.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The fixtures and tissue regions of the box: what is drawn of them, and their list in the panel.
 
-import { distanceToFixture, isGuidance, progressOn, shapeOf, stageOf } from './fixtures.js';
+import { distanceToFixture, framesOf, isGuidance, isMoving, progressOn, shapeOf, stageOf } from './fixtures.js';
 import { isVector } from './vectors.js';
 
 /** What a kind is called where its name is not a word. */
@@ -9,10 +9,20 @@ const kKinds = { standoff: 'stand-off' };
 /** The stages before the boundary. */
 const kNearStages = ['warning', 'soft'];
 
+/** Kinds whose distance only the box computes. */
+const kOfTheBox = ['solid', 'standoff'];
+
 /** "12.3 mm", "0.42 m" */
 function lengthText(m) {
   if (!Number.isFinite(m)) return '–';
   return Math.abs(m) < 0.1 ? `${(1000 * m).toFixed(1)} mm` : `${m.toFixed(2)} m`;
+}
+
+/** The margins of a forbidden region: "warns at 20.0 mm, softer from 10.0 mm"; empty: it has none. */
+function marginsText({ warning_m, soft_m }) {
+  return [
+    warning_m > 0 ? `warns at ${lengthText(warning_m)}` : '', soft_m > 0 ? `softer from ${lengthText(soft_m)}` : '',
+  ].filter(Boolean).join(', ');
 }
 
 export class Additions {
@@ -20,7 +30,27 @@ export class Additions {
   constructor(list, card) {
     this.list = list;
     this.card = card;
+    this.forget();
+  }
+
+  /** Nothing is known any longer: another bridge, or a box that has started again. */
+  forget() {
+    this.solids = {};
+    this.frames = new Map();
+    this.conducts = new Map();
     this.take({});
+  }
+
+  /** A message `solids` of the bridge. */
+  takeSolids({ solids }) {
+    this.solids = solids ?? {};
+  }
+
+  /** The `status` of a message `state`: where moving frames are, and what only the box knows of fixtures. */
+  takeStatus(status) {
+    this.frames = framesOf(status.frames);
+    const each = status.fixtures?.each;
+    this.conducts = new Map((Array.isArray(each) ? each : []).map((conduct) => [conduct.name, conduct]));
   }
 
   /** A message `additions` of the bridge. */
@@ -39,7 +69,8 @@ export class Additions {
   /** Returns what is to be drawn after a window of ticks. `frame`: the newest depth frame or null. */
   follow(window_, frame) {
     for (const entry of this.entries) {
-      entry.shape = shapeOf(entry.definition, frame);
+      const { frames, solids } = this;
+      entry.shape = shapeOf(entry.definition, frame, { frames, solids, before: entry.shape });
       entry.inContact = entry.group === 'tissue'
         ? window_.tissueRegion === entry.place
         : ((window_.fixtureContacts ?? 0) & (1 << entry.place)) !== 0;
@@ -58,10 +89,15 @@ export class Additions {
     }
   }
 
-  /** The box knows the distance to the nearest forbidden region; the others follow from their shapes. */
+  /**
+   * A window has the distance to the nearest forbidden region; the others follow from their shapes. Where they do not, or
+   * where the shape moves, so that its place here is a moment old, the status has them.
+   */
   distanceOf(entry, window_) {
     if (entry.group === 'forbidden' && entry.place === window_.nearestFixture) return window_.fixtureDistanceM;
-    if (!entry.shape || entry.shape.kind === 'standoff' || entry.group === 'tissue' || !isVector(window_.hip)) return NaN;
+    if (entry.group === 'tissue') return NaN;
+    if (kOfTheBox.includes(entry.definition.kind) || isMoving(entry.definition)) return this.conducts.get(entry.name)?.distanceM ?? NaN;
+    if (!entry.shape || !isVector(window_.hip)) return NaN;
     return distanceToFixture(entry.definition, entry.shape, window_.hip);
   }
 
@@ -77,6 +113,13 @@ export class Additions {
     state.className = 'number';
     state.textContent = enabled ? '' : 'disabled';
     item.append(title, kind, state);
+    const margins = group === 'forbidden' ? marginsText(definition) : '';
+    if (margins) {
+      const quiet = document.createElement('span');
+      quiet.className = 'margins';
+      quiet.textContent = margins;
+      item.append(quiet);
+    }
     Object.assign(entry, { item, state });
     return item;
   }

@@ -2,7 +2,7 @@
 // What people add to the scene: shapes of virtual fixtures and tissue regions, in the world frame, and how far away
 // they are.
 
-import { add, dot, norm, perpendiculars, rotate, scale, subtract, unit } from './vectors.js';
+import { add, dot, norm, perpendiculars, rotate, rotationOfQuaternion, scale, subtract, unit } from './vectors.js';
 
 const kRadPerDeg = Math.PI / 180;
 /** A cone has no end: so much of it is drawn. */
@@ -21,18 +21,47 @@ function rotationOf([rollDeg, pitchDeg, yawDeg]) {
 
 export const isGuidance = (kind) => kind === 'path' || kind === 'point';
 
+/** Whether what has this definition moves with a frame whose poses are streamed to the box. */
+export const isMoving = ({ frame = 'world' }) => frame !== 'world' && frame !== 'camera';
+
+/** Where the moving frames of a status are: name to {place, turn}. Those without a pose are missing. */
+export function framesOf(frames) {
+  const placed = new Map();
+  for (const { name, state, positionMInWorld, orientationXyzw } of Array.isArray(frames) ? frames : []) {
+    const at = positionMInWorld && [positionMInWorld.x, positionMInWorld.y, positionMInWorld.z];
+    const isKnown = state !== 'none' && at?.every(Number.isFinite) && orientationXyzw?.length === 4 &&
+      orientationXyzw.every(Number.isFinite);
+    if (!isKnown) continue;
+    const rotation = rotationOfQuaternion(orientationXyzw);
+    placed.set(name, { place: (p) => add(rotate(rotation, p), at), turn: (v) => rotate(rotation, v) });
+  }
+  return placed;
+}
+
+/** How places and directions of a definition become those of the world; undefined where that is not known. */
+function poseOf(definition, frame, frames) {
+  if (isMoving(definition)) return frames?.get(definition.frame);
+  if (definition.frame !== 'camera') return { place: (p) => p, turn: (v) => v };
+  return frame ? { place: (p) => frame.toWorld(p), turn: (v) => rotate(frame.rotation, v) } : undefined;
+}
+
+/** The axes of what `rotation_deg` turns, in the world. */
+function axesOf({ rotation_deg }, turn) {
+  const r = rotationOf(rotation_deg ?? [0, 0, 0]);
+  return [0, 1, 2].map((i) => turn([r[i], r[i + 3], r[i + 6]]));
+}
+
 /**
  * The shape of a definition (its members are those of the configuration) in the world: {kind, ...}, or null where it has
- * none that is known: what is fixed to the camera needs a depth frame first, and where a moving frame is, is not known
- * here. A stand-off is wherever the surface is.
+ * none that is known: what is fixed to the camera needs a depth frame first, and what moves with a frame a pose of it. A
+ * stand-off is wherever the surface is. `frames`: as framesOf() gives them; `solids`: SHA-256 to what GetSolid says of
+ * it; `before`: the shape until now, which stays the same object where it is a solid that has not moved.
  */
-export function shapeOf(definition, frame) {
-  const inCamera = definition.frame === 'camera';
-  if (inCamera && !frame) return null;
-  if (!inCamera && (definition.frame ?? 'world') !== 'world') return null;
+export function shapeOf(definition, frame, { frames, solids, before } = {}) {
+  const pose = poseOf(definition, frame, frames);
+  if (!pose) return null;
   const kind = definition.kind ?? definition.shape ?? (definition.label ? 'label' : 'sphere');
-  const place = (p) => (inCamera ? frame.toWorld(p) : p);
-  const turn = (v) => (inCamera ? rotate(frame.rotation, v) : v);
+  const { place, turn } = pose;
   const at = place(definition.position_m ?? [0, 0, 0]);
   switch (kind) {
     case 'plane': return { kind, at, axis: unit(turn(definition.normal ?? [0, 0, 1])) };
@@ -45,13 +74,36 @@ export function shapeOf(definition, frame) {
       kind, at, axis: unit(turn(definition.axis ?? [0, 0, 1])), halfAngle: (definition.half_angle_deg ?? 30) * kRadPerDeg,
     };
     case 'box': {
-      const r = rotationOf(definition.rotation_deg ?? [0, 0, 0]);
       const half = scale(definition.size_m ?? [0, 0, 0], 0.5);
-      const axes = [0, 1, 2].map((i) => turn([r[i], r[i + 3], r[i + 6]]));
-      return { kind, at, half, axes };
+      return { kind, at, half, axes: axesOf(definition, turn) };
     }
+    case 'solid': return solidOf(solids?.[definition.solid]?.outline, at, axesOf(definition, turn), before);
     default: return null;
   }
+}
+
+/** A solid with its lines in the world; `outline`: its lines in its own frame, x, y, z, x, ... each. */
+function solidOf(outline, at, axes, before) {
+  const known = Array.isArray(outline) ? outline : null;
+  const pose = [at, ...axes].flat();
+  const isSame = before?.kind === 'solid' && before.outline === known && pose.every((value, i) => value === before.pose[i]);
+  if (isSame) return before;
+  const lines = [];
+  const [least, most] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+  for (const numbers of known ?? []) {
+    const line = [];
+    for (let i = 0; i + 2 < numbers.length; i += 3) {
+      const point = [0, 1, 2].map((k) => at[k] + numbers[i] * axes[0][k] + numbers[i + 1] * axes[1][k] + numbers[i + 2] * axes[2][k]);
+      for (let k = 0; k < 3; k++) {
+        least[k] = Math.min(least[k], point[k]);
+        most[k] = Math.max(most[k], point[k]);
+      }
+      line.push(point);
+    }
+    lines.push(line);
+  }
+  const middle = lines.length > 0 ? scale(add(least, most), 0.5) : at;
+  return { kind: 'solid', at, outline: known, pose, lines, middle };
 }
 
 /** Where on the line from `a` to `b` it is nearest to `p`, as a share of it. */
@@ -101,7 +153,7 @@ export function arrowsOn(points, count) {
   return arrows;
 }
 
-/** Signed distance of `p` from the boundary of a shape, positive outside; of a path or point its distance. */
+/** Signed distance of `p` from the boundary of a shape, positive outside; of a path or point its distance. Not of solids. */
 export function distanceM(shape, p) {
   const offset = shape.at ? subtract(p, shape.at) : null;
   switch (shape.kind) {
@@ -166,6 +218,7 @@ export function outlineOf(shape, eye) {
   switch (shape.kind) {
     case 'sphere': return [circle(shape.at, perpendiculars(unit(subtract(eye, shape.at))), shape.radiusM)];
     case 'path': return [shape.points];
+    case 'solid': return shape.lines;
     case 'plane': return planeLines(shape);
     case 'box': return boxLines(shape);
     case 'capsule': {
@@ -220,5 +273,6 @@ function boxLines({ at, half, axes }) {
 export const middleOf = (shape) => {
   if (shape.kind === 'standoff') return null;
   if (shape.kind === 'path') return shape.points[Math.floor(shape.points.length / 2)];
+  if (shape.kind === 'solid') return shape.middle;
   return shape.kind === 'capsule' ? scale(add(shape.at, shape.end), 0.5) : shape.at;
 };

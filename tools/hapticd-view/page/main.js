@@ -140,6 +140,7 @@ function takeState({ status, ageMs }) {
   notices.gotData(ageMs);
   picture?.budget.hearCamera(status.scene?.frameRateHz);
   panel.show(status);
+  additions.takeStatus(status);
   const centre = status.scene?.ballCentreMInWorld;
   const radiusM = status.scene?.ballRadiusM;
   const at = centre && [centre.x, centre.y, centre.z];
@@ -178,7 +179,7 @@ function takeDepth(frame) {
 function takeHello() {
   scene.trail = [];
   panel.clearEvents();
-  additions.take({});
+  additions.forget();
 }
 
 const kTakers = {
@@ -192,6 +193,7 @@ const kTakers = {
     takeRadii();
   },
   additions: (message) => additions.take(message),
+  solids: (message) => additions.takeSolids(message),
   state: takeState,
   window: takeWindow,
   event: ({ event }) => {
@@ -210,7 +212,7 @@ function showNotices() {
 function showTexts() {
   if (unshown) {
     panel.showWindow(unshown.window_, unshown.forceN);
-    additions.show(unshown.window_, known.parameters['fixtures.warning_m']);
+    additions.show(unshown.window_, known.parameters['proximity.warning_m']);
     charts.draw();
     unshown = null;
   }
@@ -296,6 +298,10 @@ window.hapticdView = Object.freeze({
   /** {name, kind, ...} of what the form would add; null: nothing. */
   get preview() {
     return scene.preview && { name: scene.preview.name, ...scene.preview.shape };
+  },
+  /** Lines of all solids that are drawn. */
+  get solidLines() {
+    return scene.additions.reduce((sum, { shape }) => sum + (shape?.kind === 'solid' ? shape.lines.length : 0), 0);
   },
   /** 1: each pixel of the depth frame is drawn; n: every n-th both ways. */
   get every() {

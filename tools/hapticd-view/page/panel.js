@@ -2,9 +2,13 @@
 // The state of the box for people: what is wrong first, then mode, force, health and events.
 
 import { isVector, norm } from './vectors.js';
-import { causeInWords, contactInWords, counted, duration, fixed, lawInWords, modeInWords, upTime } from './words.js';
+import {
+  causeInWords, contactInWords, counted, duration, fixed, frameInWords, lawInWords, modeInWords, upTime,
+} from './words.js';
 
 const kMostEvents = 200;
+/** A frame that lags by more is catching up, as the box calls it. */
+const kNotableLagM = 0.001;
 
 /** What is at "camera.state" in a status; undefined where the box does not report it. */
 const at = (status, path) => path.split('.').reduce((value, name) => value?.[name], status);
@@ -39,6 +43,16 @@ class Facts {
     row.more.hidden = !detail;
     row.value.dataset.level = level;
   }
+
+  /** Removes the rows of all other titles. */
+  keep(titles) {
+    for (const [title, { value }] of this.rows) {
+      if (titles.includes(title)) continue;
+      value.previousElementSibling.remove();
+      value.remove();
+      this.rows.delete(title);
+    }
+  }
 }
 
 export class Panel {
@@ -50,6 +64,7 @@ export class Panel {
     };
     this.force = new Facts(element('force-facts'));
     this.health = new Facts(element('health'));
+    this.frames = new Facts(element('frames'));
     this.announced = '';
     this.numbers = new Set();
   }
@@ -62,6 +77,7 @@ export class Panel {
     this.showCamera(status);
     this.showHandle(status);
     this.showLoop(status);
+    this.showFrames(at(status, 'frames') ?? []);
   }
 
   /** While nothing is heard from the box: the last mode says nothing about what acts on the hand now. */
@@ -163,6 +179,23 @@ export class Panel {
     }
     const version = at(status, 'version');
     if (version) this.health.set('hapticd', `${version}, up ${upTime(at(status, 'uptimeS'))}`);
+  }
+
+  /** The moving frames, each with the age of its newest pose. */
+  showFrames(frames) {
+    document.getElementById('frames-card').hidden = frames.length === 0;
+    this.frames.keep(frames.map(({ name }) => name));
+    for (const { name, state, used, ageS, lagM, tracking } of frames) {
+      const { text, level } = frameInWords(state, used);
+      const age = Number.isFinite(ageS) ? `, pose ${duration(1e9 * ageS)} old` : '';
+      this.frames.set(name, text + age, {
+        level,
+        detail: [
+          tracking ? `camera: ${tracking.replaceAll('_', ' ')}` : '',
+          lagM >= kNotableLagM ? `${fixed(1000 * lagM, 1)} mm behind its poses` : '', used === false ? 'not used by an enabled fixture' : '',
+        ].filter(Boolean).join(', '),
+      });
+    }
   }
 
   /** The newest window of ticks. */

@@ -36,6 +36,13 @@ export const rotateBack = (r, v) => [
   r[2] * v[0] + r[5] * v[1] + r[8] * v[2],
 ];
 
+/** The rotation of a unit quaternion x, y, z, w. */
+export const rotationOfQuaternion = ([x, y, z, w]) => [
+  1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
+  2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+  2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y),
+];
+
 /** The product of two 4x4 matrices. */
 export function multiply(a, b) {
   const product = new Float32Array(16);

@@ -88,6 +88,20 @@ const kLaws = {
 };
 export const lawInWords = (law) => kLaws[law] ?? law ?? '';
 
+const kFrames = {
+  none: 'no pose yet',
+  live: 'live',
+  held: 'poses late, held in place',
+  lost: 'lost',
+  catching_up: 'catching up',
+};
+
+/** {text, level} of the state of a moving frame; `used`: whether an enabled fixture is defined in it. */
+export function frameInWords(state, used) {
+  const doubtful = state === 'held' || state === 'catching_up' || (state === 'none' && used);
+  return { text: kFrames[state] ?? state ?? '', level: state === 'lost' ? 'wrong' : doubtful ? 'doubtful' : '' };
+}
+
 /** Whether the law acts on all points within a radius; the others hold a proxy at the surface. */
 export const isLawOfPoints = (law) => law === 'nearest_springs' || law === 'smooth_springs';
 

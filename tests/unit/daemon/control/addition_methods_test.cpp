@@ -2,6 +2,7 @@
 // Virtual fixtures and tissue regions as clients see them, over the real sockets.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <limits>
 
@@ -404,6 +405,9 @@ class SolidMethodsTest : public AdditionMethodsTest {
     client.pass(json{{"method", method}}.dump(), memory.get());
     return client.json();
   }
+  json shapeOf(const json& sha256) {
+    return askStatus("io.hapticd.Status.GetSolid", json{{"solid", sha256}}.dump());
+  }
   static json solid(const std::string& name, const json& sha256) {
     return {{"name", name}, {"kind", "solid"}, {"solid", sha256}, {"position_m", {0, 0, -0.8}}};
   }
@@ -424,6 +428,24 @@ TEST_F(SolidMethodsTest, StoresASolidThatFixturesReferTo) {
   const json missing = refusal({{"add", {solid("other", std::string(64, 'a'))}}});
   EXPECT_EQ(missing["field"], "solid");
   EXPECT_NE(missing["reason"].get<std::string>().find("the box does not have"), std::string::npos);
+}
+
+TEST_F(SolidMethodsTest, ShowsTheShapeOfASolidToEverybodyOrSaysWhyNot) {
+  const json sha256 = store(hapticd::test::memoryFile(hapticd::test::ballBytes(0.02)))["parameters"]["solid"];
+  add(solid("organ", sha256));
+  const json shown = shapeOf(sha256)["parameters"];
+  EXPECT_EQ(json({"made", 1e-5, 0.002}), json({shown["source"], shown["errorM"], shown["spacingM"]}));
+  EXPECT_LT(20U, shown["outline"].size());
+  for (const json& line : shown["outline"]) {
+    ASSERT_EQ(0U, line.size() % 3);
+    for (std::size_t i = 0; i < line.size(); i += 3)  // rounded by up to 0.05 mm along each axis
+      EXPECT_NEAR(0.02,
+                  std::hypot(line[i].get<double>(), line[i + 1].get<double>(), line[i + 2].get<double>()),
+                  1e-4);
+  }
+  ask("ChangeFixtures", {{"remove", {"organ"}}});
+  EXPECT_NE(std::string::npos, shapeOf(sha256).dump().find("is not in memory"));
+  EXPECT_EQ("io.hapticd.Status.NoSolid", shapeOf("../organ")["error"]);
 }
 
 TEST_F(SolidMethodsTest, RefusesWhatIsNoSolid) {

@@ -47,6 +47,9 @@ class BoxUnderTest final : public Box {
     return box_->storeSolid(std::move(memory));
   }
   void takeSolid(const StoredSolid& stored) override { box_->takeSolid(stored); }
+  std::shared_ptr<const config::Solid> solid(const std::string& sha256) const override {
+    return box_->solid(sha256);
+  }
   bool readsSolids() const override { return box_->readsSolids(); }
   std::string solidProblem() const override { return box_->solidProblem(); }
   std::uint64_t acknowledgedGeneration() override;

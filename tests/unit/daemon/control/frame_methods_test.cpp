@@ -49,6 +49,7 @@ class FrameMethodsTest : public ControlFixture {
 TEST_F(FrameMethodsTest, AFrameIsLiveAfterFivePosesAndLostWithoutMore) {
   EXPECT_EQ("none", entry()["state"]);
   EXPECT_TRUE(entry()["positionM"].is_null());
+  EXPECT_TRUE(frame()["orientationXyzw"].is_null());
   EXPECT_EQ(json({"nerve"}), entry()["fixtures"]);
   EXPECT_EQ("fade", entry()["definition"]["on_loss"]);
   for (int i = 0; i < 5; ++i) {
@@ -57,6 +58,7 @@ TEST_F(FrameMethodsTest, AFrameIsLiveAfterFivePosesAndLostWithoutMore) {
     EXPECT_GT(reply["parameters"]["timeNs"], 0);
   }
   EXPECT_EQ(5, waitFor("accepted", 5));
+  EXPECT_EQ(json({0, 0, 0, 1}), frame()["orientationXyzw"]);
   EXPECT_EQ(1, waitFor("returns", 1));
   EXPECT_EQ("lost", waitFor("state", "lost"));
   const json lost = entry();

@@ -172,6 +172,8 @@ TEST_F(InterfaceTextTest, DescribesWhatIsAnsweredOfFixturesAndRegions) {
   EXPECT_EQ("io.hapticd.Control.ChangedMeanwhile",
             checkedReply(control, "ChangeFixtures", {{"generation", 7}})["error"]);
   EXPECT_EQ(1U, checkedReply("io.hapticd.Status", "ListFixtures")["fixtures"].size());
+  EXPECT_EQ("io.hapticd.Status.NoSolid",
+            checkedReply("io.hapticd.Status", "GetSolid", {{"solid", std::string(64, 'a')}})["error"]);
   EXPECT_EQ(1, checkedReply(control, "ChangeRegions", {{"add", json::array({region})}})["generation"]);
   EXPECT_EQ("io.hapticd.Control.RegionRefused",
             checkedReply(control, "ChangeRegions", {{"remove", {"b"}}})["error"]);
