@@ -287,8 +287,11 @@ TEST(FixtureCore, ABreachHasTheForceThatWasExertedAndNoneWhileDisengaged) {
     EXPECT_EQ(breach.number, 1U);
     EXPECT_NEAR(breach.depth_m, 0.004, 1e-9);
     EXPECT_NEAR(breach.entry_m_per_s, 0.1, 1e-6);
-    if (!engaged) EXPECT_EQ(breach.force_n, 0);
-    if (engaged) EXPECT_GE(breach.force_n, kStiffness * 0.004 - 1e-9);
+    if (engaged) {
+      EXPECT_GE(breach.force_n, kStiffness * 0.004 - 1e-9);
+    } else {
+      EXPECT_EQ(breach.force_n, 0);
+    }
   }
 }
 
