@@ -27,7 +27,8 @@ constexpr const char* kExplanation =
 
 constexpr const char* kPushExplanation =
     "\nForces of hands pushed 1 to 3 mm through the surface, out of the body and into it, compared with the\n"
-    "nearest point of the mesh. rest: next to edges, or nearer to another part of the surface, which a "
+    "nearest point of the mesh, on smooth parts. far: those three spacings from an edge. rest: next to "
+    "edges, or nearer to another part of the surface, which a "
     "proxy\n"
     "must not jump to.\n";
 
@@ -91,6 +92,7 @@ Columns<Row> pushColumns() {
   Columns<Row> columns = caseColumns();
   addPushes(columns, "out", "out", &Row::out);
   addPushes(columns, "in", "in", &Row::in);
+  addPushes(columns, "far", "far", &Row::far);
   addPushes(columns, "rest", "rest", &Row::rest);
   return columns;
 }
@@ -138,8 +140,8 @@ Columns<QueryCost> costColumns() {
 
 struct Chosen {
   SolidOptions options;
-  std::vector<BodyKind> bodies{rt::wordValues<BodyKind>().begin(), rt::wordValues<BodyKind>().end()};
-  std::vector<Damage> meshes{rt::wordValues<Damage>().begin(), rt::wordValues<Damage>().end()};
+  std::vector<BodyKind> bodies{kAllBodies.begin(), kAllBodies.end()};
+  std::vector<Damage> meshes{kAllDamages.begin(), kAllDamages.end()};
   std::vector<double> tolerances_mm{0.5, 0.2};
   int rounds = 300;
 };
@@ -178,8 +180,8 @@ StudyCommand solidsCommand(CLI::App& app) {
     chosen->tolerances_mm = {0.5};
     chosen->rounds = 10;
   });
-  command.choices("--bodies", chosen->bodies, std::vector(chosen->bodies), "all");
-  command.choices("--meshes", chosen->meshes, std::vector(chosen->meshes), "all");
+  command.choices("--bodies", chosen->bodies, kAllBodies, "all");
+  command.choices("--meshes", chosen->meshes, kAllDamages, "all");
   command.numbers("--tolerances", chosen->tolerances_mm, 0.05, 5.0, "of the distance, mm (0.5,0.2)");
   command->add_option("--divisions", chosen->options.divisions, "of the meshes along an edge (96)")
       ->check(within(8, 512));

@@ -17,6 +17,12 @@ constexpr auto wordsOf(BodyKind) {
   return rt::words<BodyKind>("box", "sphere", "torus", "bumpy", "plate");
 }
 
+constexpr std::string_view nameOf(BodyKind kind) {
+  return rt::wordOf(kind);
+}
+inline constexpr std::array kAllBodies{BodyKind::box, BodyKind::sphere, BodyKind::torus, BodyKind::bumpy,
+                                       BodyKind::plate};
+
 /// What is wrong with a mesh.
 enum class Damage {
   none,
@@ -29,6 +35,12 @@ enum class Damage {
 constexpr auto wordsOf(Damage) {
   return rt::words<Damage>("none", "missing", "turned", "doubled", "crossing", "hole");
 }
+
+constexpr std::string_view nameOf(Damage damage) {
+  return rt::wordOf(damage);
+}
+inline constexpr std::array kAllDamages{Damage::none,    Damage::missing,  Damage::turned,
+                                        Damage::doubled, Damage::crossing, Damage::hole};
 
 inline constexpr double kHole_m = 0.0015;
 

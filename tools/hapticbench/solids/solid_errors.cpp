@@ -156,7 +156,7 @@ Body sheetOf(const Body& body, double side) {
 void measurePushes(const rt::DistanceGrid& grid, const Body& truth, const ExactSurface& exact,
                    const SolidOptions& options, SolidRow& row) {
   constexpr double kLeast_m = 0.001, kMost_m = 0.003;
-  constexpr double kSamePart = 0.98;
+  constexpr double kSamePart = 0.98, kFar = 3;
   const double start_m = truth.is_thin ? 0.0003 : 0.001;
   std::mt19937_64 random(options.seed + 1);
   std::uniform_real_distribution<double> depth(kLeast_m, kMost_m);
@@ -167,7 +167,7 @@ void measurePushes(const rt::DistanceGrid& grid, const Body& truth, const ExactS
     lower.emplace(sheetOf(truth, -1));
   }
   std::array<PushFigures, 2> smooth;
-  PushFigures rest;
+  PushFigures rest, far;
   for (int i = 0; i < options.pushes; ++i) {
     auto entry = places.next(random);
     while (truth.is_thin && std::abs(entry.normal.z) < 0.99) entry = places.next(random);
@@ -186,16 +186,18 @@ void measurePushes(const rt::DistanceGrid& grid, const Body& truth, const ExactS
                            true_m > kSamePart * depth_m &&
                            (truth.is_thin || nearest.isAloneFor(there, 2 * grid.spacing_m));
     (is_smooth ? smooth[keeps_inside ? 1 : 0] : rest).add(percent, degrees);
+    if (is_smooth && !nearest.isNearEdge(there.foot_m, kFar * grid.spacing_m)) far.add(percent, degrees);
   }
   row.out = smooth[0].errors();
   row.in = smooth[1].errors();
+  row.far = far.errors();
   row.rest = rest.errors();
 }
 
 }  // namespace
 
 SolidRow measureSolid(const SolidCase& one, const SolidOptions& options) {
-  SolidRow row{.of = one, .refusal = {}, .out = {}, .in = {}, .rest = {}};
+  SolidRow row{.of = one, .refusal = {}, .out = {}, .in = {}, .far = {}, .rest = {}};
   const Body body = makeBody(one.body, options.divisions);
   const DamagedBody mesh = damaged(body, one.damage, options.seed);
   row.faces = mesh.mesh.triangles.size();
@@ -221,7 +223,8 @@ SolidRow measureSolid(const SolidCase& one, const SolidOptions& options) {
 }
 
 SpacingError sphereError(double spacing_m, int places, double radius_m) {
-  const double half_m = radius_m + kReach_m + 2 * spacing_m;
+  constexpr double kFromEnds = 6;  // spacings, where the ends of the rows no longer change the spline
+  const double half_m = radius_m + kReach_m + kFromEnds * spacing_m;
   const int samples = 2 * static_cast<int>(std::ceil(half_m / spacing_m)) + 1;
   solids::SampledField field{{samples, samples, samples}, spacing_m, {}, {}};
   // not centred on a sample, which would be a special case

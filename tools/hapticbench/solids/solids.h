@@ -48,6 +48,7 @@ struct SolidRow {
   double smooth_percent = 0;    ///< of the places
   double gradient_median_deg = 0, gradient_p99_deg = 0;  ///< on smooth parts
   PushErrors out, in;                                    ///< kept out of the body, and in it, on smooth parts
+  PushErrors far;   ///< those of both that are three spacings from an edge
   PushErrors rest;  ///< next to edges, and where another part of the surface is nearer; both sides
 };
 
