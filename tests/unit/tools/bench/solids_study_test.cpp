@@ -39,14 +39,11 @@ TEST(SolidsStudy, MakesClosedMeshesWithTheirFacesOutwards) {
 
 TEST(SolidsStudy, CutsOffWhatABallThatCrossesCovers) {
   const DamagedBody crossed = damaged(makeBody(BodyKind::box, 8), Damage::crossing, 1);
-  const ExactSurface exact(crossed.truth);
-  const double piece_m = 0.03 / 8 / 64;  // of a face of the box, divided six times
-  // The ball's centre is on the upper face: its farthest place is 6 mm above it, and so deep is its centre.
-  double highest_m = 0;
-  for (const Vec3& p : crossed.truth.mesh.points_m) highest_m = std::max(highest_m, p.z);
-  EXPECT_NEAR(highest_m, 0.021, 1e-4);  // of a ball of 24 divisions the sagitta is 0.01 mm
-  const Vec3 centre{0, 0, 0.015};
-  EXPECT_LT(exact.at(centre).distance_m, -0.006 + 0.0375 * 0.1 + piece_m);
+  // The ball's centre is a point of the upper face: its dome and the circle where it meets the face are a
+  // radius away, and the half of it within the box does not count. Its sagitta and the pieces into which
+  // faces are cut are below 0.1 mm.
+  const Vec3 centre_m{0.00375, 0.0075, 0.015};
+  EXPECT_NEAR(ExactSurface(crossed.truth).at(centre_m).distance_m, -0.006, 1e-4);
 }
 
 TEST(SolidsStudy, MeasuresASphereWithinItsFacets) {
