@@ -369,11 +369,11 @@ TEST(MeshField, OfASphereErrsAsTheTheoryOfTrilinearSamplesSays) {
               static_cast<float>(body.distance_m(field.placeOf(x, y, z)));
     SampledField of_mesh = field;
     sampleMesh(MeshBody(body.mesh), 0.01, of_mesh);
-    const SurfaceError exact = surfaceError(field, body.mesh.points_m, {}, trilinearValue);
+    const SurfaceError exact = surfaceError(field, body.mesh.points_m, {}, trilinearReader);
     EXPECT_LE(exact.max_m, 1.01 * h * h / (4 * radius_m));
     EXPECT_GE(exact.max_m, 0.9 * h * h / (4 * radius_m));
     EXPECT_GT(exact.worst_value_m, 0);  // bodies that bulge shrink
-    EXPECT_NEAR(surfaceError(of_mesh, body.mesh.points_m, {}, trilinearValue).max_m, exact.max_m,
+    EXPECT_NEAR(surfaceError(of_mesh, body.mesh.points_m, {}, trilinearReader).max_m, exact.max_m,
                 body.sagitta_m);
   }
 }
