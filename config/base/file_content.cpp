@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <optional>
 #include <system_error>
 
@@ -28,11 +29,14 @@ std::unexpected<FileFault> unreadable(int error_number) {
   return std::unexpected(FileFault{FileFault::Reason::unreadable, error_number, 0});
 }
 
-std::optional<FileFault> faultOfKind(int descriptor) {
+std::optional<FileFault> faultOfKind(int descriptor, std::size_t longest) {
   struct stat status {};
   if (::fstat(descriptor, &status) != 0) return FileFault{FileFault::Reason::unreadable, errno, 0};
   if (S_ISDIR(status.st_mode)) return FileFault{FileFault::Reason::unreadable, EISDIR, 0};
   if (!S_ISREG(status.st_mode)) return FileFault{FileFault::Reason::not_regular, 0, 0};
+  // Before any of it is read. A file may still grow, and those of /proc state no size.
+  if (static_cast<std::uintmax_t>(status.st_size) > longest)
+    return FileFault{FileFault::Reason::too_long, 0, longest};
   return std::nullopt;
 }
 
@@ -55,7 +59,7 @@ std::expected<std::string, FileFault> fileContent(const std::filesystem::path& f
   const Descriptor open_file(::open(file.c_str(), flagsOf(request)));
   if (!open_file) return unreadable(errno);
   if (request.kind == FileKind::regular) {
-    if (const auto fault = faultOfKind(open_file.get())) return std::unexpected(*fault);
+    if (const auto fault = faultOfKind(open_file.get(), request.longest)) return std::unexpected(*fault);
   }
   constexpr std::size_t kChunk = 64 * 1024;
   std::string content;

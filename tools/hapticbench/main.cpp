@@ -16,11 +16,11 @@ int run(int argc, char** argv) {
   CLI::App app{"hapticbench: what the force laws of hapticd cost and how accurate they are, side by side"};
   app.require_subcommand(1);
   app.set_version_flag("-V,--version", std::string("hapticbench ") + HAPTICD_VERSION);
-  const std::vector<StudyCommand> commands{accuracyCommand(app),  buzzCommand(app),    camerasCommand(app),
-                                           fixturesCommand(app),  jitterCommand(app),  noiseCommand(app),
-                                           occlusionCommand(app), paretoCommand(app),  recordingsCommand(app),
-                                           stabilityCommand(app), strokesCommand(app), sweepCommand(app),
-                                           trackingCommand(app)};
+  const std::vector<StudyCommand> commands{
+      accuracyCommand(app),   buzzCommand(app),    camerasCommand(app),   fixturesCommand(app),
+      jitterCommand(app),     noiseCommand(app),   occlusionCommand(app), paretoCommand(app),
+      recordingsCommand(app), solidsCommand(app),  stabilityCommand(app), strokesCommand(app),
+      sweepCommand(app),      trackingCommand(app)};
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

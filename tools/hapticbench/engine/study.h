@@ -137,6 +137,7 @@ StudyCommand noiseCommand(CLI::App& app);
 StudyCommand occlusionCommand(CLI::App& app);
 StudyCommand paretoCommand(CLI::App& app);
 StudyCommand recordingsCommand(CLI::App& app);
+StudyCommand solidsCommand(CLI::App& app);
 StudyCommand stabilityCommand(CLI::App& app);
 StudyCommand strokesCommand(CLI::App& app);
 StudyCommand sweepCommand(CLI::App& app);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -261,6 +262,16 @@ TEST(MeshField, WithDuplicatesOfOppositeOrientationIsThatOfTheFirst) {
   const auto result = fieldOfMesh(body.mesh, "double", within(0.0005));
   ASSERT_TRUE(result) << result.error().text();
   EXPECT_EQ(wrongSigns(result->field, body), 0);
+}
+
+TEST(MeshField, DoesNotCallSamplesOnTheSurfaceUnclear) {
+  constexpr double kHalf_m = 0.015, kSpacing_m = 0.0015, kBand_m = 0.0105;
+  const MeshBody box(test::boxBody({}, {2 * kHalf_m, 2 * kHalf_m, 2 * kHalf_m}).mesh);
+  SampledField field =
+      gridAbout({-kHalf_m, -kHalf_m, -kHalf_m}, {kHalf_m, kHalf_m, kHalf_m}, kBand_m, kSpacing_m);
+  const WindingRange winding = sampleMesh(box, kBand_m, field);
+  ASSERT_GT(std::ranges::count_if(field.distance_m, [](float d) { return std::abs(d) < 1e-7F; }), 100);
+  EXPECT_EQ(winding.unclear, 0U);
 }
 
 TEST(MeshField, RefusesAWideHoleAndSaysWhere) {

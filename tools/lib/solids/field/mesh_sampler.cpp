@@ -11,6 +11,8 @@ namespace {
 using rt::Vec3;
 
 constexpr double kInside = 0.5;  // winding numbers above this are inside
+/// On the surface itself the winding number is about 1/2 of any mesh, and the sign does not matter.
+constexpr double kOnSurface_m = 1e-7;
 constexpr double kUnclearFrom = 0.2, kUnclearTo = 0.8;
 
 /// Samples in blocks, so that those far from the surface cost one query for all of them.
@@ -89,7 +91,8 @@ class MeshSampling {
         before.distance_m + distance_m > (1 + 1e-9) * grid_.spacing_m && before.distance_m > 0;
     const bool is_known =
         same_side && (body_.isClosed() || std::min(before.distance_m, distance_m) > band_m_);
-    const bool is_inside = is_known ? before.is_inside : isInside(place_m, distance_m <= band_m_);
+    const bool is_inside =
+        is_known ? before.is_inside : isInside(place_m, distance_m <= band_m_ && distance_m > kOnSurface_m);
     grid_.distance_m[index] = static_cast<float>(is_inside ? -distance_m : distance_m);
     return {distance_m, is_inside};
   }
@@ -108,9 +111,9 @@ class MeshSampling {
         }
   }
 
-  bool isInside(const Vec3& place_m, bool is_in_band) {
+  bool isInside(const Vec3& place_m, bool counts) {
     const double number = body_.winding(place_m);
-    if (!is_in_band) return number > kInside;
+    if (!counts) return number > kInside;
     ++winding_.samples;
     winding_.lowest = std::min(winding_.lowest, number);
     winding_.highest = std::max(winding_.highest, number);
