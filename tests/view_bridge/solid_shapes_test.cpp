@@ -37,7 +37,9 @@ class StatusService {
     acceptor_.async_accept(*socket, [this, socket](const error_code& error) {
       if (error) return;
       std::string message;
-      boost::asio::read_until(*socket, boost::asio::dynamic_buffer(message), '\0');
+      error_code gone;
+      boost::asio::read_until(*socket, boost::asio::dynamic_buffer(message), '\0', gone);
+      if (gone) return accept();
       const Json call = Json::parse(message.substr(0, message.find('\0')));
       EXPECT_EQ(call.at("method"), "io.hapticd.Status.GetSolid");
       asked.push_back(call.at("parameters").at("solid"));
