@@ -94,7 +94,7 @@ void measurePlaces(const rt::DistanceGrid& grid, const Body& truth, const ExactS
     if (std::abs(there.distance_m) <= grid.spacing_m) at_surface_m.add(difference_m);
     within += difference_m <= row.of.tolerance_m ? 1 : 0;
     const bool is_wrong = (found.distance_m < 0) != (there.distance_m < 0);
-    row.wrong_signs += is_wrong && std::abs(there.distance_m) > row.of.tolerance_m ? 1 : 0;
+    row.wrong_signs += is_wrong && std::abs(there.distance_m) > row.of.tolerance_m ? 1U : 0U;
     if (there.gradient == Vec3{} || exact.isNearEdge(there.foot_m, grid.spacing_m) ||
         !exact.isAloneFor(there, 2 * grid.spacing_m))
       continue;
