@@ -51,8 +51,8 @@ std::optional<AdditionError> tooMany(std::span<const FixtureSettings> fixtures, 
 std::optional<AdditionError> tooMany(std::span<const RegionSettings> regions, std::size_t count);
 std::optional<AdditionError> tooMany(std::span<const FrameSettings> frames, std::size_t count);
 
-/// Returns an error if a fixture leaves no room for a tool of this radius: in a shape that keeps it inside, or
-/// for a standoff that may reach only so far.
+/// Returns an error if a fixture leaves no room for a tool of this radius: in a shape that keeps it inside,
+/// or for a standoff that may reach only so far.
 std::optional<AdditionError> toolProblem(const SceneAdditions& additions, double tool_radius_m);
 /// Returns an error if a region needs the label image and there is none.
 std::optional<AdditionError> labelImageProblem(const SceneAdditions& additions);

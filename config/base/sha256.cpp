@@ -22,9 +22,8 @@ std::string sha256(std::string_view bytes) {
 }
 
 bool isSha256(std::string_view text) noexcept {
-  return text.size() == std::size_t{2} * SHA256_DIGEST_SIZE && std::ranges::all_of(text, [](char c) {
-           return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
-         });
+  return text.size() == std::size_t{2} * SHA256_DIGEST_SIZE &&
+         std::ranges::all_of(text, [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
 }
 
 }  // namespace hapticd::base

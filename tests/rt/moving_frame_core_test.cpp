@@ -121,8 +121,8 @@ TEST(MovingFrameCore, StopsTheBoxWhereThatIsTheRuleAndGoesOnWhenTheFrameIsBack) 
   for (int i = 0; i < 3000; ++i) {
     tick = core.tick(inside);
     // a region that grows at 5 mm/s, and the ramp that follows engaging
-    const double most_n = kStiffness * 0.005 * kPeriod_s +
-                          1.5 * kPeriod_s / core.rig.directive.parameters.safety.engage_ramp_s;
+    const double most_n =
+        kStiffness * 0.005 * kPeriod_s + 1.5 * kPeriod_s / core.rig.directive.parameters.safety.engage_ramp_s;
     ASSERT_LE(std::abs(tick.command_force_n_in_world.z - before_n), most_n + 1e-6) << i;
     before_n = tick.command_force_n_in_world.z;
   }

@@ -179,6 +179,9 @@ TEST_F(FixtureDemo, TheTutorialsCommandsDoWhatItSays) {
   std::filesystem::create_directory(home.path() / "config");
   std::filesystem::copy_file(std::string(HAPTICD_SOURCE_FOLDER) + "/config/demo-fixtures.yaml",
                              home.path() / "config/demo-fixtures.yaml");
+  std::filesystem::create_directories(home.path() / "docs/examples");
+  std::filesystem::copy_file(std::string(HAPTICD_SOURCE_FOLDER) + "/docs/examples/phantom.py",
+                             home.path() / "docs/examples/phantom.py");
   std::size_t run = 0;
   for (const Step& step : tutorial()) {
     if (step.command.starts_with("tools/demo") || step.command.starts_with("export ")) continue;

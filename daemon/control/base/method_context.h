@@ -133,8 +133,8 @@ std::vector<std::string> logParameters(const MethodContext& context, const Calle
 void logAdditions(const MethodContext& context, const Caller& caller, const std::string& change,
                   const config::SceneAdditions& before, const config::SceneAdditions& after);
 
-/// Waits until the force loop has taken over `generation` and solids are read, then answers with `reply()`; after the time-out
-/// with io.hapticd.Control.NotApplied.
+/// Waits until the force loop has taken over `generation` and solids are read, then answers with `reply()`;
+/// after the time-out with io.hapticd.Control.NotApplied.
 PendingAnswers::Poll whenApplied(MethodContext& context, std::uint64_t generation,
                                  std::move_only_function<Reply()> reply);
 

@@ -191,24 +191,20 @@ void place(const SolidSource& source, const MadeSolid& made, config::FixtureSett
 }  // namespace
 
 void addSolidOptions(CLI::App& command, const std::shared_ptr<SolidSource>& source) {
-  constexpr const char* kGroup = "Shapes from images";
   CLI::Option* const mesh =
       command
           .add_option(
               "--mesh", source->mesh,
               "Take the shape (kind solid) from this surface, .stl, .obj or .ply, as 3D Slicer exports it")
-          ->type_name("FILE")
-          ->group(kGroup);
+          ->type_name("FILE");
   CLI::Option* const labels =
       command
           .add_option("--labels", source->labels,
                       "Take it from a segment of this label map, .nrrd, .nhdr, .seg.nrrd, .nii or .nii.gz")
           ->type_name("FILE")
-          ->group(kGroup)
           ->excludes(mesh);
   command.add_option("--label", source->label, "Name or number of the segment (default: the only one)")
       ->type_name("TEXT")
-      ->group(kGroup)
       ->needs(labels);
   command
       .add_option_function<std::string>(
@@ -224,17 +220,14 @@ void addSolidOptions(CLI::App& command, const std::shared_ptr<SolidSource>& sour
           "Largest error of the shape at its surface, such as 0.2mm (default 0.5mm); a smaller one takes "
           "more "
           "memory")
-      ->type_name("LENGTH")
-      ->group(kGroup);
+      ->type_name("LENGTH");
   command.add_option("--unit", source->unit, "Unit of the mesh (default: mm, where its size agrees)")
       ->type_name("WORD")
       ->check(CLI::IsMember({"mm", "m"}))
-      ->group(kGroup)
       ->needs(mesh);
   command.add_option("--axes", source->axes, "Axes of a file that does not state them: LPS (default) or RAS")
       ->type_name("WORD")
-      ->check(CLI::IsMember({"LPS", "RAS"}))
-      ->group(kGroup);
+      ->check(CLI::IsMember({"LPS", "RAS"}));
   command
       .add_option_function<std::vector<double>>(
           "--centre-m", [source](const std::vector<double>& centre) { source->centre_m = centre; },
@@ -242,10 +235,8 @@ void addSolidOptions(CLI::App& command, const std::shared_ptr<SolidSource>& sour
       ->type_name("X,Y,Z")
       ->delimiter(',')
       ->expected(3)
-      ->check(within(-10.0, 10.0))
-      ->group(kGroup);
-  command.add_flag("--check", source->check, "Only state the shape and its error; send nothing")
-      ->group(kGroup);
+      ->check(within(-10.0, 10.0));
+  command.add_flag("--check", source->check, "Only state the shape and its error; send nothing");
   addModelOptions(command, std::shared_ptr<ModelOptions>(source, &source->model));
 }
 

@@ -19,9 +19,9 @@ struct FieldLimits {
 
 /// What a field is made for.
 struct FieldOptions {
-  double tolerance_m = 0.0005;        ///< largest error of the field at the surface; 1e-5..1e-2
-  double clearance_m = 0;             ///< that the consumer adds to the body; 0..0.1
-  double tool_radius_m = 0;           ///< 0..0.1
+  double tolerance_m = 0.0005;           ///< largest error of the field at the surface; 1e-5..1e-2
+  double clearance_m = 0;                ///< that the consumer adds to the body; 0..0.1
+  double tool_radius_m = 0;              ///< 0..0.1
   FieldReader reader = trilinearReader;  ///< as the consumer reads it; the error is measured with it
   FieldLimits limits;
 };
