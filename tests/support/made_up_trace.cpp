@@ -217,6 +217,7 @@ trace::AdditionsRecord madeUpAdditions(Random& random) {
   additions.time_ns = anyTime_ns(random);
   additions.fixture_generation = any;
   additions.tissue_generation = any;
+  additions.tool_radius_m = 1e-3 * static_cast<double>(random() % 20);
   additions.text = anyText(random);
   for (std::size_t i = random() % 40; i > 0; --i) {
     additions.labels.bytes.push_back(static_cast<char>(random()));

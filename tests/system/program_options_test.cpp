@@ -37,7 +37,7 @@ const std::set<std::string> kTexts{"ADDRESS:PORT", "AGE",        "CHANNEL",     
                                    "FOLDER",       "FORMAT",     "KIND ...",       "LABEL",      "DIR",
                                    "NAME ...",     "ORIGIN ...", "NAME=VALUE ...", "NAME=VALUE", "PATH",
                                    "POINTS",       "PROFILE",    "TEXT",           "TEXT ...",   "TIME",
-                                   "K/N",          "X,Y,Z",      "X,Y,Z,W"};
+                                   "K/N",          "X,Y,Z",      "X,Y,Z,W",        "LENGTH"};
 
 struct Option {
   std::string name;

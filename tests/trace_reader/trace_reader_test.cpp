@@ -268,6 +268,7 @@ void expectMembers(Members& members, const trace::AdditionsRecord& additions) {
   members.number("time_ns", additions.time_ns);
   members.number("fixture_generation", additions.fixture_generation);
   members.number("tissue_generation", additions.tissue_generation);
+  members.number("tool_radius_m", additions.tool_radius_m);
   members.string("text", additions.text);
   members.bytes("labels", additions.labels.bytes.data(), additions.labels.bytes.size());
   members.number("label_width_px", additions.label_width_px);
@@ -469,7 +470,7 @@ TEST_F(TraceReader, FindsMetadataAndAttachments) {
 
 TEST_F(TraceReader, ReadsWhatWasRecovered) {
   const std::string whole = contentOf(writeTrace(true));
-  const fs::path part = folder_.write("b.mcap.part", whole.substr(0, whole.size() * 17 / 20));
+  const fs::path part = folder_.write("b.mcap.part", whole.substr(0, whole.size() * 18 / 20));
   EXPECT_EQ(readTrace(part).finished.ending, exitedWith(1)) << "before that it is cut off";
   const auto recovered = trace::recoverTrace(part, folder_.path() / "c.mcap");
   ASSERT_TRUE(recovered) << recovered.error().text();

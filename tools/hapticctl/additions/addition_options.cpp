@@ -42,17 +42,6 @@ std::vector<std::string> split(const std::string& text, const char* separators) 
   return parts;
 }
 
-std::optional<Json> vectorIn(const std::string& text, const char* separators, std::size_t count = 3) {
-  Json vector = Json::array();
-  for (const std::string& part : split(text, separators)) {
-    const auto number = numberIn(part);
-    if (!number) return std::nullopt;
-    vector.push_back(*number);
-  }
-  if (vector.size() != count) return std::nullopt;
-  return vector;
-}
-
 std::optional<Json> pointsIn(const std::string& text) {
   Json points = Json::array();
   for (const std::string& part : split(text, " \t\n")) {
@@ -160,6 +149,17 @@ CLI::Option* addMember(CLI::App& command, const config::AdditionField<Owner>& fi
 }
 
 }  // namespace
+
+std::optional<Json> vectorIn(const std::string& text, const char* separators, std::size_t count) {
+  Json vector = Json::array();
+  for (const std::string& part : split(text, separators)) {
+    const auto number = numberIn(part);
+    if (!number) return std::nullopt;
+    vector.push_back(*number);
+  }
+  if (vector.size() != count) return std::nullopt;
+  return vector;
+}
 
 base::Result<Json> pointsFromText(const std::string& text, const std::string& name) {
   Json points = Json::array();

@@ -5,6 +5,7 @@
 
 #include <expected>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,9 @@ void addFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members);
 void addTouchedFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members);
 /// The same for regions.
 void addRegionMembers(CLI::App& command, const std::shared_ptr<Json>& members);
+
+/// Reads so many finite numbers with one of `separators` between them; nothing: it is another text.
+std::optional<Json> vectorIn(const std::string& text, const char* separators, std::size_t count = 3);
 
 /// Reads points from a text: three numbers on each line, separated by blanks or commas; '#' begins a comment.
 /// `name`: of the file. Errors: a line that holds something else, with its number.

@@ -229,13 +229,17 @@ void addSolidOptions(CLI::App& command, const std::shared_ptr<SolidSource>& sour
       ->type_name("WORD")
       ->check(CLI::IsMember({"LPS", "RAS"}));
   command
-      .add_option_function<std::vector<double>>(
-          "--centre-m", [source](const std::vector<double>& centre) { source->centre_m = centre; },
+      .add_option_function<std::string>(
+          "--centre-m",
+          [source](const std::string& text) {
+            const auto centre = vectorIn(text, ",");
+            if (!centre)
+              throw CLI::ValidationError("--centre-m",
+                                         base::inQuotes(text) + " is not three numbers, such as 0,0,-0.8");
+            source->centre_m = *centre;
+          },
           "Put the centre of the shape's box here, instead of --position-m")
-      ->type_name("X,Y,Z")
-      ->delimiter(',')
-      ->expected(3)
-      ->check(within(-10.0, 10.0));
+      ->type_name("X,Y,Z");
   command.add_flag("--check", source->check, "Only state the shape and its error; send nothing");
   addModelOptions(command, std::shared_ptr<ModelOptions>(source, &source->model));
 }
