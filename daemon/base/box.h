@@ -16,7 +16,7 @@
 #include "config/settings/fixture_settings.h"
 #include "config/settings/parameter_table.h"
 #include "daemon/base/reloads.h"
-#include "daemon/state/solid_store.h"
+#include "daemon/base/stored_solid.h"
 #include "daemon/status/box_status.h"
 #include "daemon/trace/reader/trace_folder.h"
 #include "rt/base/vec3.h"

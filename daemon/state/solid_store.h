@@ -16,15 +16,10 @@
 #include "config/base/error.h"
 #include "config/settings/fixture_settings.h"
 #include "config/solids/solid_file.h"
+#include "daemon/base/stored_solid.h"
 #include "daemon/state/state_worker.h"
 
 namespace hapticd::daemon {
-
-/// A solid that the store holds on the disk.
-struct StoredSolid {
-  std::shared_ptr<const config::Solid> solid;
-  std::vector<std::string> removed = {};  ///< SHA-256 of those that made room for it
-};
 
 /// The solids that fixtures refer to: in the state folder as `solids/SHA256.solid`, one file for each
 /// content, and in memory those that are in use. What the force loop reads stays in memory until it reads

@@ -75,7 +75,7 @@ const std::vector<FolderRule>& folderRules() {
   static const std::vector<std::string> studies = with(tool_libraries, {"tools/hapticbench/engine"});
   static const std::vector<std::string> commands =
       with(studies, {"tools/hapticbench", "tools/hapticbench/jitter", "tools/hapticbench/strokes",
-                     "tools/hapticbench/tracking"});
+                     "tools/hapticbench/solids", "tools/hapticbench/tracking"});
   static const std::vector<FolderRule> all{
       // the core, from what a channel holds to the loop that uses everything
       {"rt/base", {}},
@@ -95,7 +95,8 @@ const std::vector<FolderRule>& folderRules() {
         "rt/scene", "rt/tissue"}},
       {"config/base", {}},
       {"config/yaml", {"config/base"}},
-      {"config/settings", {"config/base"}},
+      {"config/solids", {"config/base"}},
+      {"config/settings", {"config/base", "config/solids"}},
       {"config/additions", {"config/base", "config/settings", "config/yaml"}},
       {"config", {"config/"}},
 
@@ -143,14 +144,15 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/hapticbench/commands", commands},
       {"tools/hapticbench/engine", tool_libraries},
       {"tools/hapticbench/jitter", studies},
+      {"tools/hapticbench/solids", studies},
       {"tools/hapticbench/strokes", studies},
       {"tools/hapticbench/tracking", with(studies, {"tools/hapticbench"})},
       {"tools/hapticctl",
        {"tools/lib/child", "tools/lib/client", "tools/lib/depth_noise", "tools/lib/options", "tools/lib/plot",
         "tools/lib/registration", "tools/lib/text", "tools/hapticctl/"}},
       {"tools/hapticctl/additions",
-       {"tools/lib/client", "tools/lib/options", "tools/lib/registration", "tools/lib/text",
-        "tools/hapticctl/base", "tools/hapticctl/text"}},
+       {"tools/lib/client", "tools/lib/options", "tools/lib/registration", "tools/lib/solids/field",
+        "tools/lib/solids/files", "tools/lib/text", "tools/hapticctl/base", "tools/hapticctl/text"}},
       {"tools/hapticctl/base", {"tools/lib/client", "tools/lib/text", "tools/hapticctl/text"}},
       {"tools/hapticctl/doctor", {"tools/lib/child", "tools/lib/client"}},
       {"tools/hapticctl/snapshot", {"tools/lib/client"}},

@@ -144,10 +144,10 @@ void FrameMethods::listFrames(const Call&, const Caller& caller, Replies& replie
 }
 
 void FrameMethods::feedPose(const Call& call, const Caller& caller, Replies& replies) {
-  auto pose = poseOf(call, rt::monotonicNow_ns());
-  if (!pose) return replies.finish(caller.connection, pose.error());
   const auto name = requiredText(call, "frame");
   if (!name) return replies.finish(caller.connection, name.error());
+  auto pose = poseOf(call, rt::monotonicNow_ns());
+  if (!pose) return replies.finish(caller.connection, pose.error());
   const std::vector<config::FrameSettings>& frames = context_.box.additions().frames;
   const auto frame = std::ranges::find(frames, *name, &config::FrameSettings::name);
   if (frame == frames.end()) return replies.finish(caller.connection, unknownFrame(*name, frames));

@@ -58,7 +58,8 @@ std::vector<std::string> subcommandsIn(const std::string& help) {
 TEST_F(HapticctlStates, TableNamesEveryCommand) {
   std::set<std::string> listed = kOthers;
   for (const auto& [command, does] : kCalls) {
-    const bool in_group = command[0] == "trace" || command[0] == "fixture" || command[0] == "region";
+    const bool in_group =
+        command[0] == "trace" || command[0] == "fixture" || command[0] == "region" || command[0] == "frame";
     listed.insert(in_group ? command[0] + " " + command[1] : command[0]);
   }
   std::set<std::string> known;

@@ -47,7 +47,7 @@ TEST_F(Markups, OfPointsAreLandmarks) {
   const auto twice =
       landmarksOfMarkups(curve("Fiducial", "G", point(0, 0, 0, "tip") + "," + point(0, 0, 1, "tip")));
   ASSERT_FALSE(twice);
-  EXPECT_NE(twice.error().what.find("two points 'tip'"), std::string::npos) << twice.error().text();
+  EXPECT_NE(twice.error().what.find("two points \"tip\""), std::string::npos) << twice.error().text();
   EXPECT_FALSE(landmarksOfMarkups(curve("Line", "L", point(0, 0, 0) + "," + point(9, 0, 0))));
 }
 

@@ -106,7 +106,8 @@ void addFrameCommands(CommandLine& line) {
       "A line is x,y,z,qx,qy,qz,qw in metres, with a unit quaternion, and optionally\n"
       "behind it the age of the pose in seconds; or a JSON object with the members\n"
       "of FeedPose (positionM, orientationXyzw, timeNs or ageS, velocityMPerS).\n"
-      "Empty lines and those that begin with # are left out.");
+      "Empty lines and those that begin with # are left out.\n" +
+      feeding.get_footer());
 }
 
 }  // namespace hapticd::tools

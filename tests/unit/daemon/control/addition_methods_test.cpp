@@ -117,8 +117,11 @@ TEST_F(AdditionMethodsTest, RefusesWhatIsBadWithItsNameAndField) {
   EXPECT_EQ("ghost", refusal({{"change", {{{"name", "ghost"}, {"enabled", false}}}}})["fixture"]);
   EXPECT_EQ("name", refusal({{"change", {{{"enabled", false}}}}})["field"]);
   json framed = sphere("a");
-  framed["frame"] = "moon";
+  framed["frame"] = "no name";
   EXPECT_EQ("frame", refusal({{"add", json::array({framed})}})["field"]);
+  framed["frame"] = "moon";
+  EXPECT_NE(refusal({{"add", json::array({framed})}})["reason"].get<std::string>().find("there is no frame"),
+            std::string::npos);
   json unknown = sphere("a");
   unknown["radius"] = 1;
   EXPECT_EQ("a", refusal({{"add", json::array({unknown})}})["fixture"]);
@@ -214,7 +217,8 @@ TEST_F(AdditionMethodsTest, ShowsWhatEachFixtureDoes) {
                   {"warnings", 7},
                   {"breaches", 3},
                   {"breachedS", 1.5},
-                  {"deepestBreachM", 0.004}}),
+                  {"deepestBreachM", 0.004},
+                  {"lagM", 0.0}}),
             each[0]);
 }
 

@@ -108,14 +108,13 @@ TEST_F(EventsTest, RefusesKindsThatAreNone) {
 TEST_F(EventsTest, RefusesAnUnknownKindAndNamesAllThatThereAre) {
   start();
   RawClient client = subscribed(R"({"kinds":["mode","modes"]})");
-  EXPECT_EQ(
-      errorReply(
-          "io.hapticd.Status.OutOfRange",
-          {{"parameter", "kinds"},
-           {"allowed",
-            "any of mode, camera, handle, warning, engage, disengage, clear_fault, parameter, "
-            "profile, calibration, trace, mark, configuration, reload, stop, fixture, region, breach"}}),
-      client.json());
+  EXPECT_EQ(errorReply("io.hapticd.Status.OutOfRange",
+                       {{"parameter", "kinds"},
+                        {"allowed",
+                         "any of mode, camera, handle, warning, engage, disengage, clear_fault, parameter, "
+                         "profile, calibration, trace, mark, configuration, reload, stop, fixture, region, "
+                         "breach, frame"}}),
+            client.json());
 }
 
 TEST_F(EventsTest, LosesTheOldestForASlowReaderAndCountsThem) {

@@ -131,7 +131,7 @@ TEST(SceneInTrace, IsWellFormedAndReadersOfTicksDoNotNoticeIt) {
   EXPECT_EQ(ticks, 2000U);
   EXPECT_TRUE(info->complete);
   EXPECT_TRUE(info->missing.empty());
-  EXPECT_EQ(info->topics.size(), 6U);
+  EXPECT_EQ(info->topics.size(), 7U);
 }
 
 TEST(SceneInTrace, SurvivesARecovery) {

@@ -150,7 +150,7 @@ TEST(TraceRecovery, KeepsAllOtherChunksOfAFileWithOneDamagedChunkAndTheFileToo) 
     EXPECT_EQ(contentOf(file), bytes) << "the original is only read";
     EXPECT_EQ(recovered->chunks, kChunks - 1);
     EXPECT_EQ(recovered->bytes_lost, whole.chunk_ends[damaged] - whole.chunk_begins[damaged]);
-    EXPECT_EQ(recovered->messages_lost, damaged == 0 ? kTicksPerChunk + 15 : kTicksPerChunk);
+    EXPECT_EQ(recovered->messages_lost, damaged == 0 ? kTicksPerChunk + 18 : kTicksPerChunk);
     EXPECT_EQ(recovered->ticks_missing, damaged == 1 ? kTicksPerChunk : 0);
     ASSERT_EQ(recovered->damages.size(), 1U);
     EXPECT_EQ(recovered->damages[0].offset, whole.chunk_begins[damaged]);

@@ -105,8 +105,9 @@ TEST(TraceVolume, FollowsTheConfiguration) {
   config::Settings settings;
   const TraceVolume usual = mostPerHour(settings, true);
   settings.loop.rate_hz = 4000;
+  // models and snapshots of the core, 7.5 % of it, do not follow the rate of the loop
   EXPECT_NEAR(static_cast<double>(mostPerHour(settings, true).ticks), 4.0 * static_cast<double>(usual.ticks),
-              0.2 * static_cast<double>(usual.ticks));
+              0.25 * static_cast<double>(usual.ticks));
   settings = {};
   settings.trace.scene = config::TraceScene::off;
   EXPECT_EQ(mostPerHour(settings, true).scene, 0U);
