@@ -142,10 +142,11 @@ class PoseStream {
       : thread_([this, &home](const std::stop_token& stop) {
           while (!stop.stop_requested()) {
             std::string lines;
-            for (int i = 0; i < 200; ++i)
+            for (int i = 0; i < 10; ++i)
               lines += fmt::format("0,0,{},0,0,0,1\n", -0.945 + 0.004 * std::sin(0.02 * ++count_));
             const Finished fed = home.controlWithInput(lines, {"frame", "feed", "phantom"});
             EXPECT_EQ(fed.ending, exitedWith(0)) << fed.errors;
+            std::this_thread::sleep_for(std::chrono::milliseconds(40));  // at most half of what the box takes
           }
         }) {}
 
