@@ -72,8 +72,8 @@ class Additions {
     if (scene == AddedScene::apart) addShapes(16, 0.5);
     if (scene == AddedScene::around) addShapes(16, 0);
     if (scene == AddedScene::all) addShapes(8, 0);
-    if (scene == AddedScene::solids) addSolids(kStroke_m);
-    if (scene == AddedScene::one_place) addSolids(0);
+    if (scene == AddedScene::solids) addSolids(kStroke_m, 0.015);
+    if (scene == AddedScene::one_place) addSolids(0, 0.028);
     if (scene == AddedScene::paths) addPaths(16);
     if (scene == AddedScene::all) addPaths(7);
     if (scene == AddedScene::tissue || scene == AddedScene::all) addRegions();
@@ -123,7 +123,7 @@ class Additions {
   }
 
   /// Bodies with bumps, each with memory of its own, as those of 16 organs.
-  void addSolids(double stroke_m) {
+  void addSolids(double stroke_m, double radius_m) {
     constexpr std::uint32_t kSamples = 128;
     constexpr double kSpacing_m = 0.0005, kScale_m = 5e-6;
     rt::DistanceGrid grid{.samples = {kSamples, kSamples, kSamples},
@@ -137,7 +137,7 @@ class Additions {
         for (std::uint32_t x = 0; x < kSamples; ++x) {
           const Vec3 p = grid.origin_m + kSpacing_m * Vec3(x, y, z);
           const double bump_m = 0.0005 * std::sin(400 * p.x) * std::cos(300 * p.y);
-          samples.push_back(static_cast<float>(norm(p) - 0.015 + bump_m));
+          samples.push_back(static_cast<float>(norm(p) - radius_m + bump_m));
         }
       }
     }

@@ -61,6 +61,7 @@ std::expected<rt::FramePose, Reply> poseOf(const Call& call, std::int64_t now_ns
   if (!velocity) return std::unexpected(velocity.error());
   const auto time_ns = timeOf(call, now_ns);
   if (!time_ns) return std::unexpected(time_ns.error());
+  if (!field(call, "frame")) return std::unexpected(invalidParameter("frame"));
   if (!*position) return std::unexpected(invalidParameter("positionM"));
   if (!*orientation) return std::unexpected(invalidParameter("orientationXyzw"));
   const auto& [x, y, z] = **position;
@@ -144,10 +145,12 @@ void FrameMethods::listFrames(const Call&, const Caller& caller, Replies& replie
 }
 
 void FrameMethods::feedPose(const Call& call, const Caller& caller, Replies& replies) {
-  const auto name = requiredText(call, "frame");
-  if (!name) return replies.finish(caller.connection, name.error());
+  if (const auto type = textField(call, "frame"); !type)
+    return replies.finish(caller.connection, type.error());
   auto pose = poseOf(call, rt::monotonicNow_ns());
   if (!pose) return replies.finish(caller.connection, pose.error());
+  const auto name = requiredText(call, "frame");
+  if (!name) return replies.finish(caller.connection, name.error());
   const std::vector<config::FrameSettings>& frames = context_.box.additions().frames;
   const auto frame = std::ranges::find(frames, *name, &config::FrameSettings::name);
   if (frame == frames.end()) return replies.finish(caller.connection, unknownFrame(*name, frames));

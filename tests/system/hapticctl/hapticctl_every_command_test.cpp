@@ -242,7 +242,8 @@ std::string seen(std::string line) {
 /// Commands whose text is for programs, which no line break may divide.
 bool isForPrograms(const Command& command) {
   static const std::set<std::string> kVerbatim{"metrics", "completion", "view"};
-  return kVerbatim.contains(command[0]) || (command.size() > 1 && command[1] == "export");
+  return kVerbatim.contains(command[0]) ||
+         (command.size() > 1 && (command[1] == "export" || command[1] == "feed"));
 }
 
 TEST_F(EveryCommand, FitsATerminalOf80ColumnsAlsoWithLongNames) {
