@@ -159,7 +159,7 @@ TEST(TraceReplayWithMovingFrames, ReproducesEveryForceToTheBit) {
   const std::string fixtures =
       "frames: [{name: phantom, timeout_s: 5}]\n"
       "fixtures:\n"
-      "  - {name: floor, kind: plane, frame: phantom, position_m: [0, 0, 0], normal: [0, 0, 1]}\n";
+      "  - {name: wall, kind: box, frame: phantom, position_m: [0.04, 0, 0.04], size_m: [0.05, 0.2, 0.2]}\n";
   Daemon daemon(home, kSceneYaml + fixtures, {"force.law=surface"});
   ASSERT_TRUE(daemon.answers());
   fs::path trace;
