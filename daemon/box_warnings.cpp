@@ -80,7 +80,14 @@ void addHandle(const drivers::HandleStatus& handle, const rt::Tick& tick, const 
 void addFrames(const std::vector<FrameStatus>& frames, Warnings& list) {
   for (const FrameStatus& frame : frames) {
     if (!frame.used) continue;
-    if (frame.state == rt::FrameState::none) {
+    const bool placed = frame.state == rt::FrameState::live || frame.state == rt::FrameState::held ||
+                        frame.state == rt::FrameState::catching_up;
+    if (frame.tracking && !placed) {
+      list.push_back(fmt::format(
+          "frame {} is not followed: the depth camera says {} of the solid that it tracks (hapticctl frame "
+          "show {})",
+          frame.name, rt::wordOf(*frame.tracking), frame.name));
+    } else if (frame.state == rt::FrameState::none) {
       list.push_back(fmt::format("frame {} has no place yet, and its fixtures exert nothing (feed its poses)",
                                  frame.name));
     } else if (frame.state == rt::FrameState::lost) {

@@ -44,11 +44,17 @@ TEST(BoxWarnings, NameAFrameThatIsLostWhereAFixtureDependsOnIt) {
   lost.status.frames = {{.name = "tool", .state = rt::FrameState::lost, .used = false},
                         {.name = "phantom", .state = rt::FrameState::lost, .used = true, .age_s = 2.13},
                         {.name = "bone", .state = rt::FrameState::none, .used = true},
-                        {.name = "head", .state = rt::FrameState::catching_up, .used = true}};
+                        {.name = "head", .state = rt::FrameState::catching_up, .used = true},
+                        {.name = "organ",
+                         .state = rt::FrameState::lost,
+                         .used = true,
+                         .tracking = rt::TrackingVerdict::low_share}};
   const std::vector<std::string> warnings = lost.warnings();
-  ASSERT_EQ(warnings.size(), 2U);
+  ASSERT_EQ(warnings.size(), 3U);
   EXPECT_TRUE(warnings[0].starts_with("frame phantom is lost: no usable pose for 2.1 s")) << warnings[0];
   EXPECT_TRUE(warnings[1].starts_with("frame bone has no place yet")) << warnings[1];
+  EXPECT_TRUE(warnings[2].starts_with("frame organ is not followed: the depth camera says low_share"))
+      << warnings[2];
 }
 
 TEST(BoxWarnings, NameAFaultByItsCause) {
