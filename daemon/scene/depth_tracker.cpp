@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "drivers/base/start_thread.h"
 #include "rt/depth/depth_model.h"
 
 namespace hapticd::daemon {
@@ -108,7 +109,13 @@ DepthTracker::~DepthTracker() {
 }
 
 void DepthTracker::track(std::vector<TrackedSolid> solids) {
-  if (solids == solids_) return;
+  if (solids != solids_) request(std::move(solids));
+  if (!tracks() || thread_.joinable()) return;
+  auto started = drivers::startThread("tracking", [this] { run(); });
+  if (started) thread_ = std::move(*started);  // else the next call tries again
+}
+
+void DepthTracker::request(std::vector<TrackedSolid> solids) {
   solids_ = std::move(solids);
   if (!frames_ && tracks()) frames_ = std::make_unique<rt::TripleBuffer<rt::DepthFrame>>();
   const std::lock_guard lock(mutex_);
@@ -117,7 +124,6 @@ void DepthTracker::track(std::vector<TrackedSolid> solids) {
   std::erase_if(results_, [this](const TrackingResult& result) {
     return std::ranges::find(requested_, result.frame, &TrackedSolid::frame) == requested_.end();
   });
-  if (tracks() && !thread_.joinable()) thread_ = std::thread(&DepthTracker::run, this);
 }
 
 void DepthTracker::setHip(const Vec3& hip_m_in_world) {

@@ -52,7 +52,7 @@ class DepthTracker {
   DepthTracker& operator=(const DepthTracker&) = delete;
 
   /// Replaces what is tracked; what was tracked before goes on from its last pose. The thread starts with the
-  /// first solid.
+  /// first solid; where the system has none, a later call starts it. To be called again and again.
   void track(std::vector<TrackedSolid> solids);
   /// Whether show() has an effect.
   bool tracks() const { return !solids_.empty(); }
@@ -70,6 +70,7 @@ class DepthTracker {
   /// One solid and what is known of it.
   struct Follower;
 
+  void request(std::vector<TrackedSolid> solids);
   void run();
   bool waitForFrame(std::vector<std::unique_ptr<Follower>>& followers, rt::Vec3& hip_m_in_world);
 
