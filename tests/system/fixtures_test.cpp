@@ -9,6 +9,7 @@
 
 #include "tests/support/file_content.h"
 #include "tests/system/support/daemon_under_test.h"
+#include "tests/unit/tools/solids/made_up_solids.h"
 
 namespace hapticd {
 namespace {
@@ -87,6 +88,44 @@ TEST_F(Fixtures, ThatAreBadAreRefusedWithNameFieldAndRemedyAndNothingChanges) {
   EXPECT_TRUE(contains(refusal({"fixture", "enable", "nerve", "ghost"}), "ghost"));
   EXPECT_EQ(home.control({"fixture", "change", "nerve", "--radius-m", "wide"}).ending, exitedWith(2));
   EXPECT_EQ(output({"fixture", "list", "--names"}), "nerve\n");
+}
+
+TEST_F(Fixtures, TakeTheirShapeFromAMesh) {
+  std::string name;  // longer than the file of a solid can hold, and cut within a character
+  for (int i = 0; i < 40; ++i) name += "ä";
+  const std::string file = home.path() / ("a" + name + ".stl");
+  constexpr rt::Vec3 kCentre_m{0.1, 0, 0};
+  std::ofstream(file) << test::binaryStl(test::sphereBody(kCentre_m, 0.02).mesh, "SPACE=LPS");
+  const std::vector<std::string> add{"--json", "fixture", "add", "organ", "--mesh", file};
+  const auto with = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = add;
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  };
+  const json checked = json::parse(output(with({"--check", "--tolerance", "0.2mm"})));
+  EXPECT_LE(checked.at("errorM"), 0.0002);
+  EXPECT_GT(checked.at("errorM"), 0);
+  EXPECT_EQ(output({"fixture", "list", "--names"}), "");
+  EXPECT_TRUE(contains(refusal(add), "--centre-m"));
+  EXPECT_TRUE(contains(refusal(with({"--centre-m", "0,0,-0.8", "--position-m", "0,0,0"})), "given twice"));
+  output(with({"--centre-m", "0,0,-0.8"}));
+  const json shown = json::parse(output({"--json", "fixture", "show", "organ"}));
+  EXPECT_EQ(shown.at("definition").at("kind"), "solid");
+  EXPECT_NEAR(shown.at("definition").at("position_m").at(0), -kCentre_m.x, 1e-4);
+  EXPECT_TRUE(shown.at("distanceM").is_number()) << shown;
+
+  for (const std::vector<std::string>& option : {std::vector<std::string>{"--check"},
+                                                 {"--tolerance", "1mm"},
+                                                 {"--axes", "RAS"},
+                                                 {"--centre-m", "0,0,0"},
+                                                 {"--landmarks", file}}) {
+    std::vector<std::string> arguments{"fixture", "add", "ball", "--kind", "sphere", "--radius-m", "0.01"};
+    arguments.insert(arguments.end(), option.begin(), option.end());
+    const test::Finished finished = home.control(arguments);
+    EXPECT_EQ(finished.ending, exitedWith(2));
+    EXPECT_TRUE(contains(finished.errors, option.front() + " needs --mesh or --labels")) << finished.errors;
+  }
+  EXPECT_EQ(output({"fixture", "list", "--names"}), "organ\n");
 }
 
 TEST_F(Fixtures, SurviveInAProfileAndAReloadOfAConfigurationWithoutThem) {

@@ -201,6 +201,7 @@ void addAdding(CommandLine& line, CLI::App& group, const AdditionList& list) {
   CLI::App& command = line.add(group, "add", fmt::format("Add a {}", list.noun), [=, &options, &list] {
     Json definition = *members;
     definition["name"] = *name;
+    if (const auto refused = refusedWithoutSource(*solid, options.json)) return *refused;
     if (solid->given()) return addSolid(options, *solid, std::move(definition), *replace);
     return addAll(options, list, Json::array({std::move(definition)}), *replace, "added " + printable(*name));
   });

@@ -203,10 +203,10 @@ void addFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members) 
 }
 
 void addTouchedFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members) {
-  static constexpr std::array<std::string_view, 13> kMeasured{
-      "name",     "kind",           "frame",   "position_m",   "normal",
-      "axis",     "end_m",          "size_m",  "rotation_deg", "orientation_xyzw",
-      "radius_m", "half_angle_deg", "points_m"};
+  static constexpr std::array<std::string_view, 14> kMeasured{
+      "name",     "kind",           "frame",    "position_m",   "normal",
+      "axis",     "end_m",          "size_m",   "rotation_deg", "orientation_xyzw",
+      "radius_m", "half_angle_deg", "points_m", "solid"};
   for (const auto& field : config::fixtureFields()) {
     if (std::ranges::find(kMeasured, field.name) == kMeasured.end()) addMember(command, field, members);
   }

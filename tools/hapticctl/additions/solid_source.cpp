@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cstring>
 #include <filesystem>
+#include <numbers>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -34,7 +35,7 @@
 namespace hapticd::tools {
 namespace {
 
-constexpr const char* kCommand = "fixture add";
+constexpr const char* kCommand = "hapticctl fixture add";
 constexpr double kMinTolerance_m = 1e-5;
 constexpr double kMaxTolerance_m = 1e-2;
 /// The daemon writes the file to its disk.
@@ -58,6 +59,13 @@ Json vectorJson(const rt::Vec3& vector) {
   return Json::array({vector.x, vector.y, vector.z});
 }
 
+/// The name of a file as the file of a solid can hold it.
+std::string sourceOf(const std::string& name) {
+  std::string source = base::printable(name).substr(0, config::Solid::kMaxSource);
+  source.resize(base::firstInvalidUtf8(source).value_or(source.size()));  // of a character that was cut
+  return source;
+}
+
 /// What every source has.
 MadeSolid made(const std::string& file, solids::SampledField field, const solids::FieldReport& report,
                const rt::Vec3& low_mm, const rt::Vec3& high_mm, double tolerance_m) {
@@ -67,8 +75,7 @@ MadeSolid made(const std::string& file, solids::SampledField field, const solids
   result.high_mm = high_mm;
   const rt::Vec3 size_mm = high_mm - low_mm;
   const rt::Vec3 centre_mm = 0.5 * (low_mm + high_mm);
-  result.solid = splineOf(field, {.source = base::printable(source).substr(0, config::Solid::kMaxSource),
-                                  .error_m = report.surface.max_m});
+  result.solid = splineOf(field, {.source = sourceOf(source), .error_m = report.surface.max_m});
   const rt::DistanceGrid& grid = result.solid->grid();
   result.text = fmt::format(
       "  box        {:.1f} x {:.1f} x {:.1f} mm, centre ({:.1f}, {:.1f}, {:.1f}) mm in LPS\n"
@@ -91,8 +98,7 @@ MadeSolid made(const std::string& file, solids::SampledField field, const solids
 solids::FieldOptions fieldOptions(const SolidSource& source, const Json& definition) {
   solids::FieldOptions options;
   options.tolerance_m = source.tolerance_m;
-  if (const auto clearance = definition.find("clearance_m"); clearance != definition.end())
-    options.clearance_m = clearance->get<double>();
+  options.clearance_m = definition.value("clearance_m", 0.0) + definition.value("soft_m", 0.0);
   options.reader = solids::splineReader;
   return options;
 }
@@ -180,7 +186,7 @@ base::Error placeMissing(const MadeSolid& made) {
 void place(const SolidSource& source, const MadeSolid& made, config::FixtureSettings& fixture) {
   const auto component = [&](std::size_t i) { return source.centre_m[i].get<double>(); };
   const rt::Vec3 centre_m{component(0), component(1), component(2)};
-  constexpr double kRadPerDeg = 3.14159265358979323846 / 180;
+  constexpr double kRadPerDeg = std::numbers::pi / 180;
   const rt::Rotation rotation = rt::rotationOf({.position_m = {},
                                                 .roll_rad = fixture.rotation_deg.x * kRadPerDeg,
                                                 .pitch_rad = fixture.rotation_deg.y * kRadPerDeg,
@@ -218,8 +224,7 @@ void addSolidOptions(CLI::App& command, const std::shared_ptr<SolidSource>& sour
             source->tolerance_m = *number;
           },
           "Largest error of the shape at its surface, such as 0.2mm (default 0.5mm); a smaller one takes "
-          "more "
-          "memory")
+          "more memory")
       ->type_name("LENGTH");
   command.add_option("--unit", source->unit, "Unit of the mesh (default: mm, where its size agrees)")
       ->type_name("WORD")
@@ -242,6 +247,15 @@ void addSolidOptions(CLI::App& command, const std::shared_ptr<SolidSource>& sour
       ->type_name("X,Y,Z");
   command.add_flag("--check", source->check, "Only state the shape and its error; send nothing");
   addModelOptions(command, std::shared_ptr<ModelOptions>(source, &source->model));
+  for (const char* const name : {"--tolerance", "--axes", "--centre-m", "--check", "--landmarks"})
+    source->needing.push_back(command.get_option(name));
+}
+
+std::optional<int> refusedWithoutSource(const SolidSource& source, bool json) {
+  const auto option =
+      std::ranges::find_if(source.needing, [](const CLI::Option* given) { return given->count() > 0; });
+  if (source.given() || option == source.needing.end()) return std::nullopt;
+  return reportUsage(kCommand, fmt::format("{} needs --mesh or --labels", (*option)->get_name()), json);
 }
 
 int addSolid(const CommandOptions& options, const SolidSource& source, Json definition, bool replace) {

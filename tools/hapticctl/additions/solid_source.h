@@ -5,7 +5,9 @@
 
 #include <expected>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "tools/hapticctl/additions/addition_options.h"
 #include "tools/hapticctl/base/calls.h"
@@ -23,12 +25,16 @@ struct SolidSource {
   Json centre_m;       ///< place of the centre of its box; null: not given
   bool check = false;  ///< only state what would be sent
   ModelOptions model;
+  std::vector<const CLI::Option*> needing;  ///< options that mean nothing without a mesh or a label map
 
   bool given() const { return !mesh.empty() || !labels.empty(); }
 };
 
 /// Adds the options of a mesh, a label map and their registration.
 void addSolidOptions(CLI::App& command, const std::shared_ptr<SolidSource>& source);
+
+/// Reports an option that needs a mesh or a label map where there is none, and returns the exit code.
+std::optional<int> refusedWithoutSource(const SolidSource& source, bool json);
 
 /// Makes the shape, states its error, stores it in the box and adds the fixture. `definition`: its members
 /// that were given. Returns the exit code.
