@@ -91,7 +91,9 @@ class RunningBox final : public Box {
   std::future<base::Result<StoredSolid>> storeSolid(base::Descriptor memory) override {
     return added_scene_.solids().store(std::move(memory));
   }
-  void takeSolid(const StoredSolid& stored) override { added_scene_.solids().take(stored); }
+  base::Result<void> takeSolid(const StoredSolid& stored) override {
+    return added_scene_.solids().take(stored);
+  }
   std::shared_ptr<const config::Solid> solid(const std::string& sha256) const override {
     return added_scene_.solids().inMemory(sha256);
   }

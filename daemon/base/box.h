@@ -81,7 +81,7 @@ class Box {
   /// Stores a solid from a sealed memory file (solid_store.h).  Waits for the disk; takeSolid() makes the
   /// result known.
   virtual std::future<base::Result<StoredSolid>> storeSolid(base::Descriptor memory) = 0;
-  virtual void takeSolid(const StoredSolid& stored) = 0;
+  virtual base::Result<void> takeSolid(const StoredSolid& stored) = 0;
   /// A solid by its SHA-256, if it is in memory: that of a fixture, or one that was sent lately; else null.
   virtual std::shared_ptr<const config::Solid> solid(const std::string& sha256) const = 0;
   /// Whether solids of additions() are still being read; their fixtures act as soon as they are.

@@ -136,8 +136,9 @@ bool isSolid(const config::FixtureSettings& fixture) {
 
 }  // namespace
 
-SolidStore::SolidStore(const fs::path& state_folder)
-    : folder_(state_folder / config::kSolidFolder),
+SolidStore::SolidStore(const fs::path& state_folder, std::size_t max_bytes)
+    : max_bytes_(max_bytes),
+      folder_(state_folder / config::kSolidFolder),
       profiles_(state_folder / "profiles"),
       known_(solidsIn(folder_)) {}
 
@@ -150,19 +151,39 @@ std::future<base::Result<StoredSolid>> SolidStore::store(base::Descriptor memory
   });
 }
 
-void SolidStore::take(const StoredSolid& stored) {
+base::Result<void> SolidStore::take(const StoredSolid& stored) {
   const std::string& sha256 = stored.solid->sha256();
   for (const std::string& removed : stored.removed) known_.erase(removed);
   known_.insert(sha256);
-  failed_.erase(sha256);
-  table_[sha256] = stored.solid;
-  if (in_use_.contains(sha256)) return;
+  const bool present = table_.contains(sha256);
+  if (auto kept = keep(sha256, stored.solid); !kept) return kept;
+  if (in_use_.contains(sha256)) {
+    completed_ = completed_ || !present;
+    return {};
+  }
   std::erase(offered_, sha256);
   offered_.push_back(sha256);
-  while (offered_.size() > kMaxOffered || (bytes() > kMaxBytes && offered_.size() > 1)) {
-    table_.erase(offered_.front());
-    offered_.pop_front();
-  }
+  if (offered_.size() > kMaxOffered) forgetOldestOffer();
+  return {};
+}
+
+/// Puts a solid into table(), unless it is there: the force loop may be reading that one.
+base::Result<void> SolidStore::keep(const std::string& sha256, std::shared_ptr<const config::Solid> solid) {
+  const bool present = table_.contains(sha256);
+  while (!present && bytes() + solid->bytes() > max_bytes_ && !offered_.empty()) forgetOldestOffer();
+  if (!present && bytes() + solid->bytes() > max_bytes_)
+    return std::unexpected(base::Error{"solid",
+                                       fmt::format("needs {} MB more, and all solids together may take {} MB",
+                                                   solid->bytes() >> 20, max_bytes_ >> 20),
+                                       "remove other fixtures, or add it again with a larger tolerance"});
+  table_.try_emplace(sha256, std::move(solid));
+  failed_.erase(sha256);
+  return {};
+}
+
+void SolidStore::forgetOldestOffer() {
+  table_.erase(offered_.front());
+  offered_.pop_front();
 }
 
 std::size_t SolidStore::bytes() const {
@@ -198,21 +219,12 @@ void SolidStore::load(const std::vector<config::FixtureSettings>& fixtures) {
 
 void SolidStore::takeOne(const std::string& sha256, Loaded loaded) {
   if (!in_use_.contains(sha256)) return;  // the fixture has gone meanwhile
-  if (loaded && bytes() + (*loaded)->bytes() > kMaxBytes)
-    loaded =
-        std::unexpected(base::Error{"solid",
-                                    fmt::format("needs {} MB more, and all solids together may take {} MB",
-                                                (*loaded)->bytes() >> 20, kMaxBytes >> 20),
-                                    "remove other fixtures, or add it again with a larger tolerance"});
-  if (loaded) {
-    table_[sha256] = std::move(*loaded);
-  } else {
-    failed_.insert_or_assign(sha256, loaded.error());
-  }
+  const base::Result<void> kept = loaded ? keep(sha256, std::move(*loaded)) : std::unexpected(loaded.error());
+  if (!kept && !table_.contains(sha256)) failed_.insert_or_assign(sha256, kept.error());
 }
 
 bool SolidStore::takeLoaded() {
-  bool changed = false;
+  bool changed = std::exchange(completed_, false);
   for (auto entry = loading_.begin(); entry != loading_.end();) {
     if (entry->second.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
       ++entry;
@@ -236,10 +248,12 @@ void SolidStore::release(std::uint64_t generation_in_use) {
 
 std::string SolidStore::problemOf(const std::vector<config::FixtureSettings>& fixtures) const {
   for (const config::FixtureSettings& fixture : fixtures) {
-    if (!isSolid(fixture) || !fixture.enabled) continue;
+    if (!isSolid(fixture) || !fixture.enabled || table_.contains(fixture.solid)) continue;
+    const std::string name = base::printable(fixture.name);
     const auto failed = failed_.find(fixture.solid);
-    if (failed == failed_.end()) continue;
-    return fmt::format("fixture {} does not act: {}", base::printable(fixture.name), failed->second.text());
+    if (failed == failed_.end())
+      return fmt::format("fixture {} does not act yet: its shape is being read from the disk", name);
+    return fmt::format("fixture {} does not act: {}", name, failed->second.text());
   }
   return {};
 }

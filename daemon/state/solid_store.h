@@ -32,7 +32,7 @@ class SolidStore {
   /// Memory of all solids together: that of the fixtures, and of those that the next change may name.
   static constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
 
-  explicit SolidStore(const std::filesystem::path& state_folder);
+  explicit SolidStore(const std::filesystem::path& state_folder, std::size_t max_bytes = kMaxBytes);
 
   /// Whether there is a file of this content, or was when it was looked for last.
   bool knows(const std::string& sha256) const { return known_.contains(sha256); }
@@ -40,15 +40,17 @@ class SolidStore {
   /// Checks a file and stores it. `memory`: a memory file that is sealed against changes.
   /// Errors: it is not sealed, damaged or too large; a failure of the disk; too many files are in use.
   std::future<base::Result<StoredSolid>> store(base::Descriptor memory);
-  /// To be called with the result of store(): the next fixtures may refer to it.
-  void take(const StoredSolid& stored);
+  /// To be called with the result of store(): the next fixtures may refer to it, and those that do act.
+  /// Errors: the solids in use leave no memory for it.
+  base::Result<void> take(const StoredSolid& stored);
 
   /// The solids of `fixtures`: those that are in memory are in table(); the others are read from now on.
   /// `generation`: of the fixture set that is made with them; what only older sets use may be released.
   void use(const std::vector<config::FixtureSettings>& fixtures, std::uint64_t generation);
   /// use(), and waits for the files.
   void load(const std::vector<config::FixtureSettings>& fixtures);
-  /// Takes what has been read meanwhile. Returns whether table() has changed.
+  /// Takes what has been read meanwhile. Returns whether table() has solids of these fixtures that it had not
+  /// at the last call.
   bool takeLoaded();
   /// Releases what only sets older than this one use.
   void release(std::uint64_t generation_in_use);
@@ -56,10 +58,10 @@ class SolidStore {
   const config::SolidTable& table() const { return table_; }
   /// One of table(); null: it is not there.
   std::shared_ptr<const config::Solid> inMemory(const std::string& sha256) const;
-  /// Whether a file is being read.
-  bool loading() const { return !loading_.empty(); }
-  /// Why a solid of these fixtures is not in memory, with the name of the fixture; empty: all are, or are
-  /// being read.
+  /// Whether a file is being read, or takeLoaded() has not returned what came meanwhile.
+  bool loading() const { return completed_ || !loading_.empty(); }
+  /// Why a solid of these fixtures, if they are enabled, is not in memory, with the name of the fixture;
+  /// empty: all are.
   std::string problemOf(const std::vector<config::FixtureSettings>& fixtures) const;
 
  private:
@@ -71,8 +73,11 @@ class SolidStore {
   };
 
   std::size_t bytes() const;
+  base::Result<void> keep(const std::string& sha256, std::shared_ptr<const config::Solid> solid);
+  void forgetOldestOffer();
   void takeOne(const std::string& sha256, Loaded loaded);
 
+  const std::size_t max_bytes_;
   const std::filesystem::path folder_, profiles_;
   std::set<std::string> known_;
   config::SolidTable table_;
@@ -81,6 +86,7 @@ class SolidStore {
   std::vector<Retired> retired_;
   std::map<std::string, std::future<Loaded>> loading_;
   std::map<std::string, base::Error> failed_;
+  bool completed_ = false;  // a solid in use was sent that table_ lacked
   StateWorker worker_;
 };
 

@@ -233,7 +233,8 @@ void AdditionMethods::storeSolid(const Call& call, const Caller& caller, Replies
       call, caller, replies, PendingAnswers::Unawaited::finish,
       whenReady<Stored>(context_.box.storeSolid(std::move(*call.descriptor)), [this](const Stored& stored) {
         if (!stored) return failed(kRefused, stored.error().text());
-        context_.box.takeSolid(*stored);
+        if (const auto taken = context_.box.takeSolid(*stored); !taken)
+          return failed(kRefused, taken.error().text());
         return Reply{"", {{"solid", stored->solid->sha256()}}};
       }));
 }

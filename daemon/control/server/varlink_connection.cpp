@@ -47,8 +47,8 @@ bool VarlinkConnection::receive() {
   return false;
 }
 
-/// As recv(). Where the client may control, a descriptor that comes along replaces the previous one. The
-/// kernel ends a read behind the bytes that a descriptor came with.
+/// As recv(). Where the client may control, a descriptor that comes along replaces the previous one; of
+/// several at once the first does. The kernel ends a read behind the bytes that a descriptor came with.
 ssize_t VarlinkConnection::receiveSome(char* to, std::size_t room) noexcept {
   if (caller_.access != Access::control) return ::recv(socket_.get(), to, room, MSG_DONTWAIT);
   iovec bytes{to, room};
@@ -61,11 +61,13 @@ ssize_t VarlinkConnection::receiveSome(char* to, std::size_t room) noexcept {
   const ssize_t received = ::recvmsg(socket_.get(), &message, MSG_DONTWAIT | MSG_CMSG_CLOEXEC);
   if (received < 0) return received;
   const cmsghdr* const rights = CMSG_FIRSTHDR(&message);
-  if (rights && rights->cmsg_level == SOL_SOCKET && rights->cmsg_type == SCM_RIGHTS &&
-      rights->cmsg_len == CMSG_LEN(sizeof(int))) {
-    int descriptor = -1;
-    std::memcpy(&descriptor, CMSG_DATA(rights), sizeof(descriptor));
-    passed_ = base::Descriptor(descriptor);
+  if (!rights || rights->cmsg_level != SOL_SOCKET || rights->cmsg_type != SCM_RIGHTS) return received;
+  // Padding leaves room for more than one, and each that came is open.
+  for (std::size_t at = CMSG_LEN(0); at + sizeof(int) <= rights->cmsg_len; at += sizeof(int)) {
+    int number = -1;
+    std::memcpy(&number, CMSG_DATA(rights) + (at - CMSG_LEN(0)), sizeof(number));
+    base::Descriptor descriptor(number);
+    if (at == CMSG_LEN(0)) passed_ = std::move(descriptor);
     passed_end_ = kJustPassed;
   }
   return received;

@@ -46,7 +46,7 @@ class BoxUnderTest final : public Box {
   std::future<base::Result<StoredSolid>> storeSolid(base::Descriptor memory) override {
     return box_->storeSolid(std::move(memory));
   }
-  void takeSolid(const StoredSolid& stored) override { box_->takeSolid(stored); }
+  base::Result<void> takeSolid(const StoredSolid& stored) override { return box_->takeSolid(stored); }
   std::shared_ptr<const config::Solid> solid(const std::string& sha256) const override {
     return box_->solid(sha256);
   }

@@ -2,13 +2,17 @@
 // The interface texts against the grammar of the language and against what the daemon really answers.
 #include <gtest/gtest.h>
 
+#include <mutex>
+#include <optional>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "control_fixture.h"
+#include "daemon/base/box.h"
+#include "daemon/base/reloads.h"
 #include "daemon/control/base/status_json.h"
-#include "fake_reloads.h"
 #include "interface_definition.h"
 #include "rt/base/words.h"
 
@@ -16,6 +20,48 @@ namespace hapticd::daemon::test {
 namespace {
 
 using nlohmann::json;
+
+/// Reloads that end at once, as a test sets them up. Thread: any.
+class FakeReloads final : public Reloads {
+ public:
+  explicit FakeReloads(Box& box) : box_(box) {}
+
+  /// From now on this waits for confirmation, as number 7.
+  void holdBack(std::vector<config::Loosening> loosenings) {
+    const std::lock_guard lock(mutex_);
+    pending_ = PendingReload{7, std::move(loosenings)};
+  }
+  void fail() {
+    const std::lock_guard lock(mutex_);
+    fails_ = true;
+  }
+
+  std::uint64_t request() override { return 1; }
+  std::optional<Outcome> outcome(std::uint64_t) const override {
+    const std::lock_guard lock(mutex_);
+    if (fails_) return std::unexpected(std::vector{base::Error{"hapticd.yaml", "is empty", "restore it"}});
+    return done();
+  }
+  const std::optional<PendingReload>& pending() const override { return pending_; }
+  Outcome confirm() override {
+    const std::lock_guard lock(mutex_);
+    pending_.reset();
+    return done();
+  }
+
+ private:
+  ReloadReport done() const {
+    return {box_.acknowledgedGeneration(),
+            {"sets force.radius_m from 0.04 to 0.03"},
+            {"loop.priority"},
+            {"fixture a"}};
+  }
+
+  Box& box_;
+  mutable std::mutex mutex_;
+  std::optional<PendingReload> pending_;
+  bool fails_ = false;
+};
 
 class InterfaceTextTest : public ControlFixture {
  protected:

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace hapticd::daemon::test {
 
@@ -24,8 +25,8 @@ class RawClient {
   void send(std::string_view bytes);
   /// Sends one message: `text` and the NUL.
   void call(std::string_view text);
-  /// Sends one message with a descriptor.
-  void pass(std::string_view text, int descriptor);
+  /// Sends one message with descriptors.
+  void pass(std::string_view text, const std::vector<int>& descriptors);
   /// Sends as many bytes as possible without waiting.
   std::size_t sendWithoutWaiting(std::string_view bytes);
 

@@ -31,7 +31,8 @@ class SolidStoreTest : public testing::Test {
     auto outcome = store->store(test::memoryFile(bytes)).get();
     EXPECT_TRUE(outcome) << outcome.error().text();
     if (!outcome) return {};
-    store->take(*outcome);
+    const auto taken = store->take(*outcome);
+    EXPECT_TRUE(taken) << taken.error().text();
     return outcome->solid->sha256();
   }
   void waitUntilLoaded() {
@@ -108,6 +109,56 @@ TEST_F(SolidStoreTest, SaysWhyAFixtureDoesNotAct) {
   EXPECT_EQ(stored(test::ballBytes(0.02)), sha256);
   EXPECT_EQ(store->problemOf({fixtureOf(sha256)}), "");
   EXPECT_EQ(fs::file_size(fileOf(sha256)), test::ballBytes(0.02).size());
+  // The fixture acts as soon as its set is handed over again.
+  EXPECT_TRUE(store->loading());
+  EXPECT_TRUE(store->takeLoaded());
+  EXPECT_FALSE(store->loading());
+  EXPECT_FALSE(store->takeLoaded());
+}
+
+/// The force loop reads the one that it has.
+TEST_F(SolidStoreTest, KeepsASolidInUseWhenTheSameComesAgain) {
+  const std::string bytes = test::ballBytes(0.02);
+  const std::string sha256 = stored(bytes);
+  const std::weak_ptr<const config::Solid> offered = store->table().at(sha256);
+  stored(bytes);
+  EXPECT_FALSE(offered.expired());
+  store->use({fixtureOf(sha256)}, 1);
+  stored(bytes);
+  EXPECT_FALSE(offered.expired());
+  EXPECT_FALSE(store->takeLoaded());
+
+  // It comes while the file is being read.
+  restart();
+  store->use({fixtureOf(sha256)}, 1);
+  stored(bytes);
+  const std::weak_ptr<const config::Solid> sent = store->table().at(sha256);
+  waitUntilLoaded();
+  EXPECT_FALSE(sent.expired());
+}
+
+TEST_F(SolidStoreTest, LimitsTheMemoryOfAllSolids) {
+  const std::string first = test::ballBytes(0.02);
+  const std::string second = test::ballBytes(0.021);
+  const std::string third = test::ballBytes(0.022);
+  store = std::make_unique<SolidStore>(folder.path(), first.size() + third.size());
+  // An offer makes room for the next.
+  const std::string used = stored(first);
+  store->use({fixtureOf(used)}, 1);
+  const std::string forgotten = stored(second);
+  const std::string in_use_too = stored(third);
+  EXPECT_FALSE(store->table().contains(forgotten));
+  store->use({fixtureOf(used), fixtureOf(in_use_too)}, 2);
+  // What fixtures use does not.
+  const auto outcome = store->store(test::memoryFile(second)).get();
+  ASSERT_TRUE(outcome) << outcome.error().text();
+  const auto taken = store->take(*outcome);
+  ASSERT_FALSE(taken);
+  EXPECT_NE(taken.error().what.find("all solids together"), std::string::npos) << taken.error().text();
+  store->use({fixtureOf(used), fixtureOf(in_use_too), fixtureOf(forgotten)}, 3);
+  waitUntilLoaded();
+  EXPECT_EQ(store->table().size(), 2U);
+  EXPECT_NE(store->problemOf({fixtureOf(forgotten)}), "");
 }
 
 /// The force loop may read a solid until it has a set without it.
