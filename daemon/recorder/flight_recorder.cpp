@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <utility>
 
 #include "daemon/trace/format/fields.h"
@@ -56,9 +57,19 @@ constexpr std::size_t kMaxPoses = 60'000;
 /// record with a label image holds some hundred kilobytes.
 constexpr std::size_t kMaxAdditionsBytes = std::size_t{32} << 20;
 
+/// Without its solids, which records share.
 std::size_t bytesOf(const trace::AdditionsRecord& additions) {
-  std::size_t bytes = sizeof additions + additions.text.size() + additions.labels.bytes.size();
-  for (const auto& solid : additions.solids) bytes += solid->bytes();
+  return sizeof additions + additions.text.size() + additions.labels.bytes.size();
+}
+
+/// Memory of the solids that only older records than the newest hold: those of the newest are in use.
+std::size_t bytesOfOldSolids(const std::deque<trace::AdditionsRecord>& additions) {
+  std::set<const config::Solid*> counted;
+  for (const auto& solid : additions.back().solids) counted.insert(solid.get());
+  std::size_t bytes = 0;
+  for (const trace::AdditionsRecord& record : additions) {
+    for (const auto& solid : record.solids) bytes += counted.insert(solid.get()).second ? solid->bytes() : 0;
+  }
   return bytes;
 }
 
@@ -104,7 +115,8 @@ void FlightRecorder::add(const trace::AdditionsRecord& additions) {
   forgetOldRecords();
   additions_.push_back(additions);
   additions_bytes_ += bytesOf(additions);
-  while (additions_.size() > 1 && additions_bytes_ > kMaxAdditionsBytes) forgetOldestAdditions();
+  while (additions_.size() > 1 && additions_bytes_ + bytesOfOldSolids(additions_) > kMaxAdditionsBytes)
+    forgetOldestAdditions();
 }
 
 void FlightRecorder::add(const trace::PoseRecord& pose) {

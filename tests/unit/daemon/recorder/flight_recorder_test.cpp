@@ -186,6 +186,28 @@ TEST(FlightRecorder, OfAFloodOfFixtureSetsKeepsTheNewest) {
   EXPECT_EQ(numbers.additions.back().first, kMany);
 }
 
+/// A solid counts where only old records hold it, and there once.
+TEST(FlightRecorder, CountsTheMemoryOfSolidsThatAreNoLongerInUse) {
+  const auto solid = [](std::uint32_t layers) {
+    const rt::DistanceGrid grid{.samples = {256, 256, layers}, .spacing_m = 1e-3, .scale_m = 1e-6};
+    const config::Solid empty(grid, std::vector<std::int16_t>(grid.size(), 1000), {.source = "test"});
+    return *config::solidFrom(config::bytesOf(empty), "test");
+  };
+  FlightRecorder recorder(2, 1000);
+  recorder.add(tickAt(1));
+  const auto add = [&](std::uint64_t generation, const trace::AttachedSolids& solids) {
+    recorder.add(trace::AdditionsRecord{.fixture_generation = generation, .solids = solids});
+  };
+  const auto large = solid(200);  // 25 MiB
+  const auto small = solid(100);
+  for (std::uint64_t generation = 1; generation <= 10; ++generation) add(generation, {large, small});
+  EXPECT_EQ(written(recorder).additions.size(), 10U);
+  add(11, {small});
+  EXPECT_EQ(written(recorder).additions.size(), 11U);
+  add(12, {});  // leaves 37 MiB that nothing else uses
+  EXPECT_EQ(written(recorder).additions.front().first, 11U);
+}
+
 TEST(FlightRecorder, HoldsAllWhileItIsNotFull) {
   FlightRecorder recorder(2, 1000);
   record(recorder, 150);
