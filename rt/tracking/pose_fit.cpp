@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "rt/tracking/part_cube.h"
+
 namespace hapticd::rt {
 namespace {
 
@@ -185,11 +187,10 @@ Step stepOf(const FitGeometry& geometry, const Vector6& right) noexcept {
 /// Sums of residuals over cubes of the solid's frame.
 class Parts {
  public:
-  Parts(const Vec3& centre_m, double edge_m) noexcept : centre_m_(centre_m), per_m_(1 / edge_m) {}
+  Parts(const Vec3& centre_m, double edge_m) noexcept : parts_(centre_m, edge_m) {}
 
   void add(const Look& look) noexcept {
-    const Vec3 at = per_m_ * (look.place_m - centre_m_);
-    Part& part = parts_[(index(at.z) * kEdge + index(at.y)) * kEdge + index(at.x)];
+    Part& part = parts_.at(look.place_m);
     part.sum += look.distance_m / look.sigma_m;
     ++part.count;
   }
@@ -198,7 +199,7 @@ class Parts {
   double unevenness(double points_per_patch, double shape_share) const noexcept {
     double sum = 0;
     double parts = 0;
-    for (const Part& part : parts_) {
+    for (const Part& part : parts_.all()) {
       const double worth = part.count / points_per_patch;
       constexpr double kMinWorth = 2;
       if (worth < kMinWorth) continue;
@@ -210,17 +211,11 @@ class Parts {
   }
 
  private:
-  static constexpr std::size_t kEdge = 8;
   struct Part {
     double sum = 0;
     int count = 0;
   };
-  static std::size_t index(double at) noexcept {
-    return static_cast<std::size_t>(std::clamp(std::floor(at) + kEdge / 2.0, 0.0, kEdge - 1.0));
-  }
-  Vec3 centre_m_;
-  double per_m_;
-  std::array<Part, kEdge * kEdge * kEdge> parts_{};
+  PartCube<Part, 8> parts_;
 };
 
 /// Points per patch, of the patches that have any.

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "rt/tracking/part_cube.h"
+
 namespace hapticd::rt {
 namespace {
 
@@ -57,11 +59,10 @@ std::uint16_t rawAt(const DepthModel& model, std::span<const std::uint16_t> imag
 /// Pixels by the part of the surface that they show.
 class PartCounts {
  public:
-  explicit PartCounts(const SolidBall& ball) noexcept : centre_m_(ball.centre_m), per_m_(2 / ball.radius_m) {}
+  explicit PartCounts(const SolidBall& ball) noexcept : parts_(ball.centre_m, ball.radius_m / 2) {}
 
   void add(const Vec3& place_m_in_solid, bool matches) noexcept {
-    const Vec3 at = per_m_ * (place_m_in_solid - centre_m_);
-    Part& part = parts_[(index(at.z) * kEdge + index(at.y)) * kEdge + index(at.x)];
+    Part& part = parts_.at(place_m_in_solid);
     ++part.visible;
     part.matching += matches ? 1 : 0;
   }
@@ -69,24 +70,18 @@ class PartCounts {
   double leastShare() const noexcept {
     constexpr int kEnough = 8;
     double least = 1;
-    for (const Part& part : parts_) {
+    for (const Part& part : parts_.all()) {
       if (part.visible >= kEnough) least = std::min(least, static_cast<double>(part.matching) / part.visible);
     }
     return least;
   }
 
  private:
-  static constexpr std::size_t kEdge = 6;
   struct Part {
     int visible = 0;
     int matching = 0;
   };
-  static std::size_t index(double at) noexcept {
-    return static_cast<std::size_t>(std::clamp(std::floor(at) + kEdge / 2.0, 0.0, kEdge - 1.0));
-  }
-  Vec3 centre_m_;
-  double per_m_;
-  std::array<Part, kEdge * kEdge * kEdge> parts_{};
+  PartCube<Part, 6> parts_;
 };
 
 bool fits(const DepthModel& model, std::span<const std::uint16_t> image) noexcept {
