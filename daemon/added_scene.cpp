@@ -186,6 +186,7 @@ std::vector<FrameStatus> AddedScene::frameStatus(const rt::LoopState& loop) cons
   for (std::size_t i = 0; i < additions_.frames.size() && i < rt::kMaxFrames; ++i) {
     FrameStatus& status = all.emplace_back();
     status.name = additions_.frames[i].name;
+    status.tracks = additions_.frames[i].tracks;
     status.used = std::ranges::any_of(additions_.fixtures, [&](const config::FixtureSettings& fixture) {
       return fixture.enabled && fixture.frame == status.name;
     });

@@ -82,11 +82,15 @@ void addFrames(const std::vector<FrameStatus>& frames, Warnings& list) {
     if (!frame.used) continue;
     const bool placed = frame.state == rt::FrameState::live || frame.state == rt::FrameState::held ||
                         frame.state == rt::FrameState::catching_up;
-    if (frame.tracking && !placed) {
-      list.push_back(fmt::format(
-          "frame {} is not followed: the depth camera says {} of the solid that it tracks (hapticctl frame "
-          "show {})",
-          frame.name, rt::wordOf(*frame.tracking), frame.name));
+    if (!frame.tracks.empty() && !placed) {
+      const bool looked = frame.tracking && *frame.tracking != rt::TrackingVerdict::tracked;
+      list.push_back(
+          looked ? fmt::format("frame {} is not followed: the depth camera says {} of the solid that it "
+                               "tracks (hapticctl frame show {})",
+                               frame.name, rt::wordOf(*frame.tracking), frame.name)
+                 : fmt::format("frame {} is not followed: no depth frame has come in which the fixture {} "
+                               "could be found (is the camera streaming?)",
+                               frame.name, frame.tracks));
     } else if (frame.state == rt::FrameState::none) {
       list.push_back(fmt::format("frame {} has no place yet, and its fixtures exert nothing (feed its poses)",
                                  frame.name));

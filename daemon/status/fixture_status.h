@@ -142,6 +142,7 @@ struct FrameStatus {
   std::uint64_t returns = 0;
   std::uint64_t relocations = 0;
   rt::Quaternion orientation{};
+  std::string tracks{};  ///< fixture by which the depth camera finds it; empty: its poses are fed
   std::optional<rt::TrackingVerdict> tracking{};
   double tracking_error_m = 0;
   double tracking_share = 0;
@@ -186,6 +187,7 @@ constexpr auto fieldsOf(std::type_identity<Status>) {
       HAPTICD_FIELD(losses, "Times that it was lost"),
       HAPTICD_FIELD(returns, "Times that it was found, the first one included"),
       HAPTICD_FIELD(relocations, "Jumps that were believed, because three poses agreed on them"),
+      HAPTICD_FIELD(tracks, "Fixture by which the depth camera finds it").hidden(),
       HAPTICD_FIELD(tracking,
                     "What the depth camera finds of the solid that it tracks: tracked, or why not; null: it "
                     "tracks none"),

@@ -48,13 +48,23 @@ TEST(BoxWarnings, NameAFrameThatIsLostWhereAFixtureDependsOnIt) {
                         {.name = "organ",
                          .state = rt::FrameState::lost,
                          .used = true,
-                         .tracking = rt::TrackingVerdict::low_share}};
+                         .tracks = "liver",
+                         .tracking = rt::TrackingVerdict::low_share},
+                        {.name = "skull", .used = true, .tracks = "bone"},
+                        {.name = "vessel",
+                         .state = rt::FrameState::lost,
+                         .used = true,
+                         .tracks = "wall",
+                         .tracking = rt::TrackingVerdict::tracked}};
   const std::vector<std::string> warnings = lost.warnings();
-  ASSERT_EQ(warnings.size(), 3U);
+  ASSERT_EQ(warnings.size(), 5U);
   EXPECT_TRUE(warnings[0].starts_with("frame phantom is lost: no usable pose for 2.1 s")) << warnings[0];
   EXPECT_TRUE(warnings[1].starts_with("frame bone has no place yet")) << warnings[1];
   EXPECT_TRUE(warnings[2].starts_with("frame organ is not followed: the depth camera says low_share"))
       << warnings[2];
+  EXPECT_TRUE(warnings[3].starts_with("frame skull is not followed: no depth frame has come")) << warnings[3];
+  EXPECT_TRUE(warnings[4].starts_with("frame vessel is not followed: no depth frame has come"))
+      << warnings[4];
 }
 
 TEST(BoxWarnings, NameAFaultByItsCause) {
