@@ -74,7 +74,7 @@ class ControlService final : public CallHandler {
   ProfileMethods profiles_;
   CalibrationMethods calibration_;
   ReloadMethods reloads_;
-  SolidMethod solids_;
+  SolidMethods solids_;
   UndoMethod undo_;
   std::vector<Method> methods_;
 };

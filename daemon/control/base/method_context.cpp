@@ -107,11 +107,11 @@ void logAdditions(const MethodContext& context, const Caller& caller, const std:
 }
 
 PendingAnswers::Poll whenApplied(MethodContext& context, std::uint64_t generation,
-                                 std::move_only_function<Reply()> reply) {
+                                 std::move_only_function<Reply()> reply, AppliedWith with) {
   using Clock = std::chrono::steady_clock;
-  return [&context, generation, deadline = Clock::now() + context.apply_timeout,
+  return [&context, generation, with, deadline = Clock::now() + context.apply_timeout,
           reply = std::move(reply)]() mutable -> std::optional<Reply> {
-    const bool complete = !context.box.readsSolids();
+    const bool complete = with == AppliedWith::directive || !context.box.readsSolids();
     if (complete && context.box.acknowledgedGeneration() >= generation) return reply();
     if (Clock::now() < deadline) return std::nullopt;
     return Reply{"io.hapticd.Control.NotApplied", {{"generation", generation}}};

@@ -133,10 +133,17 @@ std::vector<std::string> logParameters(const MethodContext& context, const Calle
 void logAdditions(const MethodContext& context, const Caller& caller, const std::string& change,
                   const config::SceneAdditions& before, const config::SceneAdditions& after);
 
-/// Waits until the force loop has taken over `generation` and solids are read, then answers with `reply()`;
-/// after the time-out with io.hapticd.Control.NotApplied.
+/// What a change is applied with.
+enum class AppliedWith {
+  directive,  ///< the force loop has taken it over
+  solids,     ///< and the solids of its fixtures have been read from the disk
+};
+
+/// Waits until the force loop has taken over `generation`, then answers with `reply()`; after the time-out
+/// with io.hapticd.Control.NotApplied.
 PendingAnswers::Poll whenApplied(MethodContext& context, std::uint64_t generation,
-                                 std::move_only_function<Reply()> reply);
+                                 std::move_only_function<Reply()> reply,
+                                 AppliedWith with = AppliedWith::directive);
 
 /// A pose as the type `Pose` of both interfaces.
 OrderedJson poseJson(const rt::PoseParameters& pose);

@@ -134,9 +134,6 @@ std::vector<Method> AdditionMethods::methods() {
            .access = control,
            .parameters = {"remove", "add", "change", "generation"},
            .answer = std::bind_front(&Self::changeList, this, AdditionList::fixtures)},
-          {.name = "io.hapticd.Control.StoreSolid",
-           .access = control,
-           .answer = std::bind_front(&Self::storeSolid, this)},
           {.name = "io.hapticd.Control.ChangeRegions",
            .access = control,
            .parameters = {"remove", "add", "change", "generation"},
@@ -220,25 +217,6 @@ void AdditionMethods::changeList(AdditionList list, const Call& call, const Call
   apply(list, *change, call, caller, replies);
 }
 
-void AdditionMethods::storeSolid(const Call& call, const Caller& caller, Replies& replies) {
-  constexpr const char* kRefused = "io.hapticd.Control.SolidRefused";
-  if (!call.descriptor) {
-    return replies.finish(caller.connection,
-                          failed(kRefused, "no memory file came with the call (pass its descriptor along)"));
-  }
-  if (context_.pending.full(Access::control))
-    return replies.finish(caller.connection, failed(kRefused, PendingAnswers::kFullReason));
-  using Stored = base::Result<StoredSolid>;
-  context_.pending.add(
-      call, caller, replies, PendingAnswers::Unawaited::finish,
-      whenReady<Stored>(context_.box.storeSolid(std::move(*call.descriptor)), [this](const Stored& stored) {
-        if (!stored) return failed(kRefused, stored.error().text());
-        if (const auto taken = context_.box.takeSolid(*stored); !taken)
-          return failed(kRefused, taken.error().text());
-        return Reply{"", {{"solid", stored->solid->sha256()}}};
-      }));
-}
-
 void AdditionMethods::setStiffness(const Call& call, const Caller& caller, Replies& replies) {
   if (const auto wrong = wrongNumber(call, {"stiffnessNPerM", "dampingNSPerM"}))
     return replies.finish(caller.connection, *wrong);
@@ -272,9 +250,12 @@ void AdditionMethods::apply(AdditionList list, const AdditionChange& change, con
   const std::uint64_t directive = context_.box.applyAdditions(*after);
   logAdditions(context_, caller, "", before, *after);
   context_.pending.add(call, caller, replies, PendingAnswers::Unawaited::forget,
-                       whenApplied(context_, directive, [generation = generationOf(list)] {
-                         return Reply{"", {{"generation", generation}}};
-                       }));
+                       whenApplied(
+                           context_, directive,
+                           [generation = generationOf(list)] {
+                             return Reply{"", {{"generation", generation}}};
+                           },
+                           AppliedWith::solids));
 }
 
 void AdditionMethods::feedStiffness(const Call& call, const Caller& caller, Replies& replies) {

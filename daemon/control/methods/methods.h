@@ -37,7 +37,6 @@ class AdditionMethods {
   void listFixtures(const Call&, const Caller&, Replies&);
   void listRegions(const Call&, const Caller&, Replies&);
   void changeList(AdditionList list, const Call& call, const Caller& caller, Replies& replies);
-  void storeSolid(const Call&, const Caller&, Replies&);
   void setStiffness(const Call&, const Caller&, Replies&);
   void feedStiffness(const Call&, const Caller&, Replies&);
 
@@ -185,15 +184,16 @@ class ReloadMethods {
   Reloads* const reloads_;
 };
 
-/// The method that shows the shape of a solid.
+/// Methods for the shapes of fixtures of kind solid.
 /// Thread: control thread only; the lines are computed by the worker.
-class SolidMethod {
+class SolidMethods {
  public:
-  SolidMethod(MethodContext& context, StateWorker& worker) : context_(context), worker_(worker) {}
+  SolidMethods(MethodContext& context, StateWorker& worker) : context_(context), worker_(worker) {}
   std::vector<Method> methods();
 
  private:
   void getSolid(const Call&, const Caller&, Replies&);
+  void storeSolid(const Call&, const Caller&, Replies&);
 
   MethodContext& context_;
   StateWorker& worker_;

@@ -215,9 +215,12 @@ std::expected<PendingAnswers::Poll, Reply> ProfileMethods::apply(const Caller& c
   if (before.regions != settings.additions.regions) changed.emplace_back("regions");
   context_.history.record(context_.box.settings(), settings);
   const std::uint64_t generation = context_.box.apply(settings);
-  return whenApplied(context_, generation, [generation, changed] {
-    return Reply{"", {{"generation", generation}, {"changed", OrderedJson(changed)}}};
-  });
+  return whenApplied(
+      context_, generation,
+      [generation, changed] {
+        return Reply{"", {{"generation", generation}, {"changed", OrderedJson(changed)}}};
+      },
+      AppliedWith::solids);
 }
 
 }  // namespace hapticd::daemon

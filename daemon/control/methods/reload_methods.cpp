@@ -79,8 +79,9 @@ void ReloadMethods::confirm(const Json& number, const Call& call, const Caller& 
 
 PendingAnswers::Poll ReloadMethods::answerTo(const Reloads::Outcome& outcome) {
   if (!outcome) return [errors = outcome.error()] { return std::optional(refused(errors)); };
-  return whenApplied(context_, outcome->generation,
-                     [this, report = *outcome] { return replyTo(report, reloads_->pending()); });
+  return whenApplied(
+      context_, outcome->generation,
+      [this, report = *outcome] { return replyTo(report, reloads_->pending()); }, AppliedWith::solids);
 }
 
 }  // namespace hapticd::daemon

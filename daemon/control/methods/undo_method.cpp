@@ -77,7 +77,8 @@ void UndoMethod::undo(const Call& call, const Caller& caller, Replies& replies) 
           [generation, changes = std::move(changes), remaining = context_.history.size()]() mutable {
             return Reply{
                 "", {{"generation", generation}, {"changes", std::move(changes)}, {"remaining", remaining}}};
-          }));
+          },
+          AppliedWith::solids));
 }
 
 }  // namespace hapticd::daemon

@@ -56,13 +56,17 @@ OrderedJson describe(const config::Solid& solid) {
 
 }  // namespace
 
-std::vector<Method> SolidMethod::methods() {
+std::vector<Method> SolidMethods::methods() {
+  using Self = SolidMethods;
   return {{.name = "io.hapticd.Status.GetSolid",
            .parameters = {"solid"},
-           .answer = std::bind_front(&SolidMethod::getSolid, this)}};
+           .answer = std::bind_front(&Self::getSolid, this)},
+          {.name = "io.hapticd.Control.StoreSolid",
+           .access = Access::control,
+           .answer = std::bind_front(&Self::storeSolid, this)}};
 }
 
-void SolidMethod::getSolid(const Call& call, const Caller& caller, Replies& replies) {
+void SolidMethods::getSolid(const Call& call, const Caller& caller, Replies& replies) {
   const auto sha256 = requiredText(call, "solid");
   if (!sha256) return replies.finish(caller.connection, sha256.error());
   auto solid = context_.box.solid(*sha256);
@@ -85,6 +89,25 @@ void SolidMethod::getSolid(const Call& call, const Caller& caller, Replies& repl
   context_.pending.add(
       call, caller, replies, PendingAnswers::Unawaited::finish,
       whenReady<Described>(worker_.run([solid]() -> Described { return describe(*solid); }), reply));
+}
+
+void SolidMethods::storeSolid(const Call& call, const Caller& caller, Replies& replies) {
+  constexpr const char* kRefused = "io.hapticd.Control.SolidRefused";
+  if (!call.descriptor) {
+    return replies.finish(caller.connection,
+                          failed(kRefused, "no memory file came with the call (pass its descriptor along)"));
+  }
+  if (context_.pending.full(Access::control))
+    return replies.finish(caller.connection, failed(kRefused, PendingAnswers::kFullReason));
+  using Stored = base::Result<StoredSolid>;
+  context_.pending.add(
+      call, caller, replies, PendingAnswers::Unawaited::finish,
+      whenReady<Stored>(context_.box.storeSolid(std::move(*call.descriptor)), [this](const Stored& stored) {
+        if (!stored) return failed(kRefused, stored.error().text());
+        if (const auto taken = context_.box.takeSolid(*stored); !taken)
+          return failed(kRefused, taken.error().text());
+        return Reply{"", {{"solid", stored->solid->sha256()}}};
+      }));
 }
 
 }  // namespace hapticd::daemon
