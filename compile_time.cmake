@@ -4,6 +4,15 @@
 find_package(fmt REQUIRED)
 find_package(nlohmann_json REQUIRED)
 
+# What is built and linked does not depend on what this machine happens to have. Only the compiler's cache, which changes
+# nothing of the result, is used where it is installed. It accepts precompiled headers of g++ only with this flag, and
+# trusts them only if it may ignore macros that were defined before them; there are none.
+find_program(CCACHE ccache)
+if(CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${CCACHE})
+  add_compile_options($<$<CXX_COMPILER_ID:GNU>:-fpch-preprocess>)
+endif()
+
 # hapticd_precompile(target HEADERS..) or (target REUSE_FROM another): compiles these headers once.
 function(hapticd_precompile target)
   if(ARGV1 STREQUAL REUSE_FROM)

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "tests/hard_cases/hard_rig.h"
+#include "tests/support/sanitizer.h"
 #include "tests/unit/rt/fixtures/random_fixtures.h"
 
 // Random sets of fixtures, the live surface among them: the hand that goes round a closed path never gets
@@ -100,7 +101,7 @@ class LiveSet : public testing::TestWithParam<Case> {
 };
 
 TEST_P(LiveSet, GivesTheHandNoMoreThanItGot) {
-  constexpr unsigned kSets = 30;
+  constexpr unsigned kSets = kMemoryOfSanitizer ? 3 : 30;
   constexpr int kSteps = 40'000;
   int pressed = 0;
   double worst_j = -std::numeric_limits<double>::infinity();

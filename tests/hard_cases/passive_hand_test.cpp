@@ -8,6 +8,7 @@
 
 #include "tests/hard_cases/hard_rig.h"
 #include "tests/support/passive_hand.h"
+#include "tests/support/sanitizer.h"
 #include "tests/unit/rt/fixtures/fixture_rig.h"
 
 // Passive hands that are pressed into random corners of forbidden regions and the live surface, over a
@@ -183,10 +184,10 @@ class PassiveHand : public testing::TestWithParam<double> {
 };
 
 TEST_P(PassiveHand, ComesToRestInACornerOfRegionsAndGainsNothing) {
-  pressIntoCorners(false, 30);
+  pressIntoCorners(false, kMemoryOfSanitizer ? 2 : 30);
 }
 TEST_P(PassiveHand, ComesToRestBetweenARegionAndTheLiveSurfaceAndGainsNothing) {
-  pressIntoCorners(true, 12);
+  pressIntoCorners(true, kMemoryOfSanitizer ? 1 : 12);
 }
 
 INSTANTIATE_TEST_SUITE_P(Delay, PassiveHand, testing::Values(0, 0.002, 0.005, 0.01, 0.02),
