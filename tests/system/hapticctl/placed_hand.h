@@ -10,8 +10,8 @@
 #include "drivers/handle/udp/udp_socket.h"
 #include "rt/base/vec3.h"
 #include "tests/system/support/daemon_under_test.h"
-#include "tools/haptic-bridge/bridge.h"
-#include "tools/haptic-bridge/device.h"
+#include "tools/lib/bridge/bridge.h"
+#include "tools/lib/bridge/device.h"
 
 namespace hapticd::test {
 
@@ -32,7 +32,8 @@ class PlacedHand : private tools::Device {
 
  private:
   tools::DeviceReading read() override;
-  void setForce(const rt::Vec3& /*force_n*/) override {}
+  void exert(const tools::DeviceCommand& /*command*/) override {}
+  tools::DeviceLimits limits() const override { return {.force_n = 10}; }
 
   std::mutex mutex_;
   rt::Vec3 position_m_;

@@ -18,9 +18,9 @@
 
 #include "rt/base/clock.h"
 #include "tests/support/program.h"
-#include "tools/haptic-bridge/bridge.h"
-#include "tools/haptic-bridge/device.h"
-#include "tools/haptic-bridge/device_log.h"
+#include "tools/lib/bridge/bridge.h"
+#include "tools/lib/bridge/device.h"
+#include "tools/lib/bridge/device_log.h"
 
 // The bridge with a real socket, and a log whose disk stalls: a pipe that nobody reads.
 namespace hapticd::tools {
@@ -115,7 +115,8 @@ class StalledStream {
 class StandingDevice final : public Device {
  public:
   DeviceReading read() override { return {}; }
-  void setForce(const rt::Vec3& force_n) override { exerted_n_ = norm(force_n); }
+  void exert(const DeviceCommand& command) override { exerted_n_ = norm(command.force_n); }
+  DeviceLimits limits() const override { return {.force_n = 10}; }
   double exerted_n() const { return exerted_n_; }
 
  private:

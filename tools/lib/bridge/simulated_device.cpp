@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/haptic-bridge/device.h"
+#include "tools/lib/bridge/simulated_device.h"
 
 #include <algorithm>
 
@@ -16,6 +16,8 @@ DeviceReading SimulatedDevice::read() {
   reading.position_m = hand_.position_m_in_world();
   reading.velocity_m_per_s = hand_.velocity_m_per_s_in_world();
   reading.velocity_valid = true;
+  reading.orientation = hand_.orientation_in_world();
+  reading.gripper_rad = hand_.gripper_rad();
   return reading;
 }
 

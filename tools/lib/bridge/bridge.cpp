@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/haptic-bridge/bridge.h"
+#include "tools/lib/bridge/bridge.h"
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -9,33 +9,9 @@
 #include <cmath>
 
 #include "rt/base/clock.h"
-#include "tools/haptic-bridge/device.h"
+#include "tools/lib/bridge/device.h"
 
 namespace hapticd::tools {
-namespace {
-
-constexpr std::int64_t kHeldUpNs = 3'000'000;  // two or three packets pass at 1 kHz
-
-}  // namespace
-
-void ImpairedLink::push(std::span<const std::byte> bytes, std::int64_t now_ns) {
-  if (happens(impairments_.loss)) return;
-  Packet packet(bytes.begin(), bytes.end());
-  if (!packet.empty() && happens(impairments_.corrupt)) {
-    const std::size_t bit = random_() % (packet.size() * 8);
-    packet[bit / 8] ^= std::byte{1} << (bit % 8);
-  }
-  std::int64_t arrives_ns = now_ns + std::llround(impairments_.delay_ms * 1e6);
-  if (happens(impairments_.reorder)) arrives_ns += kHeldUpNs;
-  if (happens(impairments_.duplicate)) under_way_.emplace(arrives_ns, packet);
-  under_way_.emplace(arrives_ns, std::move(packet));
-}
-
-std::optional<ImpairedLink::Packet> ImpairedLink::pop(std::int64_t now_ns) {
-  if (under_way_.empty() || under_way_.begin()->first > now_ns) return std::nullopt;
-  return std::move(under_way_.extract(under_way_.begin()).mapped());
-}
-
 namespace udp = drivers::udp;
 
 Bridge::Bridge(const BridgeOptions& options, udp::UdpSocket& socket, Device& device, DeviceLog* log)
@@ -43,11 +19,12 @@ Bridge::Bridge(const BridgeOptions& options, udp::UdpSocket& socket, Device& dev
       socket_(socket),
       device_(device),
       log_(log),
+      conversation_(udp::randomSession(), options.protocol),
       out_(options.impairments, 0),
       in_(options.impairments, 1) {}
 
 Bridge::~Bridge() {
-  device_.setForce({});
+  device_.exert({});
 }
 
 void Bridge::run(const std::function<bool(double)>& ends) {
@@ -61,7 +38,7 @@ void Bridge::run(const std::function<bool(double)>& ends) {
     tick(rt::monotonicNow_ns());
     summary_.skipped_ticks += clock.advance(rt::monotonicNow_ns());
   }
-  device_.setForce({});
+  device_.exert({});
 }
 
 /// A packet that waited in the socket would count as one that the network held up.
@@ -78,10 +55,10 @@ void Bridge::receiveUntil(std::int64_t when_ns) {
 void Bridge::tick(std::int64_t now_ns) {
   receive(now_ns);
   const DeviceReading reading = device_.read();
-  const rt::Vec3 exerted_n = forceAt(now_ns, reading);
-  device_.setForce(exerted_n);
+  const DeviceCommand exerted = exertedAt(now_ns, reading);
+  device_.exert(exerted);
   sendState(reading, now_ns);
-  account(reading, exerted_n, now_ns);
+  account(reading, exerted.force_n, now_ns);
   ticked_ns_ = now_ns;
 }
 
@@ -119,14 +96,18 @@ bool Bridge::damps(const DeviceReading& reading) const {
   return options_.damps && reading.velocity_valid && command_ && command_->may_damp;
 }
 
-rt::Vec3 Bridge::forceAt(std::int64_t now_ns, const DeviceReading& reading) {
+DeviceCommand Bridge::exertedAt(std::int64_t now_ns, const DeviceReading& reading) {
   if (!command_ || !command_->active) return {};
   const double share = deadManShare(now_ns - command_ns_);
   if (share < 1) ++summary_.dead_man_ticks;
   const double damping =
       damps(reading) ? std::min(command_->contact_damping_n_s_per_m, options_.max_damping_n_s_per_m) : 0;
-  return share * boundedForce(dampedForce(command_->force_n_in_handle, reading.velocity_m_per_s, damping),
-                              options_.max_force_n);
+  const DeviceLimits limits = device_.limits();
+  const rt::Vec3 force_n = dampedForce(command_->force_n_in_handle, reading.velocity_m_per_s, damping);
+  return {.force_n = share * boundedForce(force_n, std::min(options_.max_force_n, limits.force_n)),
+          .torque_n_m = share * boundedForce(command_->torque_n_m_in_handle, limits.torque_n_m),
+          .gripper_force_n =
+              share * std::clamp(command_->gripper_force_n, -limits.gripper_force_n, limits.gripper_force_n)};
 }
 
 void Bridge::sendState(const DeviceReading& reading, std::int64_t now_ns) {
@@ -139,6 +120,11 @@ void Bridge::sendState(const DeviceReading& reading, std::int64_t now_ns) {
   packet.fault = reading.fault;
   packet.damps = damps(reading);
   packet.buttons = reading.buttons;
+  packet.orientation_in_handle = reading.orientation;
+  packet.gripper_rad = reading.gripper_rad;
+  packet.drives_torque = device_.limits().torque_n_m > 0;
+  packet.drives_gripper = device_.limits().gripper_force_n > 0;
+  packet.device_latency_ns = std::clamp(reading.latency_ns, std::int64_t{0}, udp::kMaxDeviceLatencyNs);
   out_.push(udp::encode(packet, options_.key).bytes(), now_ns);
   // A network that refuses packets for a while is the same as one that loses them.
   while (const auto bytes = out_.pop(now_ns)) socket_.send(*bytes, options_.peer);

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 
-#include "drivers/handle/simulated/simulated_hand.h"
+#include "rt/base/rigid_pose.h"
 #include "rt/base/vec3.h"
 
 namespace hapticd::tools {
@@ -15,39 +16,40 @@ struct DeviceReading {
   rt::Vec3 position_m;
   rt::Vec3 velocity_m_per_s;
   bool velocity_valid = false;  ///< false: hapticd estimates it from the positions
-  std::uint32_t buttons = 0;
+  std::uint32_t buttons = 0;    ///< bit n: button n is pressed
   bool calibrated = true;
   bool fault = false;
+  std::optional<rt::Quaternion> orientation = {};  ///< unit; maps vectors of the tool to the device's frame
+  std::optional<double> gripper_rad = {};          ///< opening angle of the gripper; 0: closed
+  /// What the device adds to the delay from a motion to the force that responds to it, beyond the bridge's
+  /// loop: threads, filters and services between this reading and the motors.
+  std::int64_t latency_ns = 0;
 };
 
-/// A haptic device, as the libraries of vendors offer one. Another device needs nothing but these two
-/// functions. Thread: one.
+/// What a device is to exert on the hand, in its own frame; always finite and within the device's limits.
+struct DeviceCommand {
+  rt::Vec3 force_n;
+  rt::Vec3 torque_n_m;         ///< about the handle's point; ignored by a device without driven wrist
+  double gripper_force_n = 0;  ///< > 0 opens; ignored by a device without driven gripper
+};
+
+/// Largest magnitudes that a device exerts; 0: it does not drive that.
+struct DeviceLimits {
+  double force_n = 0;
+  double torque_n_m = 0;
+  double gripper_force_n = 0;
+};
+
+/// A haptic device, as the libraries of vendors offer one. Thread: one. Neither function blocks: whatever
+/// does belongs into a thread of the device.
 class Device {
  public:
   virtual ~Device() = default;
   virtual DeviceReading read() = 0;
-  /// The force on the hand from now on, newtons in the device's frame; always finite.
-  virtual void setForce(const rt::Vec3& force_n) = 0;
-};
-
-/// A drivers::SimulatedHand in real time: between two readings it moves by the whole steps that
-/// have passed, at most kMaxCatchUpNs.
-class SimulatedDevice final : public Device {
- public:
-  static constexpr std::int64_t kStepNs = 250'000;
-  static constexpr std::int64_t kMaxCatchUpNs = 50'000'000;
-
-  /// The settings are taken to be in the device's frame.
-  explicit SimulatedDevice(const drivers::SimulatedHandleSettings& settings)
-      : hand_(settings, static_cast<double>(kStepNs) * 1e-9) {}
-
-  DeviceReading read() override;
-  void setForce(const rt::Vec3& force_n) override { force_n_ = force_n; }
-
- private:
-  drivers::SimulatedHand hand_;
-  rt::Vec3 force_n_;
-  std::int64_t moved_to_ns_ = 0;
+  /// What is exerted from now on.
+  virtual void exert(const DeviceCommand& command) = 0;
+  /// Of the device that is there now; known once it was opened.
+  virtual DeviceLimits limits() const = 0;
 };
 
 inline constexpr std::int64_t kDeadManNs = 20'000'000;

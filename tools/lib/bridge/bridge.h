@@ -4,9 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <optional>
-#include <random>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,52 +13,20 @@
 #include "drivers/handle/udp/packet.h"
 #include "drivers/handle/udp/udp_settings.h"
 #include "drivers/handle/udp/udp_socket.h"
-#include "tools/haptic-bridge/device.h"
-#include "tools/haptic-bridge/device_log.h"
+#include "tools/lib/bridge/device.h"
+#include "tools/lib/bridge/device_log.h"
+#include "tools/lib/bridge/impaired_link.h"
 
 namespace hapticd::tools {
-
-/// The impairments of a network, which apply to each direction separately.
-struct Impairments {
-  double delay_ms = 0;   ///< for every packet
-  double loss = 0;       ///< probabilities, 0..1
-  double duplicate = 0;  ///< arrives twice
-  double reorder = 0;    ///< is delayed until others have overtaken it
-  double corrupt = 0;    ///< one bit is wrong
-  std::uint64_t seed = 1;
-};
-
-/// One direction of a network that loses, duplicates, reorders and damages packets. The same seed and the
-/// same packets give the same impairments. Thread: one.
-class ImpairedLink {
- public:
-  using Packet = std::vector<std::byte>;
-
-  /// `direction`: 0 or 1, so that the two directions are impaired differently.
-  ImpairedLink(const Impairments& impairments, std::uint64_t direction)
-      : impairments_(impairments), random_(impairments.seed * 2 + direction) {}
-
-  void push(std::span<const std::byte> bytes, std::int64_t now_ns);
-  /// The next packet that has arrived by now; nothing: there is none.
-  std::optional<Packet> pop(std::int64_t now_ns);
-
- private:
-  bool happens(double probability) {
-    return probability > 0 && std::uniform_real_distribution<double>()(random_) < probability;
-  }
-
-  Impairments impairments_;
-  std::mt19937_64 random_;
-  std::multimap<std::int64_t, Packet>
-      under_way_;  // by time of arrival; in order of sending where it is the same
-};
 
 struct BridgeOptions {
   drivers::Ipv4Endpoint peer;   ///< hapticd
   drivers::Ipv4Endpoint local;  ///< zero: any
   std::vector<std::byte> key;   ///< empty: packets are not authenticated
-  double max_force_n = 10;      ///< largest force of the device; longer forces are shortened to it
-  bool damps = true;            ///< damp contact here, if hapticd offers it and the device measures velocity
+  std::uint8_t protocol =
+      drivers::udp::kVersion;  ///< in which the first packet is sent; hapticd answers in it
+  double max_force_n = 10;  ///< of a person; longer forces are shortened to it, and to what the device bears
+  bool damps = true;        ///< damp contact here, if hapticd offers it and the device measures velocity
   double max_damping_n_s_per_m =
       20;  ///< largest damping that the device renders without noise; more is clamped
   Impairments impairments;
@@ -105,7 +71,7 @@ class Bridge {
   void receive(std::int64_t now_ns);
   void take(std::span<const std::byte> bytes, std::int64_t now_ns);
   bool damps(const DeviceReading& reading) const;
-  rt::Vec3 forceAt(std::int64_t now_ns, const DeviceReading& reading);
+  DeviceCommand exertedAt(std::int64_t now_ns, const DeviceReading& reading);
   void sendState(const DeviceReading& reading, std::int64_t now_ns);
   void account(const DeviceReading& reading, const rt::Vec3& exerted_n, std::int64_t now_ns);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/haptic-bridge/device_log.h"
+#include "tools/lib/bridge/device_log.h"
 
 #include <fmt/format.h>
 
