@@ -68,10 +68,10 @@ void follow(const std::vector<FolderRule>& rules, std::vector<std::string>& path
 
 const std::vector<FolderRule>& folderRules() {
   static const std::vector<std::string> tool_libraries{
-      "tools/lib/child",   "tools/lib/client",       "tools/lib/depth_noise",  "tools/lib/offline",
-      "tools/lib/options", "tools/lib/oracle",       "tools/lib/palpation",    "tools/lib/parts",
-      "tools/lib/plot",    "tools/lib/registration", "tools/lib/solids/field", "tools/lib/solids/files",
-      "tools/lib/text",    "tools/lib/truth"};
+      "tools/lib/bridge",       "tools/lib/child",   "tools/lib/client",       "tools/lib/depth_noise",
+      "tools/lib/offline",      "tools/lib/options", "tools/lib/oracle",       "tools/lib/palpation",
+      "tools/lib/parts",        "tools/lib/plot",    "tools/lib/registration", "tools/lib/solids/field",
+      "tools/lib/solids/files", "tools/lib/text",    "tools/lib/truth"};
   static const std::vector<std::string> studies = with(tool_libraries, {"tools/hapticbench/engine"});
   static const std::vector<std::string> commands =
       with(studies, {"tools/hapticbench", "tools/hapticbench/jitter", "tools/hapticbench/strokes",
@@ -139,6 +139,8 @@ const std::vector<FolderRule>& folderRules() {
       // programs, which may use all libraries and no other program
       {"tools/haptic-bridge", tool_libraries},
       {"tools/haptic-palpate", tool_libraries},
+      {"tools/haptic-vendor-bridge", with(tool_libraries, {"tools/haptic-vendor-bridge/"})},
+      {"tools/haptic-vendor-bridge/*", with(tool_libraries, {"tools/haptic-vendor-bridge/base"})},
       {"tools/haptic-replay", tool_libraries},
       {"tools/hapticbench", with(studies, {"tools/hapticbench/strokes"})},
       {"tools/hapticbench/commands", commands},
@@ -167,6 +169,7 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/manual", {}},
 
       // libraries
+      {"tools/lib/bridge", {"tools/lib/child", "tools/lib/options"}},
       {"tools/lib/child", {}},
       {"tools/lib/client", {}},
       {"tools/lib/depth_noise", {}},

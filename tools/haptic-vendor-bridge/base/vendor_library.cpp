@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/haptic-vendor-bridge/base/vendor_library.h"
+
+#include <dlfcn.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+
+namespace hapticd::tools {
+
+base::Result<VendorLibrary> VendorLibrary::load(const std::vector<std::string>& candidates,
+                                                const std::string& remedy) {
+  std::vector<std::string> failures;
+  for (const std::string& candidate : candidates) {
+    // the libraries of a vendor look for each other's symbols
+    if (void* handle = ::dlopen(candidate.c_str(), RTLD_NOW | RTLD_GLOBAL); handle != nullptr)
+      return VendorLibrary(candidate, handle);
+    const char* why = ::dlerror();
+    failures.emplace_back(why == nullptr ? candidate : why);
+  }
+  return std::unexpected(base::Error{"vendor's library",
+                                     candidates.empty()
+                                         ? "none was found"
+                                         : fmt::format("none can be loaded: {}", fmt::join(failures, "; ")),
+                                     remedy});
+}
+
+base::Result<void*> VendorLibrary::symbolOf(const char* name) const {
+  void* symbol = ::dlsym(handle_, name);
+  if (symbol != nullptr) return symbol;
+  return std::unexpected(base::Error{path_, fmt::format("has no function {}", name),
+                                     "install a newer version of the vendor's software"});
+}
+
+std::vector<std::string> versionsOf(const std::string& folder, const std::string& name) {
+  std::vector<std::string> found;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+    const std::string file = entry.path().filename().string();
+    if (file == name || file.starts_with(name + ".")) found.push_back(entry.path().string());
+  }
+  std::ranges::sort(found, std::greater{});
+  return found;
+}
+
+}  // namespace hapticd::tools
