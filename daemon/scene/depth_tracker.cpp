@@ -13,7 +13,6 @@
 namespace hapticd::daemon {
 namespace {
 
-using rt::Quaternion;
 using rt::SolidPose;
 using rt::Vec3;
 
@@ -21,26 +20,6 @@ using rt::Vec3;
 constexpr double kHandRadius_m = 0.03;
 /// Poses that wait for the control thread; it takes them every few milliseconds.
 constexpr std::size_t kMaxPoses = 64;
-
-/// The quaternion of a rotation matrix, from its largest component, which is at least 1/2.
-Quaternion quaternionOf(const rt::Rotation& r) {
-  const double trace = r[0] + r[4] + r[8];
-  const std::array<double, 4> squares{1 + r[0] - r[4] - r[8], 1 - r[0] + r[4] - r[8], 1 - r[0] - r[4] + r[8],
-                                      1 + trace};
-  const auto largest = std::ranges::max_element(squares) - squares.begin();
-  const double twice = std::sqrt(squares[static_cast<std::size_t>(largest)]);
-  const double f = 0.5 / twice;
-  switch (largest) {
-    case 0:
-      return rt::normalised({0.5 * twice, f * (r[1] + r[3]), f * (r[2] + r[6]), f * (r[7] - r[5])});
-    case 1:
-      return rt::normalised({f * (r[1] + r[3]), 0.5 * twice, f * (r[5] + r[7]), f * (r[2] - r[6])});
-    case 2:
-      return rt::normalised({f * (r[2] + r[6]), f * (r[5] + r[7]), 0.5 * twice, f * (r[3] - r[1])});
-    default:
-      return rt::normalised({f * (r[7] - r[5]), f * (r[2] - r[6]), f * (r[3] - r[1]), 0.5 * twice});
-  }
-}
 
 /// T_world_frame of a solid that was found at T_world_solid.
 rt::RigidPose frameOf(const SolidPose& T_world_solid, const SolidPose& T_frame_solid) {
@@ -54,7 +33,7 @@ rt::RigidPose frameOf(const SolidPose& T_world_solid, const SolidPose& T_frame_s
     }
   }
   T_world_frame.position_m = T_world_solid.position_m - T_world_frame.directionOut(T_frame_solid.position_m);
-  return {T_world_frame.position_m, quaternionOf(T_world_frame.rotation)};
+  return {T_world_frame.position_m, rt::normalised(rt::quaternionOf(T_world_frame.rotation))};
 }
 
 }  // namespace

@@ -42,6 +42,7 @@ bool VelocityCheck::add(const Vec3& position_m, std::int64_t time_ns, const Vec3
 
 HandleFrame::HandleFrame(const config::HandleSettings& settings, const rt::HandleScaleParameters& scale)
     : rotation_world_handle_(rt::rotationOf(settings.pose())),
+      orientation_world_handle_(rt::quaternionOf(rotation_world_handle_)),
       origin_m_in_world_(settings.pose().position_m),
       motion_scale_(scale.motion_scale),
       clutch_button_(settings.clutch_button),
@@ -89,6 +90,13 @@ rt::HandleState HandleFrame::stateOf(const HandleMeasurement& measurement) {
                                         : rt::VelocitySource::device;
   state.command_latency_ns = measurement.command_latency_ns;
   state.damps = measurement.damps;
+  if (measurement.orientation_in_handle) {
+    state.has_orientation = true;
+    state.orientation_in_world =
+        rt::normalised(orientation_world_handle_ * *measurement.orientation_in_handle);
+  }
+  state.has_gripper = measurement.gripper_rad.has_value();
+  state.gripper_rad = measurement.gripper_rad.value_or(0);
   state.probes = measures_latency_ && measurement.over_link;
   if (!measurement.calibrated) {
     state.condition = rt::HandleCondition::not_calibrated;

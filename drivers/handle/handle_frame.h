@@ -8,6 +8,7 @@
 #include "config/settings/settings.h"
 #include "drivers/handle/position_tracker.h"
 #include "drivers/handle/velocity_estimator.h"
+#include "rt/base/rigid_pose.h"
 #include "rt/base/vec3.h"
 #include "rt/channels/handle_channel.h"
 
@@ -57,6 +58,9 @@ struct HandleMeasurement {
   double delay_s = 0;                                       ///< see rt::HandleState
   std::int64_t command_latency_ns = 0;                      ///< see rt::HandleState
   bool damps = false;                                       ///< see rt::HandleState
+  std::optional<rt::Quaternion> orientation_in_handle =
+      {};  ///< unit; maps vectors of the tool to the device's
+  std::optional<double> gripper_rad = {};
   bool over_link = false;  ///< the device exerts forces over a link that cannot tell how late
 };
 
@@ -76,7 +80,7 @@ class HandleFrame {
   /// Returns the state to publish; its sequence number is incremented each time.
   rt::HandleState stateOf(const HandleMeasurement& measurement);
 
-  /// Converts a force from world to device axes, in newtons at the hand; zero if it is not finite.
+  /// Converts a force or torque from world to device axes; zero if it is not finite.
   rt::Vec3 forceInHandle(const rt::Vec3& force_n_in_world) const;
 
   std::uint64_t session() const { return session_; }
@@ -85,6 +89,7 @@ class HandleFrame {
   rt::Vec3 toWorldAxes(const rt::Vec3& v) const;
 
   std::array<double, 9> rotation_world_handle_;  // row by row
+  rt::Quaternion orientation_world_handle_;
   rt::Vec3 origin_m_in_world_;
   double motion_scale_;
   int clutch_button_;

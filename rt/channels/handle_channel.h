@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "rt/base/rigid_pose.h"
 #include "rt/base/vec3.h"
 #include "rt/base/words.h"
 #include "rt/channels/triple_buffer.h"
@@ -47,6 +48,10 @@ struct HandleState {
   VelocitySource velocity_source = VelocitySource::device;
   /// The device exerts forces over a link that cannot tell how late: the loop measures it (latency_probe.h).
   bool probes = false;
+  bool has_orientation = false;          ///< the device measures how it is held
+  bool has_gripper = false;              ///< the device measures a gripper
+  Quaternion orientation_in_world = {};  ///< unit; maps vectors of the held tool to the world; see above
+  double gripper_rad = 0;                ///< opening angle; 0: closed
 };
 
 /// Time for which a device exerts a command. Where the loop has not computed another one for longer, the
@@ -63,6 +68,8 @@ struct HandleCommand {
   /// For a device that damps contact by itself, using its own velocity v without delay: it subtracts this
   /// value times the component of v along the force from the force, but never reverses the force. At least 0.
   double contact_damping_n_s_per_m = 0;
+  Vec3 torque_n_m_in_world = {};  ///< about the HIP; a law that computes none leaves it at zero
+  double gripper_force_n = 0;     ///< > 0 opens
 };
 
 /// Carry measurements from the handle thread to the force thread and commands back.

@@ -210,6 +210,23 @@ constexpr auto fieldsOf(std::type_identity<Status>) {
       HAPTICD_FIELD(handle.damps, "Whether the device damps contact itself, so that the box does not"),
       HAPTICD_FIELD(handle.velocity_source, "Where the velocity comes from"),
       HAPTICD_FIELD(handle.probes, "Whether the loop measures how late the device's link is").hidden(),
+      HAPTICD_FIELD(handle.has_orientation, "Whether the device measures how it is held").hidden(),
+      HAPTICD_FIELD(handle.has_gripper, "Whether the device measures a gripper").hidden(),
+      HAPTICD_FIELD(handle.orientation_in_world.x, "").hidden(),
+      HAPTICD_FIELD(handle.orientation_in_world.y, "").hidden(),
+      HAPTICD_FIELD(handle.orientation_in_world.z, "").hidden(),
+      HAPTICD_FIELD(handle.orientation_in_world.w,
+                    "How the tool is held, as a unit quaternion x, y, z, w that maps its vectors to the "
+                    "world; null: not measured")
+          .named("orientationXyzw")
+          .shownAs([](const auto& tick) {
+            const Quaternion& q = tick.handle.orientation_in_world;
+            return tick.handle.has_orientation ? std::optional(std::array{q.x, q.y, q.z, q.w}) : std::nullopt;
+          }),
+      HAPTICD_FIELD(handle.gripper_rad, "Opening angle of the gripper, radians; null: not measured")
+          .shownAs([](const auto& tick) {
+            return tick.handle.has_gripper ? std::optional(tick.handle.gripper_rad) : std::nullopt;
+          }),
       HAPTICD_FIELD(hip_m_in_world, "The haptic interaction point (HIP), metres, world frame"),
       HAPTICD_FIELD(proxy_m_in_world, "The proxy, metres, world frame; null: the law has no proxy")
           .shownAs([](const auto& tick) { return ifItHasAProxy(tick, tick.proxy_m_in_world); }),

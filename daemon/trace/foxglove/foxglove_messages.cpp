@@ -290,11 +290,11 @@ void write(CdrWriter& to, const rt::Vec3& vector) {
   writeNumbers(to, {vector.x, vector.y, vector.z});
 }
 
-void write(CdrWriter& to, const Quaternion& rotation) {
+void write(CdrWriter& to, const rt::Quaternion& rotation) {
   writeNumbers(to, {rotation.x, rotation.y, rotation.z, rotation.w});
 }
 
-void writePose(CdrWriter& to, const rt::Vec3& position_m, const Quaternion& rotation) {
+void writePose(CdrWriter& to, const rt::Vec3& position_m, const rt::Quaternion& rotation) {
   write(to, position_m);
   write(to, rotation);
 }
@@ -304,7 +304,7 @@ void write(CdrWriter& to, const Color& color) {
 }
 
 void write(CdrWriter& to, const Arrow& arrow) {
-  writePose(to, arrow.tail_m, rotationOfXAxisTo(arrow.tail_to_tip_m));
+  writePose(to, arrow.tail_m, rt::shortestRotation({1, 0, 0}, arrow.tail_to_tip_m));
   const double shaft_m = std::max(0.0, rt::norm(arrow.tail_to_tip_m) - arrow.head_length_m);
   writeNumbers(to, {shaft_m, arrow.shaft_diameter_m, arrow.head_length_m, arrow.head_diameter_m});
   write(to, arrow.color);
@@ -351,32 +351,6 @@ void writeEntity(CdrWriter& to, std::uint64_t realtime_ns, const Entity& entity)
 }
 
 }  // namespace
-
-Quaternion quaternionOf(const std::array<double, 9>& rotation) {
-  const auto& [xx, xy, xz, yx, yy, yz, zx, zy, zz] = rotation;
-  // twice the absolute value of each component; the largest one divides, for the sake of accuracy
-  const double w = std::sqrt(std::max(0.0, 1 + xx + yy + zz));
-  const double x = std::sqrt(std::max(0.0, 1 + xx - yy - zz));
-  const double y = std::sqrt(std::max(0.0, 1 - xx + yy - zz));
-  const double z = std::sqrt(std::max(0.0, 1 - xx - yy + zz));
-  const double largest = std::max({w, x, y, z});
-  const double share = 0.5 / largest;
-  if (largest == w) return {share * (zy - yz), share * (xz - zx), share * (yx - xy), w / 2};
-  if (largest == x) return {x / 2, share * (xy + yx), share * (xz + zx), share * (zy - yz)};
-  if (largest == y) return {share * (xy + yx), y / 2, share * (yz + zy), share * (xz - zx)};
-  return {share * (xz + zx), share * (yz + zy), z / 2, share * (yx - xy)};
-}
-
-Quaternion rotationOfXAxisTo(const rt::Vec3& to) {
-  const double length = rt::norm(to);
-  const double cosine = to.x / length;
-  constexpr double kAlmostOpposite = -1 + 1e-12;
-  if (cosine < kAlmostOpposite) return {0, 0, 1, 0};  // half a turn about z
-  // (x axis) x to = (0, -z, y); half the angle by adding the rotation by zero
-  const double y = -to.z / length, z = to.y / length, w = 1 + cosine;
-  const double norm = std::sqrt(y * y + z * z + w * w);
-  return {0, y / norm, z / norm, w / norm};
-}
 
 void encodeScene(std::uint64_t realtime_ns, std::span<const Entity> entities, std::string& to) {
   CdrWriter writer(to);

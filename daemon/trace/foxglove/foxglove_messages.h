@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "daemon/trace/format/messages.h"
+#include "rt/base/rigid_pose.h"
 #include "rt/base/vec3.h"
 
 /// Message types that Foxglove and Lichtblick draw without a plug-in (github.com/foxglove/foxglove-sdk,
@@ -37,19 +38,6 @@ inline constexpr std::string_view kOpticalFrame = "camera_optical";
 /// Returns the text of a schema (encoding ros2msg) with the types that it depends on; "" for a name that is
 /// none of the above.
 std::string_view schemaOf(std::string_view schema_name);
-
-/// A unit quaternion.
-struct Quaternion {
-  double x = 0;
-  double y = 0;
-  double z = 0;
-  double w = 1;
-};
-/// Returns the rotation that a matrix describes, given row by row; it must be a rotation.
-Quaternion quaternionOf(const std::array<double, 9>& rotation);
-/// Returns the shortest rotation that turns the x axis into the direction of `to`, which must be finite and
-/// not zero.
-Quaternion rotationOfXAxisTo(const rt::Vec3& to);
 
 /// Red, green, blue and opacity, 0..1.
 struct Color {
@@ -96,7 +84,7 @@ struct Transform {
   std::string_view parent;
   std::string_view child;
   rt::Vec3 translation_m = {};
-  Quaternion rotation = {};
+  rt::Quaternion rotation = {};
 };
 void encodeTransforms(std::uint64_t realtime_ns, std::span<const Transform> transforms, std::string& to);
 

@@ -205,7 +205,7 @@ void encodeCameraTransforms(std::uint64_t realtime_ns, const rt::DepthFrameHeade
       Transform{.parent = kWorldFrame,
                 .child = kCameraFrame,
                 .translation_m = {x_m, y_m, z_m},
-                .rotation = quaternionOf(camera.rotation_world_camera)},
+                .rotation = rt::quaternionOf(camera.rotation_world_camera)},
       Transform{.parent = kCameraFrame, .child = kOpticalFrame, .rotation = {1, 0, 0, 0}}};
   encodeTransforms(realtime_ns, transforms, to);
 }

@@ -84,10 +84,17 @@ Vec3 SimulatedHand::velocity_m_per_s_in_world() const {
   return {axes_[0].velocity_m_per_s(), axes_[1].velocity_m_per_s(), axes_[2].velocity_m_per_s()};
 }
 
+rt::Quaternion SimulatedHand::orientation_in_world() const {
+  const Vec3 pivot_m = settings_.start_m_in_world - kForearm_m * forward_;
+  const Vec3 forearm_m = position_m_in_world() - pivot_m;
+  // at the pivot itself it points nowhere
+  return rt::shortestRotation({0, 0, -1}, norm(forearm_m) > 0 ? forearm_m : forward_);
+}
+
 void SimulatedHand::step(const Vec3& force_n_in_world) {
-  const Vec3 force_n = limited(force_n_in_world);
-  aim(-dot(force_n, forward_));
-  move(force_n);
+  force_n_ = limited(force_n_in_world);
+  aim(-dot(force_n_, forward_));
+  move(force_n_);
 }
 
 void SimulatedHand::beginRound() {

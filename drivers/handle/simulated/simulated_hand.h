@@ -5,6 +5,7 @@
 
 #include "config/settings/settings.h"
 #include "drivers/handle/simulated/device_and_hand.h"
+#include "rt/base/rigid_pose.h"
 #include "rt/base/vec3.h"
 
 namespace hapticd::drivers {
@@ -72,6 +73,9 @@ class SimulatedHand {
   static constexpr double kLooseGrip = 0.5;
   static constexpr double kFirmGrip = 2;
 
+  static constexpr double kForearm_m = 0.3;
+  static constexpr double kOpen_rad = 0.5;
+
   /// `step_s`: length of all steps, above zero. The direction of approach must not be zero; the mass must be
   /// above zero; friction, damping and stiffness must not be negative.
   SimulatedHand(const SimulatedHandleSettings& settings, double step_s);
@@ -82,6 +86,11 @@ class SimulatedHand {
 
   rt::Vec3 position_m_in_world() const;
   rt::Vec3 velocity_m_per_s_in_world() const;
+  /// How the tool is held, whose axis -z points ahead: the forearm turns about a point kForearm_m behind
+  /// where the hand began. A unit quaternion that maps vectors of the tool to the world.
+  rt::Quaternion orientation_in_world() const;
+  /// Opening angle of a gripper in the hand, which closes it as it presses harder; 0..kOpen_rad.
+  double gripper_rad() const { return kOpen_rad / (1 + norm(force_n_)); }
   Phase phase() const { return phase_; }
   /// Returns the action of this round; never `mixed`.
   HandScript action() const { return action_; }
@@ -110,6 +119,7 @@ class SimulatedHand {
   std::array<Motion, 3> axes_;  // x, y, z in the world
   rt::Vec3 aim_;                // target position of the hand
   rt::Vec3 aim_velocity_;       // of the free part of the aim; zero along the approach while it is held back
+  rt::Vec3 force_n_;            // that the handle exerts
   rt::Vec3 turn_;               // end of the retreat
   HandScript action_ = HandScript::stroke;
   int taps_left_ = 0;

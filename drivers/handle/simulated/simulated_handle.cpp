@@ -42,6 +42,9 @@ class Encoders {
   void measure(const SimulatedHand& hand, rt::HandleState& state) {
     state.position_m_in_world = hand.position_m_in_world();
     state.velocity_m_per_s_in_world = hand.velocity_m_per_s_in_world();
+    state.has_orientation = state.has_gripper = true;
+    state.orientation_in_world = hand.orientation_in_world();
+    state.gripper_rad = hand.gripper_rad();
     if (quantum_m_ <= 0) return;
     rt::Vec3& p = state.position_m_in_world;
     p = tracker_.add({rounded(p.x), rounded(p.y), rounded(p.z)}, state.time_ns);

@@ -33,6 +33,7 @@ std::uint64_t randomSession() {
 Header Conversation::numbered(std::int64_t now_ns) {
   Header header;
   header.session = session_;
+  header.version = version_;
   header.sequence = ++sent_;
   header.time_ns = now_ns;
   sent_ns_[sent_ % kRememberedSends] = now_ns;
@@ -49,6 +50,7 @@ Header Conversation::next(std::int64_t now_ns) {
 
 Header Conversation::answerTo(const Header& heard, std::int64_t now_ns) {
   Header header = numbered(now_ns);
+  header.version = heard.version;
   header.echo = {heard.session, heard.sequence, 0};
   return header;
 }
@@ -123,6 +125,7 @@ void Conversation::takeOver(const Header& header, std::int64_t now_ns) {
     if (possible) counts_.lost += missing - std::min(missing, unproven_since_);
     seen_ = (step < kWindow ? seen_ << step : 0) | 1;
   }
+  version_ = header.version;
   peer_session_ = header.session;
   newest_ = header.sequence;
   newest_arrived_ns_ = now_ns;

@@ -34,7 +34,9 @@ class Conversation {
     reordered,   ///< older than a packet already processed
   };
 
-  explicit Conversation(std::uint64_t session = randomSession()) : session_(session) {}
+  /// `version`: of the packets that are sent until one of the peer was processed; then it is that one's.
+  explicit Conversation(std::uint64_t session = randomSession(), std::uint8_t version = kVersion)
+      : session_(session), version_(version) {}
 
   /// Returns the header of the next packet to send; it echoes the newest processed packet.
   Header next(std::int64_t now_ns);
@@ -77,6 +79,7 @@ class Conversation {
   static constexpr std::uint64_t kWindow = 64;           // bits of seen_
 
   std::uint64_t session_;
+  std::uint8_t version_;
   std::uint64_t sent_ = 0;
   std::array<std::int64_t, kRememberedSends> sent_ns_{};
 

@@ -15,12 +15,11 @@ namespace {
 
 using rt::Vec3;
 using Bytes = std::span<const std::byte>;
-using PacketArray = std::array<std::byte, kAuthenticatedBytes>;
+using PacketArray = std::array<std::byte, kMaxPacketBytes>;
 
 enum class Kind : std::uint8_t { state = 1, command = 2 };
 
 constexpr std::uint32_t kMagic = 0x43545048;  // "HPTC" in byte order
-constexpr std::uint8_t kVersion = 1;
 
 // Bits of the flags field.
 constexpr std::uint16_t kAuthenticated = 1;
@@ -50,9 +49,27 @@ constexpr std::size_t kTickTimeAt = 88;
 constexpr std::size_t kOffersAt = 96;
 constexpr std::size_t kDampingAt = 100;
 constexpr std::size_t kButtonsOrModeAt = 104;
-constexpr std::size_t kCrcAt = 108;
-static_assert(kCrcAt + sizeof(std::uint32_t) == kPlainBytes);
-static_assert(kPlainBytes + SHA256_DIGEST_SIZE == kAuthenticatedBytes);
+// From version 2 on.
+constexpr std::size_t kMeasuredAt = 108;
+constexpr std::size_t kDrivenAt = 110;
+constexpr std::size_t kOrientationAt = 112;
+constexpr std::size_t kTorqueAt = 112;
+constexpr std::size_t kGripperForceAt = 136;
+constexpr std::size_t kGripperAt = 144;
+constexpr std::size_t kDeviceLatencyAt = 152;
+static_assert(kAuthenticationBytes == SHA256_DIGEST_SIZE);
+
+// Bits of what is measured and what is driven besides the force.
+constexpr std::uint16_t kOrientation = 1;
+constexpr std::uint16_t kGripper = 2;
+constexpr std::uint16_t kTorque = 2;
+constexpr std::uint16_t kGripperForce = 4;
+constexpr std::uint16_t kForce = 1;
+
+/// The checksum ends a packet without authentication.
+constexpr std::size_t crcAt(std::uint8_t version) {
+  return plainBytesOf(version) - sizeof(std::uint32_t);
+}
 
 // Differences of two such numbers cannot overflow.
 constexpr std::uint64_t kMaxHeaderNumber = std::uint64_t{1} << 62;
@@ -77,16 +94,17 @@ Number get(Bytes bytes, std::size_t at) {
   return static_cast<Number>(number);
 }
 
+double getNumber(Bytes bytes, std::size_t at) {
+  return std::bit_cast<double>(get<std::uint64_t>(bytes, at));
+}
+
 Vec3 getVector(Bytes bytes, std::size_t at) {
-  const auto coordinate = [&](std::size_t i) {
-    return std::bit_cast<double>(get<std::uint64_t>(bytes, at + 8 * i));
-  };
-  return {coordinate(0), coordinate(1), coordinate(2)};
+  return {getNumber(bytes, at), getNumber(bytes, at + 8), getNumber(bytes, at + 16)};
 }
 
 void putHeader(PacketArray& bytes, Kind kind, std::uint16_t flags, const Header& header) {
   put(bytes, kMagicAt, kMagic);
-  put(bytes, kVersionAt, kVersion);
+  put(bytes, kVersionAt, header.version);
   put(bytes, kKindAt, static_cast<std::uint8_t>(kind));
   put(bytes, kFlagsAt, flags);
   put(bytes, kSessionAt, header.session);
@@ -99,6 +117,7 @@ void putHeader(PacketArray& bytes, Kind kind, std::uint16_t flags, const Header&
 
 Header getHeader(Bytes bytes) {
   Header header;
+  header.version = get<std::uint8_t>(bytes, kVersionAt);
   header.session = get<std::uint64_t>(bytes, kSessionAt);
   header.sequence = get<std::uint64_t>(bytes, kSequenceAt);
   header.time_ns = get<std::int64_t>(bytes, kTimeAt);
@@ -127,20 +146,23 @@ std::array<std::byte, SHA256_DIGEST_SIZE> authenticationOf(Bytes bytes, Bytes ke
 
 /// Checks the envelope, cheapest checks first.
 std::expected<void, Refusal> checkEnvelope(Bytes bytes, Kind kind, std::uint16_t known_flags, Bytes key) {
-  if (bytes.size() != kPlainBytes && bytes.size() != kAuthenticatedBytes)
-    return std::unexpected(Refusal::wrong_size);
+  if (bytes.size() < plainBytesOf(kOldestVersion)) return std::unexpected(Refusal::wrong_size);
   if (get<std::uint32_t>(bytes, kMagicAt) != kMagic) return std::unexpected(Refusal::not_this_protocol);
-  if (get<std::uint8_t>(bytes, kVersionAt) != kVersion) return std::unexpected(Refusal::other_version);
-  if (get<std::uint32_t>(bytes, kCrcAt) != crc32c(bytes.first(kCrcAt)))
+  const auto version = get<std::uint8_t>(bytes, kVersionAt);
+  if (version < kOldestVersion || version > kVersion) return std::unexpected(Refusal::other_version);
+  const std::size_t plain = plainBytesOf(version);
+  if (bytes.size() != plain && bytes.size() != plain + kAuthenticationBytes)
+    return std::unexpected(Refusal::wrong_size);
+  if (get<std::uint32_t>(bytes, crcAt(version)) != crc32c(bytes.first(crcAt(version))))
     return std::unexpected(Refusal::damaged);
   const auto flags = get<std::uint16_t>(bytes, kFlagsAt);
   const bool authenticated = (flags & kAuthenticated) != 0;
-  if (authenticated != (bytes.size() == kAuthenticatedBytes)) return std::unexpected(Refusal::wrong_size);
+  if (authenticated != (bytes.size() > plain)) return std::unexpected(Refusal::wrong_size);
   if (authenticated && key.empty()) return std::unexpected(Refusal::authenticated_without_key);
   if (!authenticated && !key.empty()) return std::unexpected(Refusal::not_authenticated);
   if (authenticated) {
-    const auto expected = authenticationOf(bytes.first(kPlainBytes), key);
-    if (memeql_sec(expected.data(), bytes.data() + kPlainBytes, expected.size()) == 0)
+    const auto expected = authenticationOf(bytes.first(plain), key);
+    if (memeql_sec(expected.data(), bytes.data() + plain, expected.size()) == 0)
       return std::unexpected(Refusal::wrong_key);
   }
   if (get<std::uint8_t>(bytes, kKindAt) != static_cast<std::uint8_t>(kind))
@@ -150,9 +172,52 @@ std::expected<void, Refusal> checkEnvelope(Bytes bytes, Kind kind, std::uint16_t
   return {};
 }
 
+std::expected<void, Refusal> checkNumber(double number, double max) {
+  if (!std::isfinite(number)) return std::unexpected(Refusal::not_finite);
+  if (std::abs(number) > max) return std::unexpected(Refusal::out_of_range);
+  return {};
+}
+
 std::expected<void, Refusal> checkLength(const Vec3& vector, double max) {
   if (!isFinite(vector)) return std::unexpected(Refusal::not_finite);
   if (norm(vector) > max) return std::unexpected(Refusal::out_of_range);
+  return {};
+}
+
+void putSecond(PacketArray& bytes, const StatePacket& packet) {
+  const int measured =
+      (packet.orientation_in_handle ? kOrientation : 0) | (packet.gripper_rad ? kGripper : 0);
+  const int driven =
+      kForce | (packet.drives_torque ? kTorque : 0) | (packet.drives_gripper ? kGripperForce : 0);
+  put(bytes, kMeasuredAt, static_cast<std::uint16_t>(measured));
+  put(bytes, kDrivenAt, static_cast<std::uint16_t>(driven));
+  const rt::Quaternion q = packet.orientation_in_handle.value_or(rt::Quaternion{});
+  put(bytes, kOrientationAt, Vec3{q.x, q.y, q.z});
+  put(bytes, kOrientationAt + 24, std::bit_cast<std::uint64_t>(q.w));
+  put(bytes, kGripperAt, std::bit_cast<std::uint64_t>(packet.gripper_rad.value_or(0)));
+  put(bytes, kDeviceLatencyAt, static_cast<std::uint64_t>(packet.device_latency_ns));
+}
+
+std::expected<void, Refusal> getSecond(Bytes bytes, StatePacket& packet) {
+  constexpr double kMaxLengthError = 0.01;
+  const auto measured = get<std::uint16_t>(bytes, kMeasuredAt);
+  const auto driven = get<std::uint16_t>(bytes, kDrivenAt);
+  packet.drives_torque = (driven & kTorque) != 0;
+  packet.drives_gripper = (driven & kGripperForce) != 0;
+  if ((measured & kOrientation) != 0) {
+    const Vec3 axis = getVector(bytes, kOrientationAt);
+    const rt::Quaternion q{axis.x, axis.y, axis.z, getNumber(bytes, kOrientationAt + 24)};
+    if (auto ok = checkNumber(std::sqrt(dot(q, q)) - 1, kMaxLengthError); !ok) return ok;
+    packet.orientation_in_handle = rt::normalised(q);
+  }
+  if ((measured & kGripper) != 0) {
+    const double gripper_rad = getNumber(bytes, kGripperAt);
+    if (auto ok = checkNumber(gripper_rad, kMaxGripperRad); !ok) return ok;
+    packet.gripper_rad = gripper_rad;
+  }
+  packet.device_latency_ns = get<std::int64_t>(bytes, kDeviceLatencyAt);
+  if (packet.device_latency_ns < 0 || packet.device_latency_ns > kMaxDeviceLatencyNs)
+    return std::unexpected(Refusal::out_of_range);
   return {};
 }
 
@@ -166,13 +231,16 @@ PacketBytes sealed(PacketArray bytes, Bytes key) {
   if (!key.empty()) {
     put(bytes, kFlagsAt, static_cast<std::uint16_t>(get<std::uint16_t>(bytes, kFlagsAt) | kAuthenticated));
   }
-  put(bytes, kCrcAt, crc32c(Bytes(bytes).first(kCrcAt)));
+  const auto version = get<std::uint8_t>(bytes, kVersionAt);
+  put(bytes, crcAt(version), crc32c(Bytes(bytes).first(crcAt(version))));
   PacketBytes packet;
-  packet.size_ = key.empty() ? kPlainBytes : kAuthenticatedBytes;
-  if (!key.empty()) {
-    std::ranges::copy(authenticationOf(Bytes(bytes).first(kPlainBytes), key), bytes.begin() + kPlainBytes);
-  }
   packet.bytes_ = bytes;
+  packet.size_ = plainBytesOf(version);
+  if (!key.empty()) {
+    const auto authentication = authenticationOf(packet.bytes(), key);
+    std::ranges::copy(authentication, packet.bytes_.begin() + static_cast<std::ptrdiff_t>(packet.size_));
+    packet.size_ += authentication.size();
+  }
   return packet;
 }
 
@@ -184,6 +252,7 @@ PacketBytes encode(const StatePacket& packet, Bytes key) {
   put(bytes, kFirstVectorAt, packet.position_m_in_handle);
   put(bytes, kSecondVectorAt, packet.velocity_m_per_s_in_handle);
   put(bytes, kButtonsOrModeAt, packet.buttons);
+  if (packet.header.version >= 2) putSecond(bytes, packet);
   return sealed(bytes, key);
 }
 
@@ -196,6 +265,10 @@ PacketBytes encode(const CommandPacket& packet, Bytes key) {
   put(bytes, kOffersAt, packet.may_damp ? kMayDamp : std::uint32_t{0});
   put(bytes, kDampingAt, std::bit_cast<std::uint32_t>(static_cast<float>(packet.contact_damping_n_s_per_m)));
   put(bytes, kButtonsOrModeAt, std::uint32_t{packet.active ? 1U : 0U});
+  if (packet.header.version >= 2) {
+    put(bytes, kTorqueAt, packet.torque_n_m_in_handle);
+    put(bytes, kGripperForceAt, std::bit_cast<std::uint64_t>(packet.gripper_force_n));
+  }
   return sealed(bytes, key);
 }
 
@@ -216,6 +289,9 @@ std::expected<StatePacket, Refusal> decodeState(Bytes bytes, Bytes key) {
     return std::unexpected(ok.error());
   if (auto ok = checkLength(packet.velocity_m_per_s_in_handle, kMaxSpeedMPerS); !ok)
     return std::unexpected(ok.error());
+  if (packet.header.version >= 2) {
+    if (auto ok = getSecond(bytes, packet); !ok) return std::unexpected(ok.error());
+  }
   return packet;
 }
 
@@ -236,6 +312,13 @@ std::expected<CommandPacket, Refusal> decodeCommand(Bytes bytes, Bytes key) {
   if (!std::isfinite(packet.contact_damping_n_s_per_m)) return std::unexpected(Refusal::not_finite);
   if (packet.contact_damping_n_s_per_m < 0 || packet.contact_damping_n_s_per_m > kMaxDampingNSPerM)
     return std::unexpected(Refusal::out_of_range);
+  if (packet.header.version >= 2) {
+    packet.torque_n_m_in_handle = getVector(bytes, kTorqueAt);
+    packet.gripper_force_n = getNumber(bytes, kGripperForceAt);
+    if (auto ok = checkLength(packet.torque_n_m_in_handle, kMaxTorqueNM); !ok)
+      return std::unexpected(ok.error());
+    if (auto ok = checkNumber(packet.gripper_force_n, kMaxForceN); !ok) return std::unexpected(ok.error());
+  }
   return packet;
 }
 
@@ -264,7 +347,8 @@ std::string_view textOf(Refusal refusal) {
     case Refusal::not_finite:
       return "a value that is not finite (does the device work correctly?)";
     case Refusal::out_of_range:
-      return "a value out of range (the units are metres, metres per second and newtons)";
+      return "a value out of range (the units are metres, metres per second, newtons and newton metres; "
+             "quaternions have length 1)";
   }
   return "";
 }

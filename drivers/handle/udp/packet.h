@@ -5,20 +5,31 @@
 #include <cstddef>
 #include <cstdint>
 #include <expected>
+#include <optional>
 #include <span>
 #include <string_view>
 
+#include "rt/base/rigid_pose.h"
 #include "rt/base/vec3.h"
 
 /// The packets of protocol.md as structures, and their encoding.
 namespace hapticd::drivers::udp {
 
-inline constexpr std::size_t kPlainBytes = 112;
-inline constexpr std::size_t kAuthenticatedBytes = 144;  ///< includes the HMAC-SHA-256
-inline constexpr double kMaxPositionM = 10;              ///< from the handle's origin
+inline constexpr std::uint8_t kOldestVersion = 1;
+inline constexpr std::uint8_t kVersion = 2;  ///< newest: orientation, gripper and torque travel as well
+inline constexpr std::size_t kAuthenticationBytes = 32;  ///< of the HMAC-SHA-256, behind a packet
+/// Size of a packet that is not authenticated. `version`: kOldestVersion..kVersion.
+constexpr std::size_t plainBytesOf(std::uint8_t version) {
+  return version == 1 ? 112 : 168;
+}
+inline constexpr std::size_t kMaxPacketBytes = plainBytesOf(kVersion) + kAuthenticationBytes;
+inline constexpr double kMaxPositionM = 10;  ///< from the handle's origin
 inline constexpr double kMaxSpeedMPerS = 100;
 inline constexpr double kMaxForceN = 1000;
 inline constexpr double kMaxDampingNSPerM = 1000;
+inline constexpr double kMaxTorqueNM = 100;
+inline constexpr double kMaxGripperRad = 7;
+inline constexpr std::int64_t kMaxDeviceLatencyNs = 1'000'000'000;
 
 /// The packet of the receiver that the sender received last; all zero: none yet.
 struct Echo {
@@ -33,6 +44,7 @@ struct Header {
   std::uint64_t sequence = 0;  ///< 1 for the sender's first packet, incremented with each
   std::int64_t time_ns = 0;    ///< when the packet was made, by the sender's monotonic clock
   Echo echo;
+  std::uint8_t version = kVersion;  ///< of the packet that it begins
 };
 
 /// Packet from the bridge to hapticd.
@@ -45,6 +57,12 @@ struct StatePacket {
   bool fault = false;  ///< the device has a fault
   bool damps = false;  ///< the bridge applies the contact damping of the commands
   std::uint32_t buttons = 0;
+  // From version 2 on; in a packet of version 1 as they are here.
+  std::optional<rt::Quaternion> orientation_in_handle = {};  ///< unit; maps vectors of the tool to the handle
+  std::optional<double> gripper_rad = {};                    ///< opening angle; 0: closed
+  bool drives_torque = false;                                ///< the device exerts torques
+  bool drives_gripper = false;                               ///< the device exerts forces on a gripper
+  std::int64_t device_latency_ns = 0;  ///< what the device adds to the delay beyond the bridge's loop
 };
 
 /// Packet from hapticd to the bridge.
@@ -56,6 +74,9 @@ struct CommandPacket {
   std::int64_t tick_ns = 0;              ///< when that tick began, by the sender's monotonic clock
   bool may_damp = false;                 ///< the sender supports StatePacket::damps; false for older senders
   double contact_damping_n_s_per_m = 0;  ///< for a bridge that damps; 0..kMaxDampingNSPerM, sent as binary32
+  // From version 2 on; in a packet of version 1 as they are here.
+  rt::Vec3 torque_n_m_in_handle = {};
+  double gripper_force_n = 0;  ///< > 0 opens
 };
 
 /// Reasons to reject received bytes.
@@ -83,12 +104,12 @@ class PacketBytes {
   std::span<const std::byte> bytes() const { return {bytes_.data(), size_}; }
 
  private:
-  friend PacketBytes sealed(std::array<std::byte, kAuthenticatedBytes> bytes, std::span<const std::byte> key);
-  std::array<std::byte, kAuthenticatedBytes> bytes_{};
+  friend PacketBytes sealed(std::array<std::byte, kMaxPacketBytes> bytes, std::span<const std::byte> key);
+  std::array<std::byte, kMaxPacketBytes> bytes_{};
   std::size_t size_ = 0;
 };
 
-/// Encodes a packet. `key`: empty: without authentication.  RT: safe.
+/// Encodes a packet in the version of its header. `key`: empty: without authentication.  RT: safe.
 PacketBytes encode(const StatePacket& packet, std::span<const std::byte> key);
 PacketBytes encode(const CommandPacket& packet, std::span<const std::byte> key);
 

@@ -147,9 +147,13 @@ void UdpWorker::publishNewest() {
   measurement.calibrated = packet.calibrated;
   if (packet.velocity_valid) measurement.velocity_m_per_s_in_handle = packet.velocity_m_per_s_in_handle;
   // The force computed from a state is sent with the reply to the following one.
-  measurement.delay_s = static_cast<double>(delay_.ninetyFifthPercentileNs() + state_interval_ns_) * 1e-9;
+  measurement.delay_s =
+      static_cast<double>(delay_.ninetyFifthPercentileNs() + state_interval_ns_ + packet.device_latency_ns) *
+      1e-9;
   measurement.command_latency_ns = gate_.latency_ns();
   measurement.damps = packet.damps;
+  measurement.orientation_in_handle = packet.orientation_in_handle;
+  measurement.gripper_rad = packet.gripper_rad;
   measurement.over_link = true;
   channels_.state.write(frame_.stateOf(measurement));
   ++measurements_;
@@ -183,6 +187,8 @@ void UdpWorker::sendCommand(std::int64_t now_ns) {
                        true};
   if (packet.active) {
     packet.force_n_in_handle = frame_.forceInHandle(*force_n_in_world);
+    packet.torque_n_m_in_handle = frame_.forceInHandle(command.torque_n_m_in_world);
+    packet.gripper_force_n = command.gripper_force_n;
     packet.contact_damping_n_s_per_m = std::clamp(command.contact_damping_n_s_per_m, 0.0, kMaxDampingNSPerM);
   }
   command_sent_ns_ = now_ns;
