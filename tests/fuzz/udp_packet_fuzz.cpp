@@ -28,11 +28,13 @@ void require(bool holds) {
 
 /// Most inputs would fail at the CRC: the same bytes with a correct one.
 std::vector<std::byte> withRightCrc(std::span<const std::byte> bytes) {
-  constexpr std::size_t kCrcAt = 108;
+  constexpr std::size_t kVersionAt = 4;
   std::vector<std::byte> packet(bytes.begin(), bytes.end());
-  if (packet.size() < udp::kPlainBytes) return packet;
-  const std::uint32_t crc = udp::crc32c(std::span(packet).first(kCrcAt));
-  for (std::size_t i = 0; i < sizeof crc; ++i) packet[kCrcAt + i] = static_cast<std::byte>(crc >> (8 * i));
+  if (packet.size() < udp::plainBytesOf(1)) return packet;
+  const std::size_t crc_at = udp::plainBytesOf(packet[kVersionAt] == std::byte{1} ? 1 : 2) - 4;
+  if (packet.size() < crc_at + 4) return packet;
+  const std::uint32_t crc = udp::crc32c(std::span(packet).first(crc_at));
+  for (std::size_t i = 0; i < sizeof crc; ++i) packet[crc_at + i] = static_cast<std::byte>(crc >> (8 * i));
   return packet;
 }
 
@@ -42,6 +44,8 @@ void take(std::span<const std::byte> bytes, std::span<const std::byte> key) {
   if (const auto state = udp::decodeState(bytes, key)) {
     require(norm(state->position_m_in_handle) <= udp::kMaxPositionM);
     require(norm(state->velocity_m_per_s_in_handle) <= udp::kMaxSpeedMPerS);
+    if (const auto& q = state->orientation_in_handle) require(std::abs(dot(*q, *q) - 1) < 1e-9);
+    require(std::abs(state->gripper_rad.value_or(0)) <= udp::kMaxGripperRad);
     now_ns += 1'000'000;
     conversation.answerTo(state->header, now_ns);
     conversation.hear(state->header, now_ns);
@@ -50,6 +54,7 @@ void take(std::span<const std::byte> bytes, std::span<const std::byte> key) {
   }
   if (const auto command = udp::decodeCommand(bytes, key)) {
     require(norm(command->force_n_in_handle) <= udp::kMaxForceN);
+    require(norm(command->torque_n_m_in_handle) <= udp::kMaxTorqueNM);
   }
 }
 
@@ -101,6 +106,17 @@ std::vector<std::string> seeds() {
   state = stateOf(207, 2);
   state.velocity_m_per_s_in_handle.z = udp::kMaxSpeedMPerS;
   all.push_back(encoded(state));
+  state = stateOf(208, 2);
+  state.orientation_in_handle = {0.5, -0.5, 0.5, 0.5};
+  state.gripper_rad = 0.2;
+  state.drives_torque = state.drives_gripper = true;
+  state.device_latency_ns = 1'000'000;
+  all.push_back(encoded(state));
+  all.push_back(encoded(state, kKey));
+  state.orientation_in_handle->w = 2;
+  all.push_back(encoded(state));
+  state.header.version = 1;
+  all.push_back(encoded(state));
 
   udp::CommandPacket command;
   command.header = stateOf(1, 1).header;
@@ -112,13 +128,15 @@ std::vector<std::string> seeds() {
   command.contact_damping_n_s_per_m = 2.5;
   all.push_back(encoded(command));
   all.push_back(encoded(command, kKey));
+  command.torque_n_m_in_handle = {0.1, 0, -udp::kMaxTorqueNM};
+  all.push_back(encoded(command));
   command.force_n_in_handle.y = 2 * udp::kMaxForceN;
   all.push_back(encoded(command));
   command.force_n_in_handle.y = 0;
   command.contact_damping_n_s_per_m = std::numeric_limits<double>::infinity();
   all.push_back(encoded(command));
-  all.push_back(all.front().substr(0, udp::kPlainBytes - 1));
-  all.push_back(all.front() + std::string(udp::kAuthenticatedBytes - udp::kPlainBytes, '\0'));
+  all.push_back(all.front().substr(0, all.front().size() - 1));
+  all.push_back(all.front() + std::string(udp::kAuthenticationBytes, '\0'));
   return all;
 }
 

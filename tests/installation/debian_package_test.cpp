@@ -124,7 +124,7 @@ TEST(DebianPackage, SharesNoFileWithTheOther) {
     EXPECT_TRUE(fs::exists(tools.path(program))) << program;
   }
   for (const char* program : {"usr/bin/hapticctl", "usr/bin/hapticd-view", "usr/bin/haptic-bridge",
-                              "usr/libexec/hapticd/hapticd"}) {
+                              "usr/bin/haptic-vendor-bridge", "usr/libexec/hapticd/hapticd"}) {
     EXPECT_TRUE(fs::exists(box.path(program))) << program;
   }
 }

@@ -16,6 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::set<std::string> kPrograms{"usr/bin/haptic-bridge",
+                                      "usr/bin/haptic-vendor-bridge",
                                       "usr/bin/haptic-palpate",
                                       "usr/bin/haptic-replay",
                                       "usr/bin/hapticbench",
@@ -39,6 +40,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
   const std::vector<std::string> expected{
       "etc/hapticd/hapticd.yaml",
       "usr/bin/haptic-bridge",
+      "usr/bin/haptic-vendor-bridge",
       "usr/bin/haptic-palpate",
       "usr/bin/haptic-replay",
       "usr/bin/hapticbench",
@@ -87,6 +89,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/share/doc/hapticd/examples/50-cpu.conf",
       "usr/share/doc/hapticd/examples/60-udp-peer.conf",
       "usr/share/doc/hapticd/examples/70-mail.conf",
+      "usr/share/doc/hapticd/examples/73-vendor-handles.rules",
       "usr/share/doc/hapticd/examples/d435.yaml",
       "usr/share/doc/hapticd/examples/demo-fixtures.yaml",
       "usr/share/doc/hapticd/examples/demo.yaml",
@@ -94,6 +97,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/share/doc/hapticd/examples/device.py",
       "usr/share/doc/hapticd/examples/forces.c",
       "usr/share/doc/hapticd/examples/forces.py",
+      "usr/share/doc/hapticd/examples/haptic-vendor-bridge.service",
       "usr/share/doc/hapticd/examples/hapticd-alerts.yml",
       "usr/share/doc/hapticd/examples/hapticd-check.service",
       "usr/share/doc/hapticd/examples/hapticd-check.timer",
@@ -105,6 +109,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/share/doc/hapticd/udp-protocol.md",
       "usr/share/fish/vendor_completions.d/hapticctl.fish",
       "usr/share/man/man1/haptic-bridge.1.gz",
+      "usr/share/man/man1/haptic-vendor-bridge.1.gz",
       "usr/share/man/man1/haptic-palpate.1.gz",
       "usr/share/man/man1/haptic-replay.1.gz",
       "usr/share/man/man1/hapticbench.1.gz",

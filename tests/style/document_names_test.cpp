@@ -38,6 +38,7 @@ struct Known {
                                      {"hapticctl", HAPTICCTL_PROGRAM},
                                      {"hapticd-view", HAPTICD_VIEW_PROGRAM},
                                      {"haptic-bridge", HAPTIC_BRIDGE_PROGRAM},
+                                     {"haptic-vendor-bridge", HAPTIC_VENDOR_BRIDGE_PROGRAM},
                                      {"haptic-palpate", HAPTIC_PALPATE_PROGRAM},
                                      {"haptic-replay", HAPTIC_REPLAY_PROGRAM},
                                      {"hapticbench", HAPTICBENCH_PROGRAM}}) {

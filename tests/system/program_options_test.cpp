@@ -27,17 +27,18 @@ const std::vector<Subject> kPrograms{{"hapticd", HAPTICD_PROGRAM, 64},
                                      {"hapticctl", HAPTICCTL_PROGRAM, 2},
                                      {"hapticd-view", HAPTICD_VIEW_PROGRAM, 64},
                                      {"haptic-bridge", HAPTIC_BRIDGE_PROGRAM, 64},
+                                     {"haptic-vendor-bridge", HAPTIC_VENDOR_BRIDGE_PROGRAM, 64},
                                      {"haptic-palpate", HAPTIC_PALPATE_PROGRAM, 64},
                                      {"haptic-replay", HAPTIC_REPLAY_PROGRAM, 64},
                                      {"hapticbench", HAPTICBENCH_PROGRAM, 64}};
 
 /// The words in help that stand for values other than numbers: text.
-const std::set<std::string> kTexts{"ADDRESS:PORT", "AGE",        "CHANNEL",        "CMD",        "CSV",
-                                   "DEVICE",       "DIR_OR_PGM", "FIELD ...",      "FILE",       "FILE ...",
-                                   "FOLDER",       "FORMAT",     "KIND ...",       "LABEL",      "DIR",
-                                   "NAME ...",     "ORIGIN ...", "NAME=VALUE ...", "NAME=VALUE", "PATH",
-                                   "POINTS",       "PROFILE",    "TEXT",           "TEXT ...",   "TIME",
-                                   "K/N",          "X,Y,Z",      "X,Y,Z,W",        "LENGTH"};
+const std::set<std::string> kTexts{
+    "ADDRESS:PORT",   "AGE",        "CHANNEL", "CMD",      "CSV",      "DEVICE",
+    "DIR_OR_PGM",     "FIELD ...",  "FILE",    "FILE ...", "FOLDER",   "FORMAT",
+    "KIND ...",       "LABEL",      "DIR",     "NAME",     "NAME ...", "ORIGIN ...",
+    "NAME=VALUE ...", "NAME=VALUE", "PATH",    "POINTS",   "PROFILE",  "TEXT",
+    "TEXT ...",       "TIME",       "K/N",     "X,Y,Z",    "X,Y,Z,W",  "LENGTH"};
 
 struct Option {
   std::string name;

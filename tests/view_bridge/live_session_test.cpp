@@ -62,6 +62,7 @@ TEST(TickSummary, ShowsASingleTickAsItIs) {
                          {"number", 42},
                          {"timeNs", 42'000'000},
                          {"hip", {0.1, 0, -0.8}},
+                         {"orientation", nullptr},
                          {"proxy", {0.1, 0, -0.795}},
                          {"force", {0, 0, 1.5}},
                          {"forceMaxN", 1.5},
@@ -83,6 +84,15 @@ TEST(TickSummary, ShowsASingleTickAsItIs) {
   EXPECT_EQ(messageOf(summary), expected);
   EXPECT_NEAR(messageOf(summary)["penetrationMaxM"].get<double>(), 0.005,
               1e-12);  // rounding of the difference
+}
+
+TEST(TickSummary, ShowsHowAToolIsHeldWhereThatIsMeasured) {
+  rt::Tick tick = proxyTick(1);
+  tick.handle.has_orientation = true;
+  tick.handle.orientation_in_world = {0.5, -0.5, 0.5, 0.5};
+  TickSummary summary;
+  summary.add(tick);
+  EXPECT_EQ(messageOf(summary)["orientation"], json({0.5, -0.5, 0.5, 0.5}));
 }
 
 TEST(TickSummary, ShowsTheForcesOfFixturesThatAreExerted) {

@@ -3,66 +3,122 @@
 #include <sysexits.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/base/program.h"
 #include "tools/haptic-vendor-bridge/base/vendor_device.h"
+#include "tools/haptic-vendor-bridge/check_command.h"
 #include "tools/haptic-vendor-bridge/device_rows.h"
 #include "tools/lib/bridge/bridge_program.h"
 
 namespace hapticd::tools {
 namespace {
 
-int run(int argc, char** argv) {
+constexpr const char* kName = "haptic-vendor-bridge";
+
+std::vector<std::string> kindWords() {
   std::vector<std::string> words;
-  std::string kinds;
-  for (const DeviceRow& row : deviceRows()) {
-    words.emplace_back(row.word);
-    kinds += fmt::format("  {:<16} {}\n", row.word, row.help);
+  for (const DeviceRow& row : deviceRows()) words.emplace_back(row.word);
+  return words;
+}
+
+std::string kindsText() {
+  std::string text;
+  for (const DeviceRow& row : deviceRows()) text += fmt::format("\n  {:<16} {}", row.word, row.help);
+  return text;
+}
+
+CLI::Option& addDevice(CLI::App& app, std::string& kind, VendorOptions& options) {
+  CLI::Option& choice = *app.add_option("kind", kind, "kind of the device, one of those above");
+  choice.type_name("KIND")->check(CLI::IsMember(kindWords()));
+  app.add_option("--library", options.library, "the vendor's library (where the vendor installs it)")
+      ->type_name("FILE")
+      ->check(CLI::Validator(CLI::ExistingFile).description(""));
+  app.add_option("--device", options.device, "name or serial number of the device (the first one)")
+      ->type_name("NAME");
+  app.add_option("--address", options.address, "of the vendor's service (the usual one)")
+      ->type_name("ADDRESS:PORT");
+  return choice;
+}
+
+std::unique_ptr<VendorDriver> driverOf(const std::string& kind, const VendorOptions& options) {
+  const auto rows = deviceRows();
+  return std::ranges::find(rows, kind, &DeviceRow::word)->make(options);
+}
+
+int runCheck(int argc, char** argv) {
+  CLI::App app{
+      "haptic-vendor-bridge check: leads you through a check of a device that no hapticd needs to run for:\n"
+      "axes, signs, a push of 0.3 N along each axis, latency, and that the force ends when commands stop. "
+      "It\n"
+      "prints the angles of the handle's pose for hapticd.yaml and writes a log to send in. Kinds of "
+      "devices:" +
+      kindsText()};
+  app.footer(
+      "Exit status: 0 nothing wrong, 64 usage, 65 not a log, 66 no log, 69 a problem was found, 73 no log "
+      "written.");
+  CheckOptions check;
+  VendorOptions options;
+  CLI::Option& kind = addDevice(app, check.kind, options);
+  app.add_option("--log", check.log,
+                 "the log to write; one of the same name is replaced (haptic-check-KIND.json)")
+      ->type_name("FILE");
+  CLI::Option* read =
+      app.add_option("--read", check.read, "print a log that was written before")->type_name("FILE");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return base::endWithoutWork(app, error, EX_USAGE);
   }
+  if (read->count() > 0) return printLog(check);
+  if (kind.count() == 0) {
+    fmt::print(stderr, "{}: name the kind of the device, one of:{}\n", kName, kindsText());
+    return EX_USAGE;
+  }
+  VendorDevice device(driverOf(check.kind, options), kName);
+  if (auto ok = device.start(); !ok) {
+    fmt::print(stderr, "{}: {}\n", kName, ok.error().text());
+    return EX_OSERR;
+  }
+  return checkDevice(check, device);
+}
+
+int run(int argc, char** argv) {
+  if (argc > 1 && argv[1] == std::string_view("check")) return runCheck(argc - 1, argv + 1);
   CLI::App app{
       "haptic-vendor-bridge: connects a haptic device that is driven by the library or service of its\n"
       "vendor to a hapticd with `handle.driver: udp`, on this computer or another. Nothing of a vendor is "
       "part\n"
-      "of it: it uses what is installed. Kinds of devices:\n" +
-      kinds};
+      "of it: it uses what is installed. 'haptic-vendor-bridge check --help' says how to try a device "
+      "first.\n"
+      "Kinds of devices:" +
+      kindsText()};
   app.footer(
       "Ctrl-C ends it, with the table. Without --duration it runs until then. A device that is missing or\n"
       "lost is opened again each second.\n"
       "Exit status: 0 done, 64 usage, 66 no key, 69 the local address cannot be used, 73 no log.");
   std::string kind;
   VendorOptions options;
-  app.add_option("kind", kind, "kind of the device, one of those above")
-      ->required()
-      ->type_name("KIND")
-      ->check(CLI::IsMember(words));
-  app.add_option("--library", options.library, "the vendor's library (where the vendor installs it)")
-      ->type_name("FILE")
-      ->check(CLI::ExistingFile);
-  app.add_option("--device", options.device, "name or serial number of the device (the first one)")
-      ->type_name("NAME");
-  app.add_option("--address", options.address, "of the vendor's service (the usual one)")
-      ->type_name("ADDRESS:PORT");
-  BridgeProgram program(app, "haptic-vendor-bridge");
-  app.set_version_flag("-V,--version", std::string("haptic-vendor-bridge ") + HAPTICD_VERSION);
+  addDevice(app, kind, options).required();
+  BridgeProgram program(app, kName);
+  app.set_version_flag("-V,--version", fmt::format("{} {}", kName, HAPTICD_VERSION));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return base::endWithoutWork(app, error, EX_USAGE);
   }
-  for (const DeviceRow& row : deviceRows()) {
-    if (row.word != kind) continue;
-    VendorDevice device(row.make(options), "haptic-vendor-bridge");
-    if (auto ok = device.start(); !ok) return program.fail(ok.error(), EX_OSERR);
-    return program.run(device);
-  }
-  return EX_SOFTWARE;
+  VendorDevice device(driverOf(kind, options), kName);
+  if (auto ok = device.start(); !ok) return program.fail(ok.error(), EX_OSERR);
+  return program.run(device);
 }
 
 }  // namespace
 }  // namespace hapticd::tools
 
 int main(int argc, char** argv) {
-  return hapticd::base::runProgram("haptic-vendor-bridge", [&] { return hapticd::tools::run(argc, argv); });
+  return hapticd::base::runProgram(hapticd::tools::kName, [&] { return hapticd::tools::run(argc, argv); });
 }

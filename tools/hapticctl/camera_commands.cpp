@@ -31,9 +31,6 @@
 namespace hapticd::tools {
 namespace {
 
-constexpr const char* kCheckIt =
-    "/usr/libexec/hapticd/hapticd --config /etc/hapticd/hapticd.yaml --check lists every problem";
-
 constexpr const char* kListFooter =
     "Each line has 'used', 'usable' (with another configuration) or 'unusable', the\n"
     "place of a camera, its name, and why hapticd does not use it. The last lines\n"
@@ -48,7 +45,7 @@ int runList(const CommandOptions& options, const std::string& root) {
   const Configuration configuration =
       this_machine ? configurationInUse(daemon, root) : readConfiguration(root);
   if (!configuration.problem.empty()) {
-    return report(base::Error{"", configuration.problem, kCheckIt}, options.json);
+    return report(base::Error{"", configuration.problem, kCheckConfiguration}, options.json);
   }
   const DepthProbe probe = this_machine ? DepthProbe(depthFormatOf) : DepthProbe();
   HeldCamera held;
@@ -108,7 +105,7 @@ base::Result<config::CameraSettings> cameraToTest(const CommandOptions& options,
   const DaemonView daemon = daemonView(options, askServiceManager(), true);
   const Configuration configuration = configurationInUse(daemon, "/");
   if (!configuration.problem.empty()) {
-    return std::unexpected(base::Error{"", configuration.problem, kCheckIt});
+    return std::unexpected(base::Error{"", configuration.problem, kCheckConfiguration});
   }
   const std::string& held = daemon.camera.node;
   if (!held.empty() && (requested.device.empty() || nodeOf(requested.device) == held)) {

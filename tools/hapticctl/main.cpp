@@ -22,6 +22,7 @@ int run(int argc, char** argv) {
   addRegisterCommand(line);
   addCalibrateCommand(line);
   addCameraCommands(line);
+  addHandleCommands(line);
   addDoctorCommand(line);
   addCompletionCommand(line);
   addHelpCommand(line);

@@ -146,13 +146,16 @@ std::array<std::byte, SHA256_DIGEST_SIZE> authenticationOf(Bytes bytes, Bytes ke
 
 /// Checks the envelope, cheapest checks first.
 std::expected<void, Refusal> checkEnvelope(Bytes bytes, Kind kind, std::uint16_t known_flags, Bytes key) {
-  if (bytes.size() < plainBytesOf(kOldestVersion)) return std::unexpected(Refusal::wrong_size);
+  const auto isSizeOf = [&](std::uint8_t version) {
+    return bytes.size() == plainBytesOf(version) ||
+           bytes.size() == plainBytesOf(version) + kAuthenticationBytes;
+  };
+  if (!isSizeOf(1) && !isSizeOf(2)) return std::unexpected(Refusal::wrong_size);
   if (get<std::uint32_t>(bytes, kMagicAt) != kMagic) return std::unexpected(Refusal::not_this_protocol);
   const auto version = get<std::uint8_t>(bytes, kVersionAt);
   if (version < kOldestVersion || version > kVersion) return std::unexpected(Refusal::other_version);
+  if (!isSizeOf(version)) return std::unexpected(Refusal::wrong_size);
   const std::size_t plain = plainBytesOf(version);
-  if (bytes.size() != plain && bytes.size() != plain + kAuthenticationBytes)
-    return std::unexpected(Refusal::wrong_size);
   if (get<std::uint32_t>(bytes, crcAt(version)) != crc32c(bytes.first(crcAt(version))))
     return std::unexpected(Refusal::damaged);
   const auto flags = get<std::uint16_t>(bytes, kFlagsAt);

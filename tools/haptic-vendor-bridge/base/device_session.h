@@ -2,8 +2,11 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
+#include <functional>
 #include <string>
+#include <utility>
 
 #include "drivers/base/stop_signal.h"
 #include "drivers/handle/udp/peer_clock.h"
@@ -70,8 +73,10 @@ class DeviceExchange {
 /// One attempt to use a device: what its driver needs from the program.
 class DeviceSession {
  public:
-  DeviceSession(DeviceExchange& exchange, drivers::StopSignal& stop, std::string name)
-      : exchange_(exchange), stop_(stop), name_(std::move(name)) {}
+  /// `name`: of the program; `on_open` gets what opened() is given.
+  DeviceSession(DeviceExchange& exchange, drivers::StopSignal& stop, std::string name,
+                std::function<void(const DeviceAbout&)> on_open)
+      : exchange_(exchange), stop_(stop), name_(std::move(name)), on_open_(std::move(on_open)) {}
 
   DeviceExchange& exchange() { return exchange_; }
   /// Whether the driver has to leave the device now.  Thread: any.  RT: not safe.
@@ -90,6 +95,7 @@ class DeviceSession {
   DeviceExchange& exchange_;
   drivers::StopSignal& stop_;
   std::string name_;
+  std::function<void(const DeviceAbout&)> on_open_;
 };
 
 }  // namespace hapticd::tools

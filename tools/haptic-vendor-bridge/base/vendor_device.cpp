@@ -27,9 +27,17 @@ void VendorDevice::exert(const DeviceCommand& command) {
   exchange_.command(command, rt::monotonicNow_ns());
 }
 
+DeviceAbout VendorDevice::about() const {
+  const std::lock_guard lock(about_mutex_);
+  return about_;
+}
+
 void VendorDevice::run() {
   std::string said;
-  DeviceSession session(exchange_, stop_, name_);
+  DeviceSession session(exchange_, stop_, name_, [this](const DeviceAbout& about) {
+    const std::lock_guard lock(about_mutex_);
+    about_ = about;
+  });
   while (!session.ends()) {
     const auto driven = driver_->drive(session);
     exchange_.close();

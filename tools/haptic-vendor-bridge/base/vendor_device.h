@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 
@@ -40,6 +42,8 @@ class VendorDevice final : public Device {
   DeviceReading read() override;
   void exert(const DeviceCommand& command) override;
   DeviceLimits limits() const override { return exchange_.limits(); }
+  /// What was opened last.  Thread: any.
+  DeviceAbout about() const;
 
  private:
   void run();
@@ -48,6 +52,8 @@ class VendorDevice final : public Device {
   std::string name_;
   DeviceExchange exchange_;
   drivers::StopSignal stop_;
+  mutable std::mutex about_mutex_;
+  DeviceAbout about_;
   std::thread thread_;
 };
 

@@ -74,6 +74,7 @@ void addViewCommand(CommandLine& line);        ///< view
 void addRegisterCommand(CommandLine& line);    ///< register
 void addCalibrateCommand(CommandLine& line);   ///< calibrate
 void addCameraCommands(CommandLine& line);     ///< camera ...
+void addHandleCommands(CommandLine& line);     ///< handle list
 void addDoctorCommand(CommandLine& line);      ///< doctor
 void addCompletionCommand(CommandLine& line);  ///< completion
 void addHelpCommand(CommandLine& line);        ///< help

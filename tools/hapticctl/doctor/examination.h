@@ -26,6 +26,10 @@ struct Configuration {
   std::string source = {};    ///< "/etc/hapticd/hapticd.yaml", "as the running hapticd uses it (SOCKET)", ...
 };
 
+/// What to do about a configuration that cannot be used.
+inline constexpr const char* kCheckConfiguration =
+    "/usr/libexec/hapticd/hapticd --config /etc/hapticd/hapticd.yaml --check lists every problem";
+
 /// Reads etc/hapticd/hapticd.yaml below the folder `root`.
 Configuration readConfiguration(const std::filesystem::path& root);
 

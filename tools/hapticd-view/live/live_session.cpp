@@ -66,6 +66,13 @@ std::string vectorText(const rt::Vec3& vector) {
   return fmt::format("[{},{},{}]", numberText(vector.x), numberText(vector.y), numberText(vector.z));
 }
 
+/// "[x,y,z,w]"; null: not measured.
+std::string orientationText(const rt::HandleState& handle) {
+  if (!handle.has_orientation) return "null";
+  const rt::Quaternion& q = handle.orientation_in_world;
+  return fmt::format("[{},{},{},{}]", numberText(q.x), numberText(q.y), numberText(q.z), numberText(q.w));
+}
+
 /// Share of the forces of fixtures that is exerted: none while the box is not engaged. The stiffness limit,
 /// which is in Tick::gain too, is in these forces already.
 double fixtureShare(const rt::Tick& tick) {
@@ -95,16 +102,17 @@ std::string TickSummary::message() const {
   const double fixture_share = fixtureShare(newest_);
   const bool held_back = newest_.fixture_proxy_m_in_world != newest_.hip_m_in_world;
   return fmt::format(
-      R"({{"type":"window","ticks":{},"lost":{},"number":{},"timeNs":{},"hip":{},"proxy":{},"force":{},)"
+      R"({{"type":"window","ticks":{},"lost":{},"number":{},"timeNs":{},"hip":{},"orientation":{},"proxy":{},"force":{},)"
       R"("forceMaxN":{},"penetrationMaxM":{},"sceneAgeMaxNs":{},"wakeupLatencyMaxNs":{},"contact":{},)"
       R"("contactTicks":{},"gain":{},"law":"{}","sceneFrame":{},"fixtureContacts":{},"nearestFixture":{},)"
       R"("fixtureDistanceM":{},"fixtureProxy":{},"fixtureForce":{},"guidanceForce":{},"tissueRegion":{}}})",
       ticks_, lost_, newest_.number, newest_.planned_ns, vectorText(newest_.hip_m_in_world),
-      has_proxy ? vectorText(newest_.proxy_m_in_world) : "null", vectorText(newest_.command_force_n_in_world),
-      numberText(max_force_n_), has_penetration_ ? numberText(max_penetration_m_) : "null", max_scene_age_ns_,
-      max_wakeup_latency_ns_, has_proxy ? fmt::format("\"{}\"", rt::wordOf(newest_.contact)) : "null",
-      contact_ticks_, numberText(newest_.gain), rt::wordOf(newest_.law), newest_.scene_frame,
-      fixture_contacts_, newest_.nearest_fixture, numberText(newest_.fixture_distance_m),
+      orientationText(newest_.handle), has_proxy ? vectorText(newest_.proxy_m_in_world) : "null",
+      vectorText(newest_.command_force_n_in_world), numberText(max_force_n_),
+      has_penetration_ ? numberText(max_penetration_m_) : "null", max_scene_age_ns_, max_wakeup_latency_ns_,
+      has_proxy ? fmt::format("\"{}\"", rt::wordOf(newest_.contact)) : "null", contact_ticks_,
+      numberText(newest_.gain), rt::wordOf(newest_.law), newest_.scene_frame, fixture_contacts_,
+      newest_.nearest_fixture, numberText(newest_.fixture_distance_m),
       held_back ? vectorText(newest_.fixture_proxy_m_in_world) : "null",
       vectorText(fixture_share * newest_.fixture_force_n_in_world),
       vectorText(fixture_share * newest_.guidance_force_n_in_world), newest_.tissue_region);

@@ -10,7 +10,7 @@ import { Panel } from './panel.js';
 import { Bridge } from './protocol.js';
 import { arrowScale, Picture } from './scene.js';
 import { Theme } from './themes.js';
-import { isVector, norm } from './vectors.js';
+import { isQuaternion, isVector, norm, rotationOfQuaternion } from './vectors.js';
 import { kViews } from './views.js';
 import { isLawOfPoints } from './words.js';
 
@@ -29,6 +29,7 @@ const element = (id) => document.getElementById(id);
 const scene = {
   frame: null,
   hip: null,
+  held: null,
   proxy: null,
   force: null,
   forceText: '',
@@ -101,6 +102,7 @@ function takeWindow(window_) {
   notices.gotData();
   if (paused) return;
   scene.hip = isVector(window_.hip) ? window_.hip : null;
+  scene.held = isQuaternion(window_.orientation) ? rotationOfQuaternion(window_.orientation) : null;
   scene.proxy = isVector(window_.proxy) && window_.contact !== 'behind' ? window_.proxy : null;
   scene.force = isVector(window_.force) ? window_.force : null;
   const forceN = scene.force ? norm(scene.force) : NaN;

@@ -8,7 +8,7 @@ import { Legend } from './legend.js';
 import { Lines } from './lines.js';
 import { Solids } from './solids.js';
 import { kColourings, Surface } from './surface.js';
-import { add, perpendiculars, scale, subtract, unit } from './vectors.js';
+import { add, perpendiculars, rotate, scale, subtract, unit } from './vectors.js';
 
 /** The screen's own rhythm is not exact: a picture that is due this much later is drawn now. */
 const kEarlyMs = 6;
@@ -16,6 +16,8 @@ const kCircleCorners = 72;
 /** The largest permitted force is an arrow of this length. */
 const kLongestArrowM = 0.4;
 const kCoreM = 0.006;
+const kToolM = 0.08; // from the interaction point to the end of the tool that the hand holds
+const kToolRadiusM = 0.0025;
 const kThicknessM = 0.005;
 const kCameraM = 0.12;
 const kFrustumM = 4;
@@ -228,10 +230,14 @@ export class Picture {
   }
 
   drawHand() {
-    const { hip, proxy, force, guidance, radii, theme, layers, arrowMPerN, forceText, guidanceText } = this.scene;
+    const { hip, held, proxy, force, guidance, radii, theme, layers, arrowMPerN, forceText, guidanceText } = this.scene;
     if (!hip) return;
     this.solids.begin(this.orbit);
     this.solids.drawSphere(hip, Math.min(kCoreM, radii.hipM), { colour: theme.accent, shade: 0.25 });
+    if (held) {
+      const end = add(hip, rotate(held, [0, 0, kToolM]));
+      this.solids.drawCapsule(hip, end, kToolRadiusM, { colour: theme.ink, shade: 0.35 });
+    }
     if (force && layers.force) {
       const vector = this.insidePicture(hip, scale(force, arrowMPerN));
       this.solids.drawArrow(hip, vector, kThicknessM, { colour: theme.force, shade: 0.3 });

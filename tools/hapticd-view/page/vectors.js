@@ -22,6 +22,9 @@ export function unit(a, otherwise = [0, 0, 1]) {
 /** Whether `a` is a vector of three finite numbers, as the bridge sends it; unknown vectors come as null. */
 export const isVector = (a) => Array.isArray(a) && a.length === 3 && a.every(Number.isFinite);
 
+/** Whether `a` is a quaternion x, y, z, w of finite numbers; an orientation that is not measured comes as null. */
+export const isQuaternion = (a) => Array.isArray(a) && a.length === 4 && a.every(Number.isFinite);
+
 /** R v, for a rotation row by row. */
 export const rotate = (r, v) => [
   r[0] * v[0] + r[1] * v[1] + r[2] * v[2],

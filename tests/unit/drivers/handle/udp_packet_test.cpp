@@ -71,9 +71,90 @@ TEST(UdpPacket, AStateIsReadAndWrittenAsDocumented) {
       << "the example of protocol.md";
 }
 
-TEST(UdpPacket, ACommandIsReadAndWrittenAsDocumented) {
+RawState someStateOfVersion2() {
+  RawState raw = someState();
+  raw.version = 2;
+  raw.measured = 1 | 2;
+  raw.driven = 1 | 2 | 4;
+  raw.orientation = {0.1, -0.5, 0.7, 0.5};
+  raw.gripper_rad = 0.25;
+  raw.latency_ns = 1'500'000;
+  return raw;
+}
+
+TEST(UdpPacket, AStateOfVersion2IsReadAndWrittenAsDocumented) {
+  for (const std::string key : {"", kKey}) {
+    const RawState raw = someStateOfVersion2();
+    const Bytes bytes = test::bytesOf(raw, key);
+    EXPECT_EQ(bytes.size(), key.empty() ? 168 : 200);
+    const auto packet = decodeState(spanOf(bytes), keyOf(key));
+    ASSERT_TRUE(packet) << textOf(packet.error());
+    EXPECT_EQ(packet->header.version, 2);
+    EXPECT_EQ(packet->position_m_in_handle, raw.position_m);
+    ASSERT_TRUE(packet->orientation_in_handle);
+    EXPECT_NEAR(packet->orientation_in_handle->y, -0.5, 1e-12);
+    EXPECT_NEAR(packet->orientation_in_handle->w, 0.5, 1e-12);
+    EXPECT_EQ(packet->gripper_rad, 0.25);
+    EXPECT_TRUE(packet->drives_torque && packet->drives_gripper);
+    EXPECT_EQ(packet->device_latency_ns, 1'500'000);
+    EXPECT_EQ(vectorOf(encode(*packet, keyOf(key))), bytes);
+  }
+  RawState none = someStateOfVersion2();
+  none.measured = 0;
+  none.driven = 1;
+  none.orientation = {};
+  const auto packet = decodeState(spanOf(test::bytesOf(none)), {});
+  ASSERT_TRUE(packet);
+  EXPECT_FALSE(packet->orientation_in_handle || packet->gripper_rad || packet->drives_torque ||
+               packet->drives_gripper);
+}
+
+TEST(UdpPacket, AStateOfVersion2IsRefusedWhereItsOwnFieldsAreWrong) {
+  const auto refused = [](auto change) {
+    RawState raw = someStateOfVersion2();
+    change(raw);
+    return refusalOf(test::bytesOf(raw));
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(refused([](RawState&) {}), std::nullopt);
+  EXPECT_EQ(refused([&](RawState& raw) { raw.orientation[2] = nan; }), Refusal::not_finite);
+  EXPECT_EQ(refused([](RawState& raw) { raw.orientation = {}; }), Refusal::out_of_range);
+  EXPECT_EQ(refused([](RawState& raw) { raw.orientation = {0, 0, 0, 1.02}; }), Refusal::out_of_range);
+  EXPECT_EQ(refused([&](RawState& raw) { raw.gripper_rad = nan; }), Refusal::not_finite);
+  EXPECT_EQ(refused([](RawState& raw) { raw.gripper_rad = 8; }), Refusal::out_of_range);
+  EXPECT_EQ(refused([](RawState& raw) { raw.latency_ns = 2'000'000'000; }), Refusal::out_of_range);
+  EXPECT_EQ(refused([](RawState& raw) { raw.latency_ns = std::uint64_t{1} << 63; }), Refusal::out_of_range);
+  Bytes short_one = test::bytesOf(someState());
+  short_one[4] = 2;
+  EXPECT_EQ(refusalOf(short_one), Refusal::wrong_size);
+}
+
+TEST(UdpPacket, TorqueAndGripperForceTravelInVersion2Only) {
   CommandPacket command;
   command.header = {3, 4, 5, {6, 7, 8}};
+  command.active = true;
+  command.torque_n_m_in_handle = {0.1, -0.2, 0.3};
+  command.gripper_force_n = -2;
+  Bytes bytes = vectorOf(encode(command, {}));
+  ASSERT_EQ(bytes.size(), 168);
+  EXPECT_EQ(test::getAt<double>(bytes, 120), -0.2);
+  EXPECT_EQ(test::getAt<double>(bytes, 136), -2);
+  auto read = decodeCommand(spanOf(bytes), {});
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->torque_n_m_in_handle, command.torque_n_m_in_handle);
+  EXPECT_EQ(read->gripper_force_n, -2);
+  test::putAt(bytes, 112, 101.0);
+  EXPECT_EQ(decodeCommand(spanOf(test::sealedAgain(bytes)), {}).error(), Refusal::out_of_range);
+  command.header.version = 1;
+  read = decodeCommand(encode(command, {}).bytes(), {});
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->torque_n_m_in_handle, rt::Vec3{});
+  EXPECT_EQ(read->gripper_force_n, 0);
+}
+
+TEST(UdpPacket, ACommandIsReadAndWrittenAsDocumented) {
+  CommandPacket command;
+  command.header = {3, 4, 5, {6, 7, 8}, 1};
   command.force_n_in_handle = {1, -2, 3.5};
   command.active = true;
   command.tick = 123456;
@@ -149,7 +230,8 @@ TEST(UdpPacket, EachRefusalHasItsReason) {
   EXPECT_EQ(refusalOf(Bytes(good.begin(), good.end() - 1)), Refusal::wrong_size);
   EXPECT_EQ(refusalOf(Bytes(145)), Refusal::wrong_size);
   EXPECT_EQ(refusalOf(changed(0, std::uint8_t{'h'})), Refusal::not_this_protocol);
-  EXPECT_EQ(refusalOf(changed(4, std::uint8_t{2})), Refusal::other_version);
+  EXPECT_EQ(refusalOf(changed(4, std::uint8_t{0})), Refusal::other_version);
+  EXPECT_EQ(refusalOf(changed(4, std::uint8_t{3})), Refusal::other_version);
   EXPECT_EQ(refusalOf(changed(5, std::uint8_t{2})), Refusal::other_kind);
   EXPECT_EQ(refusalOf(changed(5, std::uint8_t{0})), Refusal::other_kind);
   EXPECT_EQ(refusalOf(changed(6, std::uint16_t{32})), Refusal::unknown_flags);
@@ -169,12 +251,12 @@ TEST(UdpPacket, EachRefusalHasItsReason) {
 }
 
 TEST(UdpPacket, EachFlippedBitIsDetected) {
-  const Bytes good = test::bytesOf(someState());
-  for (std::size_t bit = 0; bit < good.size() * 8; ++bit) {
-    Bytes bytes = good;
-    bytes[bit / 8] = static_cast<std::uint8_t>(bytes[bit / 8] ^ (1U << (bit % 8)));
-    EXPECT_NE(refusalOf(bytes), std::nullopt) << "bit " << bit;
-  }
+  for (const Bytes& good : {test::bytesOf(someState()), test::bytesOf(someStateOfVersion2())})
+    for (std::size_t bit = 0; bit < good.size() * 8; ++bit) {
+      Bytes bytes = good;
+      bytes[bit / 8] = static_cast<std::uint8_t>(bytes[bit / 8] ^ (1U << (bit % 8)));
+      EXPECT_NE(refusalOf(bytes), std::nullopt) << "bit " << bit;
+    }
 }
 
 /// Two sides with a latency of 1 ms between them.
@@ -198,6 +280,23 @@ struct TwoSides {
     ASSERT_EQ(toBox(bridge->next(now_ns)), Verdict::fresh);
   }
 };
+
+TEST(UdpConversation, TheBoxAnswersInTheVersionOfTheBridge) {
+  for (const std::uint8_t version : {std::uint8_t{1}, std::uint8_t{2}}) {
+    Conversation box(100);
+    Conversation bridge(200, version);
+    const Header greeting = bridge.next(10'000 * kMs);
+    EXPECT_EQ(greeting.version, version);
+    EXPECT_EQ(box.hear(greeting, 10'001 * kMs), Verdict::greeting);
+    const Header answer = box.answerTo(greeting, 10'001 * kMs);
+    EXPECT_EQ(answer.version, version);
+    EXPECT_EQ(bridge.hear(answer, 10'002 * kMs), Verdict::fresh);
+    const Header state = bridge.next(10'002 * kMs);
+    EXPECT_EQ(state.version, version);
+    EXPECT_EQ(box.hear(state, 10'003 * kMs), Verdict::fresh);
+    EXPECT_EQ(box.next(10'003 * kMs).version, version);
+  }
+}
 
 TEST(UdpConversation, BothSidesMeetInThreePacketsAndMeasureTheRoundTrip) {
   TwoSides sides;

@@ -71,10 +71,11 @@ inline std::array<std::uint8_t, 32> slowHmac(const std::string& key, const std::
 
 /// Computes the CRC, and with a key the flag and the HMAC, over the packet's content.
 inline Bytes sealedAgain(Bytes bytes, const std::string& key = {}) {
-  bytes.resize(112);
+  const std::size_t plain = bytes[4] == 2 ? 168 : 112;
+  bytes.resize(plain);
   const auto flags = static_cast<std::uint16_t>(getAt<std::uint16_t>(bytes, 6) & ~1U);
   putAt(bytes, 6, static_cast<std::uint16_t>(flags | (key.empty() ? 0U : 1U)));
-  putAt(bytes, 108, slowCrc32c(bytes.data(), 108));
+  putAt(bytes, plain - 4, slowCrc32c(bytes.data(), plain - 4));
   if (key.empty()) return bytes;
   const auto digest = slowHmac(key, bytes.data(), bytes.size());
   bytes.insert(bytes.end(), digest.begin(), digest.end());
@@ -93,12 +94,19 @@ struct RawState {
   rt::Vec3 velocity_m_per_s;
   std::uint32_t buttons = 0;
   std::uint16_t flags = 2 | 4;  // velocity valid, calibrated
+  std::uint8_t version = 1;
+  // From version 2 on.
+  std::uint16_t measured = 0;
+  std::uint16_t driven = 0;
+  std::array<double, 4> orientation{};
+  double gripper_rad = 0;
+  std::uint64_t latency_ns = 0;
 };
 
 inline Bytes bytesOf(const RawState& state, const std::string& key = {}) {
-  Bytes bytes(112);
+  Bytes bytes(state.version == 2 ? 168 : 112);
   std::memcpy(bytes.data(), "HPTC", 4);
-  bytes[4] = 1;
+  bytes[4] = state.version;
   bytes[5] = 1;
   putAt(bytes, 6, state.flags);
   putAt(bytes, 8, state.session);
@@ -112,6 +120,13 @@ inline Bytes bytesOf(const RawState& state, const std::string& key = {}) {
                                       state.velocity_m_per_s.y, state.velocity_m_per_s.z};
   std::memcpy(bytes.data() + 56, numbers.data(), sizeof numbers);
   putAt(bytes, 104, state.buttons);
+  if (state.version == 2) {
+    putAt(bytes, 108, state.measured);
+    putAt(bytes, 110, state.driven);
+    std::memcpy(bytes.data() + 112, state.orientation.data(), sizeof state.orientation);
+    putAt(bytes, 144, state.gripper_rad);
+    putAt(bytes, 152, state.latency_ns);
+  }
   return sealedAgain(bytes, key);
 }
 

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "config/base/error.h"
+#include "tools/haptic-vendor-bridge/check/check_report.h"
+#include "tools/lib/bridge/device.h"
+
+namespace hapticd::tools {
+
+/// The person at the device.
+class Person {
+ public:
+  virtual ~Person() = default;
+  virtual void say(const std::string& text) = 0;
+  /// Waits until the person is ready; false: the person gave up.
+  virtual bool isReady(const std::string& request) = 0;
+  /// A question that is answered by yes or no; nothing: the person gave up.
+  virtual std::optional<bool> answer(const std::string& question) = 0;
+};
+
+/// The time by which the check drives the device; that of CLOCK_MONOTONIC unless a test has its own.
+class CheckClock {
+ public:
+  virtual ~CheckClock() = default;
+  virtual std::int64_t now_ns();
+  virtual void sleepUntil(std::int64_t when_ns);
+};
+
+/// One reading while the check drives the device.
+struct CheckSample {
+  double time_s = 0;  ///< since the drive began
+  rt::Vec3 position_m;
+};
+
+/// Leads a person through axes, direction of the force, latency and dead man of a device, with at most
+/// kForce_n. Thread: one.
+class DeviceCheck {
+ public:
+  static constexpr double kForce_n = 0.3;
+  static constexpr double kMinMove_m = 0.02;   ///< of a movement that shows an axis
+  static constexpr double kMinYield_m = 5e-4;  ///< of a handle that goes where a force pushes
+  static constexpr double kReady_s = 120;      ///< for opening, initialising and calibrating
+
+  DeviceCheck(Device& device, Person& person, CheckClock& clock)
+      : device_(device), person_(person), clock_(clock) {}
+
+  /// Fills what it finds into `report`.
+  /// Errors: the device is not ready in time or was lost, the person gave up.
+  base::Result<void> run(CheckReport& report);
+
+ private:
+  base::Result<void> waitUntilReady();
+  base::Result<void> checkAxes(CheckReport& report);
+  base::Result<void> checkForces(CheckReport& report);
+  base::Result<void> measureTimes(CheckReport& report);
+  base::Result<rt::Vec3> place();
+  /// Commands `force(time)` each millisecond for `duration_s`; where it returns nothing, no command is given.
+  base::Result<std::vector<CheckSample>> drive(double duration_s,
+                                               const std::function<std::optional<rt::Vec3>(double)>& force);
+
+  Device& device_;
+  Person& person_;
+  CheckClock& clock_;
+};
+
+/// The person's axes in the device's frame from three movements (right, up, towards the person): a rotation
+/// whose rows are the device's axes with their signs, which maps vectors of the device to the world where the
+/// person looks along -z. Nothing: a movement is too short or not along one axis, or the axes are not
+/// right-handed.
+std::optional<std::array<double, 9>> rotationFrom(const std::array<rt::Vec3, 3>& movements_m);
+
+/// When a force along `direction` began to act.
+struct Onset {
+  double time_s = 0;  ///< of the samples
+  double acceleration_m_per_s2 = 0;
+};
+
+/// The onset after `from_s` at which  p + v t + a (t - t0)^2 / 2, with the last term only after t0, fits
+/// best. Nothing: nothing accelerates the handle there.
+std::optional<Onset> onsetOf(std::span<const CheckSample> samples, const rt::Vec3& direction, double from_s);
+
+}  // namespace hapticd::tools

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "tools/haptic-vendor-bridge/base/vendor_device.h"
+
+namespace hapticd::tools {
+
+struct CheckOptions {
+  std::string kind;  ///< of the device
+  std::string log;   ///< the file to write; empty: haptic-check-KIND.json in this folder
+  std::string read;  ///< a log to print instead of checking a device; empty: check one
+};
+
+/// Leads the person at the terminal through the check of a device and writes its log. Returns the exit
+/// status.
+int checkDevice(const CheckOptions& options, VendorDevice& device);
+
+/// Prints a log that somebody sent. Returns the exit status.
+int printLog(const CheckOptions& options);
+
+}  // namespace hapticd::tools
