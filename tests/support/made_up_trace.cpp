@@ -91,6 +91,10 @@ rt::HandleState anyHandle(Random& random) {
   handle.damps = Any{random};
   handle.velocity_source = anyOf<rt::VelocitySource>(random, 4);
   handle.probes = Any{random};
+  handle.has_orientation = Any{random};
+  handle.has_gripper = Any{random};
+  handle.orientation_in_world = {anyDouble(random), anyDouble(random), anyDouble(random), anyDouble(random)};
+  handle.gripper_rad = anyDouble(random);
   return handle;
 }
 

@@ -157,6 +157,13 @@ void expectHandle(Members& members, const rt::HandleState& handle) {
   members.flag("handle_damps", handle.damps);
   members.enumerator("handle_velocity_source", handle.velocity_source);
   members.flag("handle_probes", handle.probes);
+  members.flag("handle_has_orientation", handle.has_orientation);
+  members.flag("handle_has_gripper", handle.has_gripper);
+  members.number("handle_orientation_in_world_x", handle.orientation_in_world.x);
+  members.number("handle_orientation_in_world_y", handle.orientation_in_world.y);
+  members.number("handle_orientation_in_world_z", handle.orientation_in_world.z);
+  members.number("handle_orientation_in_world_w", handle.orientation_in_world.w);
+  members.number("handle_gripper_rad", handle.gripper_rad);
 }
 
 void expectFlags(Members& members, const rt::Tick& tick) {

@@ -105,7 +105,7 @@ TEST_F(HapticctlOutput, EveryHelpFitsATerminalOf80ColumnsAndNamesTheExitStatus) 
   std::vector<Words> all = commands();
   all.insert(all.end(), {{}, {"trace"}});
   for (Words command : all) {
-    const bool has_own_footer = !command.empty() && command[0] == "camera";
+    const bool has_own_footer = !command.empty() && (command[0] == "camera" || command[0] == "handle");
     command.push_back("--help");
     const std::string text = home.control(command).output;
     EXPECT_TRUE(has_own_footer || contains(text, "Exit status: 0 done"));
