@@ -53,7 +53,7 @@ TEST_F(DoctorsMemory, SaysThatAMachineHasTooLittleMemoryForTheConfiguration) {
   EXPECT_TRUE(says(say(need_mib + 63), Verdict::fail, "too much for", "grid.point_capacity (9 MiB)"));
   box.configuration.settings.trace.flight_recorder_s = 60;
   box.configuration.settings.loop.rate_hz = 4000;
-  EXPECT_TRUE(says(say(need_mib + 256), Verdict::warn, "too much for", "trace.flight_recorder_s (153 MiB)"));
+  EXPECT_TRUE(says(say(need_mib + 256), Verdict::warn, "too much for", "trace.flight_recorder_s (162 MiB)"));
 }
 
 TEST_F(DoctorsMemory, WeighsTheMemoryThatIsLeft) {
