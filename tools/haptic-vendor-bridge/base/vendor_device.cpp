@@ -29,13 +29,13 @@ void VendorDevice::exert(const DeviceCommand& command) {
 
 void VendorDevice::run() {
   std::string said;
-  DeviceSession session(exchange_, stop_, name_);
-  while (!session.ends()) {
+  while (!stop_.raised()) {
+    DeviceSession session(exchange_, stop_, name_);
     const auto driven = driver_->drive(session);
     exchange_.close();
     // the same complaint each second would hide all others
+    if (session.wasOpened()) said.clear();
     if (!driven && driven.error().text() != said) session.say(said = driven.error().text());
-    if (driven) said.clear();
     if (session.pause(kRetry)) return;
   }
 }
