@@ -1,32 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/vendor_devices/emulated_arm.h"
 
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <new>
-#include <stdexcept>
 
 #include "rt/base/clock.h"
 
 namespace hapticd::test {
-
-MappedArm::MappedArm(const std::filesystem::path& path, bool make) {
-  const int file = ::open(path.c_str(), O_RDWR | O_CLOEXEC | (make ? O_CREAT | O_TRUNC : 0), 0600);
-  if (file < 0) throw std::runtime_error("cannot open " + path.string());
-  const bool sized = !make || ::ftruncate(file, sizeof(ArmMemory)) == 0;
-  void* at =
-      sized ? ::mmap(nullptr, sizeof(ArmMemory), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0) : MAP_FAILED;
-  ::close(file);
-  if (at == MAP_FAILED) throw std::runtime_error("cannot map " + path.string());
-  memory_ = make ? new (at) ArmMemory : static_cast<ArmMemory*>(at);
-}
-
-MappedArm::~MappedArm() {
-  ::munmap(memory_, sizeof(ArmMemory));
-}
 
 EmulatedArm::EmulatedArm(const std::filesystem::path& path, const drivers::SimulatedHandleSettings& hand)
     : mapped_(path, true), hand_(hand, static_cast<double>(kStep_ns) * 1e-9), thread_([this] { run(); }) {}
@@ -40,8 +19,16 @@ rt::Vec3 EmulatedArm::exertedForce(std::int64_t now_ns) const {
   const ArmMemory& arm = memory();
   const std::int64_t watchdog_ns = arm.watchdog_ns;
   const bool dropped = watchdog_ns > 0 && now_ns - arm.force_ns > watchdog_ns;
-  if (!arm.force_on || arm.brakes || dropped) return {};
+  if (!arm.force_on || arm.brakes || dropped || (arm.faults & kArmForceCut) != 0) return {};
   return {arm.force_n[0], arm.force_n[1], arm.force_n[2]};
+}
+
+void EmulatedArm::keepWatchdog(std::int64_t now_ns) {
+  ArmMemory& arm = memory();
+  const bool runs_out = arm.watchdog_ns > 0 && now_ns - arm.force_ns > arm.watchdog_ns;
+  if (!arm.watchdog_latches || !arm.force_on || !runs_out) return;
+  arm.force_on = false;
+  ++arm.watchdog_trips;
 }
 
 void EmulatedArm::run() {
@@ -50,6 +37,7 @@ void EmulatedArm::run() {
   while (!ends_) {
     rt::sleepUntil(moved_to_ns + kStep_ns);
     const std::int64_t now_ns = rt::monotonicNow_ns();
+    keepWatchdog(now_ns);
     const rt::Vec3 force_n = exertedForce(now_ns);
     const double exerted_n = norm(force_n);
     arm.exerted_n = exerted_n;
