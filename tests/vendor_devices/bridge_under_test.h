@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,9 @@ struct VendorKind {
   double limit_n = 0;  ///< of that model
   std::string name() const { return word == "openhaptics" ? "OpenHaptics" : "ForceDimension"; }
 };
+inline void PrintTo(const VendorKind& kind, std::ostream* stream) {
+  *stream << kind.word;
+}
 /// An omega.7 and a Touch.
 inline VendorKind forceDimension() {
   return {"force-dimension", HAPTICD_FAKE_DRD, 35, 12};

@@ -128,6 +128,7 @@ base::Result<void> OpenDhdDevice::enableForce() {
 base::Result<void> OpenDhdDevice::run() {
   const std::int64_t began_ns = rt::monotonicNow_ns();
   looked_ns_ = counted_since_ns_ = began_ns;
+  reading_ = {};
   rt::PeriodicClock clock(kCycleNs);
   clock.start(began_ns);
   while (!session_.ends()) {
@@ -159,7 +160,7 @@ base::Result<bool> OpenDhdDevice::measure() {
                       ? dhd_.pose(&at.x, &at.y, &at.z, reinterpret_cast<double(*)[3]>(rotation.data()), id_)
                       : dhd_.position(&at.x, &at.y, &at.z, id_);
   if (got < 0) return std::unexpected(lost("lost: no position: " + dhd_.lastError()));
-  if (got == Dhd::kNothingNew && measured_ns_ != 0) return false;
+  if (got == Dhd::kNothingNew) return false;
   measured_ns_ = began_ns;
   reading_.orientation.reset();
   if (has_.wrist) reading_.orientation = rt::quaternionOf(rotation);
