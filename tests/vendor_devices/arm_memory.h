@@ -36,6 +36,7 @@ struct ArmMemory {
   std::atomic<bool> brakes{true};
   std::atomic<std::int64_t> watchdog_ns{0};   ///< the device drops a force that is older; 0: it keeps it
   std::atomic<bool> watchdog_latches{false};  ///< once it has run out, the amplifier stays off
+  std::atomic<int> velocity_window_ms{0};     ///< over which the library averages; 0: it was not set
   std::atomic<std::uint64_t> openings{0};
   // set by the device
   std::array<std::atomic<double>, 3> position_m{};

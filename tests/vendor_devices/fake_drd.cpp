@@ -260,6 +260,12 @@ int dhdGetLinearVelocity(double* x, double* y, double* z, char id) {
   *z = arm().velocity_m_per_s[2];
   return 0;
 }
+int dhdConfigLinearVelocity(int window_ms, int mode, char id) {
+  if (talk(id) < 0) return -1;
+  if (mode != 0) return fail(kNoFunction);
+  arm().velocity_window_ms = window_ms;
+  return 0;
+}
 int dhdGetGripperAngleRad(double* angle, char id) {
   if (talk(id) < 0) return -1;
   *angle = arm().gripper_rad;

@@ -88,6 +88,7 @@ TEST(ForceDimension, MeasuresTheVelocityOfTheHand) {
   EXPECT_TRUE(bridge.stateBecomes([&](const auto& state) {
     return state.velocity_valid && std::abs(norm(state.velocity_m_per_s_in_handle) - 0.02) < 1e-4;
   })) << norm(bridge.peer().state().velocity_m_per_s_in_handle);
+  EXPECT_EQ(bridge.memory().velocity_window_ms, 5) << "prompt enough to damp with";
 }
 
 TEST(ForceDimension, IsUsedOnWhereCallsRepeatValuesAndMotorsAreSaturated) {

@@ -54,8 +54,7 @@ int run(int argc, char** argv) {
   for (const DeviceRow& row : deviceRows()) {
     if (row.word != kind) continue;
     VendorDevice device(row.make(options), "haptic-vendor-bridge");
-    if (auto ok = device.start(); !ok) return program.fail(ok.error(), EX_OSERR);
-    return program.run(device);
+    return program.run(device, [&device] { return device.start(); });
   }
   return EX_SOFTWARE;
 }

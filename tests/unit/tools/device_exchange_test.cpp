@@ -142,7 +142,7 @@ TEST_F(Exchange, CallsAMotionThatNoHandMakesAJump) {
   exchange_.open(kLimits);
   ASSERT_EQ(roundAt(kMs), 2);
   EXPECT_EQ(exchange_.publish(at(0.01), 2 * kMs), ReadingVerdict::taken_over) << "10 m/s";
-  EXPECT_EQ(exchange_.publish(at(0.05), 3 * kMs), ReadingVerdict::jumped);
+  EXPECT_EQ(exchange_.publish(at(0.08), 3 * kMs), ReadingVerdict::jumped);
   EXPECT_TRUE(exchange_.newest(3 * kMs).fault);
   EXPECT_EQ(exchange_.newest(3 * kMs).position_m.x, 0.01);
   EXPECT_EQ(exchange_.commandAt(3 * kMs).force_n.z, 0);

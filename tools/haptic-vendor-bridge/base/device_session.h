@@ -58,9 +58,10 @@ class DeviceExchange {
   DeviceCommand commandAt(std::int64_t now_ns);
 
  private:
-  /// A hand moves a handle at less than this; clocks and filters add kJumpM.
+  /// A hand moves a handle at less than this; a thread that was held up between clock and measurement adds at
+  /// most kJumpM.
   static constexpr double kFastestHandMPerS = 10;
-  static constexpr double kJumpM = 0.02;
+  static constexpr double kJumpM = 0.05;
 
   ReadingVerdict judge(const DeviceReading& reading, std::int64_t measured_ns) const;
 
