@@ -8,7 +8,10 @@
 namespace hapticd::test {
 
 EmulatedArm::EmulatedArm(const std::filesystem::path& path, const drivers::SimulatedHandleSettings& hand)
-    : mapped_(path, true), hand_(hand, static_cast<double>(kStep_ns) * 1e-9), thread_([this] { run(); }) {}
+    : mapped_(path, true), hand_(hand, static_cast<double>(kStep_ns) * 1e-9) {
+  measure(rt::monotonicNow_ns());
+  thread_ = std::thread([this] { run(); });
+}
 
 EmulatedArm::~EmulatedArm() {
   ends_ = true;
@@ -31,6 +34,21 @@ void EmulatedArm::keepWatchdog(std::int64_t now_ns) {
   ++arm.watchdog_trips;
 }
 
+void EmulatedArm::measure(std::int64_t now_ns) {
+  ArmMemory& arm = memory();
+  const rt::Vec3 place = hand_.position_m_in_world();
+  const rt::Vec3 velocity = hand_.velocity_m_per_s_in_world();
+  const rt::Quaternion held = hand_.orientation_in_world();
+  const std::array<double, 3> places{place.x, place.y, place.z};
+  const std::array<double, 3> velocities{velocity.x, velocity.y, velocity.z};
+  const std::array<double, 4> components{held.x, held.y, held.z, held.w};
+  for (std::size_t i = 0; i < 3; ++i) arm.position_m[i] = places[i];
+  for (std::size_t i = 0; i < 3; ++i) arm.velocity_m_per_s[i] = velocities[i];
+  for (std::size_t i = 0; i < 4; ++i) arm.orientation[i] = components[i];
+  arm.gripper_rad = hand_.gripper_rad();
+  arm.measured_ns = now_ns;
+}
+
 void EmulatedArm::run() {
   ArmMemory& arm = memory();
   std::int64_t moved_to_ns = rt::monotonicNow_ns();
@@ -48,17 +66,7 @@ void EmulatedArm::run() {
     constexpr std::int64_t kMostBehind_ns = 50'000'000;
     moved_to_ns = std::max(moved_to_ns, now_ns - kMostBehind_ns);
     for (; now_ns - moved_to_ns >= kStep_ns; moved_to_ns += kStep_ns) hand_.step(force_n);
-    const rt::Vec3 place = hand_.position_m_in_world();
-    const rt::Vec3 velocity = hand_.velocity_m_per_s_in_world();
-    const rt::Quaternion held = hand_.orientation_in_world();
-    const std::array<double, 3> places{place.x, place.y, place.z};
-    const std::array<double, 3> velocities{velocity.x, velocity.y, velocity.z};
-    const std::array<double, 4> components{held.x, held.y, held.z, held.w};
-    for (std::size_t i = 0; i < 3; ++i) arm.position_m[i] = places[i];
-    for (std::size_t i = 0; i < 3; ++i) arm.velocity_m_per_s[i] = velocities[i];
-    for (std::size_t i = 0; i < 4; ++i) arm.orientation[i] = components[i];
-    arm.gripper_rad = hand_.gripper_rad();
-    arm.measured_ns = now_ns;
+    measure(now_ns);
   }
 }
 

@@ -26,6 +26,7 @@ class EmulatedArm {
 
  private:
   void run();
+  void measure(std::int64_t now_ns);
   void keepWatchdog(std::int64_t now_ns);
   rt::Vec3 exertedForce(std::int64_t now_ns) const;
 
