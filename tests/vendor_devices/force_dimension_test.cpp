@@ -44,6 +44,18 @@ TEST(ForceDimension, GetsNoForceWithoutItsWatchdog) {
   EXPECT_FALSE(bridge.memory().force_on);
 }
 
+TEST(ForceDimension, GetsNoForceBeforeItIsInitialisedWhereItHasNoWrist) {
+  BridgeUnderTest bridge(model(kOmega3));
+  bridge.setFaults(kArmNotCalibrated);
+  bridge.peer().command({.force_n = {0, 0, 2}});
+  bridge.start();
+  ASSERT_TRUE(bridge.says("does not know its position"));
+  ASSERT_TRUE(bridge.passStates(50));
+  bridge.setFaults(0);
+  EXPECT_TRUE(bridge.pushes());
+  EXPECT_EQ(bridge.memory().uncalibrated_force_steps, 0U);
+}
+
 TEST(ForceDimension, TellsTheGripperAndDrivesIt) {
   BridgeUnderTest bridge(forceDimension());
   bridge.peer().command({.gripper_force_n = -3});

@@ -76,6 +76,8 @@ TEST(OpenHaptics, RestsWhileItsMotorsAreWarm) {
   ASSERT_TRUE(bridge.says("its motors are warm; no force for 5 s (1 times so far)"));
   ASSERT_TRUE(bridge.stateBecomes([](const auto& state) { return state.fault; }));
   ASSERT_TRUE(bridge.letsGo());
+  ASSERT_TRUE(bridge.passStates(50));
+  EXPECT_TRUE(bridge.peer().state().fault) << "all the time";
   bridge.setFaults(0);
   const std::int64_t rested_ns = bridge.memory().last_exerted_ns;
   ASSERT_TRUE(bridge.pushes()) << bridge.program().errors();
