@@ -80,7 +80,6 @@ TEST_P(VendorArm, DropsTheForceOfAProgramThatIsKilled) {
   constexpr std::int64_t kDeadMan_ns = 20'000'000;
   EXPECT_LE(arm_.force_ns, gone_ns);
   EXPECT_LE(arm_.last_exerted_ns - arm_.force_ns, kDeadMan_ns + 4 * EmulatedArm::kStep_ns);
-  EXPECT_GT(arm_.last_exerted_ns, arm_.force_ns - kDeadMan_ns) << "it did push until then";
   RecordProperty("us_after_last_force", std::to_string((arm_.last_exerted_ns - arm_.force_ns) / 1000));
 }
 
