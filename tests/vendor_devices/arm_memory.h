@@ -20,6 +20,7 @@ enum ArmFault : std::uint32_t {
   kArmRepeats = 256,        ///< calls say that there is no new measurement
   kArmSaturated = 512,      ///< calls say that motors are saturated
   kArmWrongVersion = 1024,  ///< the vendor's software is another version
+  kArmNoWatchdog = 2048,    ///< the device keeps another watchdog than the one that was set
 };
 
 /// An emulated device as the fake library of a vendor sees it, in memory that both processes map. The device
@@ -33,7 +34,9 @@ struct ArmMemory {
   std::atomic<std::uint64_t> forces{0};   ///< how often
   std::atomic<bool> force_on{false};      ///< the amplifier
   std::atomic<bool> brakes{true};
-  std::atomic<std::int64_t> watchdog_ns{0};  ///< the device drops a force that is older; 0: it keeps it
+  std::atomic<std::int64_t> watchdog_ns{0};   ///< the device drops a force that is older; 0: it keeps it
+  std::atomic<bool> watchdog_latches{false};  ///< once it has run out, the amplifier stays off
+  std::atomic<int> velocity_window_ms{0};     ///< over which the library averages; 0: it was not set
   std::atomic<std::uint64_t> openings{0};
   // set by the device
   std::array<std::atomic<double>, 3> position_m{};
@@ -42,9 +45,13 @@ struct ArmMemory {
   std::atomic<double> gripper_rad{0};
   std::atomic<std::uint32_t> buttons{0};
   std::atomic<std::int64_t> measured_ns{0};
+  std::atomic<std::uint64_t> watchdog_trips{0};  ///< how often it turned the amplifier off
   // set by a test
   std::atomic<std::uint32_t> faults{0};
   std::atomic<std::int64_t> extra_delay_ns{0};  ///< positions that the library gives are that old
+  std::atomic<int> model{0};                    ///< as the fake library numbers them
+  std::atomic<int> cut_cause{2};                ///< of kArmForceCut, as the vendor numbers them
+  std::atomic<bool> docked{false};              ///< it is where its calibration begins
   // what the device exerted
   std::atomic<double> exerted_n{0};                        ///< now
   std::atomic<double> most_exerted_n{0};                   ///< so far

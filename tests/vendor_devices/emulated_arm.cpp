@@ -1,35 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/vendor_devices/emulated_arm.h"
 
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <new>
-#include <stdexcept>
 
 #include "rt/base/clock.h"
 
 namespace hapticd::test {
 
-MappedArm::MappedArm(const std::filesystem::path& path, bool make) {
-  const int file = ::open(path.c_str(), O_RDWR | O_CLOEXEC | (make ? O_CREAT | O_TRUNC : 0), 0600);
-  if (file < 0) throw std::runtime_error("cannot open " + path.string());
-  const bool sized = !make || ::ftruncate(file, sizeof(ArmMemory)) == 0;
-  void* at =
-      sized ? ::mmap(nullptr, sizeof(ArmMemory), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0) : MAP_FAILED;
-  ::close(file);
-  if (at == MAP_FAILED) throw std::runtime_error("cannot map " + path.string());
-  memory_ = make ? new (at) ArmMemory : static_cast<ArmMemory*>(at);
-}
-
-MappedArm::~MappedArm() {
-  ::munmap(memory_, sizeof(ArmMemory));
-}
-
 EmulatedArm::EmulatedArm(const std::filesystem::path& path, const drivers::SimulatedHandleSettings& hand)
-    : mapped_(path, true), hand_(hand, static_cast<double>(kStep_ns) * 1e-9), thread_([this] { run(); }) {}
+    : mapped_(path, true), hand_(hand, static_cast<double>(kStep_ns) * 1e-9) {
+  measure(rt::monotonicNow_ns());
+  thread_ = std::thread([this] { run(); });
+}
 
 EmulatedArm::~EmulatedArm() {
   ends_ = true;
@@ -40,8 +22,31 @@ rt::Vec3 EmulatedArm::exertedForce(std::int64_t now_ns) const {
   const ArmMemory& arm = memory();
   const std::int64_t watchdog_ns = arm.watchdog_ns;
   const bool dropped = watchdog_ns > 0 && now_ns - arm.force_ns > watchdog_ns;
-  if (!arm.force_on || arm.brakes || dropped) return {};
+  if (!arm.force_on || arm.brakes || dropped || (arm.faults & kArmForceCut) != 0) return {};
   return {arm.force_n[0], arm.force_n[1], arm.force_n[2]};
+}
+
+void EmulatedArm::keepWatchdog(std::int64_t now_ns) {
+  ArmMemory& arm = memory();
+  const bool runs_out = arm.watchdog_ns > 0 && now_ns - arm.force_ns > arm.watchdog_ns;
+  if (!arm.watchdog_latches || !arm.force_on || !runs_out) return;
+  arm.force_on = false;
+  ++arm.watchdog_trips;
+}
+
+void EmulatedArm::measure(std::int64_t now_ns) {
+  ArmMemory& arm = memory();
+  const rt::Vec3 place = hand_.position_m_in_world();
+  const rt::Vec3 velocity = hand_.velocity_m_per_s_in_world();
+  const rt::Quaternion held = hand_.orientation_in_world();
+  const std::array<double, 3> places{place.x, place.y, place.z};
+  const std::array<double, 3> velocities{velocity.x, velocity.y, velocity.z};
+  const std::array<double, 4> components{held.x, held.y, held.z, held.w};
+  for (std::size_t i = 0; i < 3; ++i) arm.position_m[i] = places[i];
+  for (std::size_t i = 0; i < 3; ++i) arm.velocity_m_per_s[i] = velocities[i];
+  for (std::size_t i = 0; i < 4; ++i) arm.orientation[i] = components[i];
+  arm.gripper_rad = hand_.gripper_rad();
+  arm.measured_ns = now_ns;
 }
 
 void EmulatedArm::run() {
@@ -50,6 +55,7 @@ void EmulatedArm::run() {
   while (!ends_) {
     rt::sleepUntil(moved_to_ns + kStep_ns);
     const std::int64_t now_ns = rt::monotonicNow_ns();
+    keepWatchdog(now_ns);
     const rt::Vec3 force_n = exertedForce(now_ns);
     const double exerted_n = norm(force_n);
     arm.exerted_n = exerted_n;
@@ -60,17 +66,7 @@ void EmulatedArm::run() {
     constexpr std::int64_t kMostBehind_ns = 50'000'000;
     moved_to_ns = std::max(moved_to_ns, now_ns - kMostBehind_ns);
     for (; now_ns - moved_to_ns >= kStep_ns; moved_to_ns += kStep_ns) hand_.step(force_n);
-    const rt::Vec3 place = hand_.position_m_in_world();
-    const rt::Vec3 velocity = hand_.velocity_m_per_s_in_world();
-    const rt::Quaternion held = hand_.orientation_in_world();
-    const std::array<double, 3> places{place.x, place.y, place.z};
-    const std::array<double, 3> velocities{velocity.x, velocity.y, velocity.z};
-    const std::array<double, 4> components{held.x, held.y, held.z, held.w};
-    for (std::size_t i = 0; i < 3; ++i) arm.position_m[i] = places[i];
-    for (std::size_t i = 0; i < 3; ++i) arm.velocity_m_per_s[i] = velocities[i];
-    for (std::size_t i = 0; i < 4; ++i) arm.orientation[i] = components[i];
-    arm.gripper_rad = hand_.gripper_rad();
-    arm.measured_ns = now_ns;
+    measure(now_ns);
   }
 }
 

@@ -7,22 +7,9 @@
 
 #include "drivers/handle/simulated/simulated_hand.h"
 #include "tests/vendor_devices/arm_memory.h"
+#include "tests/vendor_devices/mapped_arm.h"
 
 namespace hapticd::test {
-
-/// Maps an ArmMemory.  Errors: std::runtime_error, the file cannot be made or mapped.
-class MappedArm {
- public:
-  /// `make`: makes the file anew.
-  MappedArm(const std::filesystem::path& path, bool make);
-  ~MappedArm();
-  MappedArm(const MappedArm&) = delete;
-  MappedArm& operator=(const MappedArm&) = delete;
-  ArmMemory& memory() const { return *memory_; }
-
- private:
-  ArmMemory* memory_;
-};
 
 /// A device in a person's hand, in real time: four steps a millisecond. It exerts what the library set while
 /// the amplifier is on and the brakes are off, and until its watchdog runs out. Thread: one.
@@ -39,6 +26,8 @@ class EmulatedArm {
 
  private:
   void run();
+  void measure(std::int64_t now_ns);
+  void keepWatchdog(std::int64_t now_ns);
   rt::Vec3 exertedForce(std::int64_t now_ns) const;
 
   MappedArm mapped_;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "config/base/program.h"
+#include "rt/base/realtime_thread.h"
 #include "tools/lib/bridge/bridge_program.h"
 #include "tools/lib/bridge/simulated_device.h"
 #include "tools/lib/options/option_checks.h"
@@ -65,6 +66,7 @@ int run(int argc, char** argv) {
     options.hand.direction_in_world = BridgeProgram::vectorOf(options.direction);
   if (!(norm(options.hand.direction_in_world) > 0))
     return program.fail({"--direction", "(0, 0, 0) is not a direction", ""}, EX_USAGE);
+  rt::limitThreadStacks();
   SimulatedDevice device(options.hand);
   return program.run(device);
 }

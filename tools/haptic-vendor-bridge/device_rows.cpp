@@ -3,10 +3,24 @@
 
 #include <array>
 
+#include "tools/haptic-vendor-bridge/force_dimension/force_dimension_driver.h"
+#include "tools/haptic-vendor-bridge/open_haptics/open_haptics_driver.h"
+
 namespace hapticd::tools {
 
 std::span<const DeviceRow> deviceRows() {
-  static constexpr std::array<DeviceRow, 0> kRows{};
+  static constexpr std::array kRows{
+      DeviceRow{.word = "force-dimension",
+                .help = "delta, omega, sigma and lambda of Force Dimension, by libdrd.so",
+                .make = [](const VendorOptions& options) -> std::unique_ptr<VendorDriver> {
+                  return std::make_unique<ForceDimensionDriver>(options.library, options.device);
+                }},
+      DeviceRow{.word = "openhaptics",
+                .help = "Touch, Touch X and Phantom of 3D Systems, by OpenHaptics' libHD.so",
+                .make = [](const VendorOptions& options) -> std::unique_ptr<VendorDriver> {
+                  return std::make_unique<OpenHapticsDriver>(options.library, options.device);
+                }},
+  };
   return kRows;
 }
 

@@ -112,8 +112,7 @@ int run(int argc, char** argv) {
     return base::endWithoutWork(app, error, EX_USAGE);
   }
   VendorDevice device(driverOf(kind, options), kName);
-  if (auto ok = device.start(); !ok) return program.fail(ok.error(), EX_OSERR);
-  return program.run(device);
+  return program.run(device, [&device] { return device.start(); });
 }
 
 }  // namespace

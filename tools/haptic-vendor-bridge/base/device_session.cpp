@@ -4,9 +4,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 namespace hapticd::tools {
+namespace {
+
+bool isUnit(const rt::Quaternion& q) {
+  constexpr double kRounding = 1e-3;           // of a matrix of a vendor, in float
+  return std::abs(dot(q, q) - 1) < kRounding;  // false for what is no number
+}
+
+}  // namespace
 
 DeviceReading DeviceExchange::newest(std::int64_t now_ns) {
   const std::uint64_t opening = open_.load(std::memory_order_acquire);
@@ -17,15 +26,17 @@ DeviceReading DeviceExchange::newest(std::int64_t now_ns) {
   if (opening == 0 || newest.opening != opening || age_ns > kDeadManNs) {
     reading.fault = true;
     delay_.reset();
+    answered_ = 0;
     return reading;
   }
+  answered_ = reading.fault || !reading.calibrated ? 0 : opening;
   if (fresh) delay_.add(age_ns + command_wait_ns_.load(std::memory_order_relaxed));
   reading.latency_ns += delay_.ninetyFifthPercentileNs();
   return reading;
 }
 
 void DeviceExchange::command(const DeviceCommand& command, std::int64_t now_ns) {
-  commands_.write({command, now_ns});
+  commands_.write({command, now_ns, answered_});
 }
 
 DeviceLimits DeviceExchange::limits() const {
@@ -42,11 +53,37 @@ void DeviceExchange::open(const DeviceLimits& limits) {
   open_.store(++openings_, std::memory_order_release);
 }
 
-void DeviceExchange::publish(const DeviceReading& reading, std::int64_t measured_ns) {
-  readings_.write({reading, measured_ns, open_.load(std::memory_order_relaxed)});
+ReadingVerdict DeviceExchange::judge(const DeviceReading& reading, std::int64_t measured_ns) const {
+  if (!isFinite(reading.position_m)) return ReadingVerdict::not_finite;
+  const std::int64_t since_ns = measured_ns - last_sound_.measured_ns;
+  const bool follows = last_sound_.opening != 0 && since_ns < kDeadManNs &&
+                       last_sound_.opening == open_.load(std::memory_order_relaxed);
+  if (!follows || !reading.calibrated) return ReadingVerdict::taken_over;
+  const double moved_m = norm(reading.position_m - last_sound_.reading.position_m);
+  const double most_m = kJumpM + kFastestHandMPerS * static_cast<double>(since_ns) * 1e-9;
+  return moved_m > most_m ? ReadingVerdict::jumped : ReadingVerdict::taken_over;
+}
+
+ReadingVerdict DeviceExchange::publish(const DeviceReading& reading, std::int64_t measured_ns) {
+  const ReadingVerdict verdict = judge(reading, measured_ns);
+  Reading published{reading, measured_ns, open_.load(std::memory_order_relaxed)};
+  DeviceReading& passed = published.reading;
+  if (verdict != ReadingVerdict::taken_over) {
+    passed.position_m = last_sound_.reading.position_m;
+    passed.fault = true;
+  }
+  passed.velocity_valid = passed.velocity_valid && isFinite(passed.velocity_m_per_s);
+  if (!passed.velocity_valid) passed.velocity_m_per_s = {};
+  if (passed.orientation && !isUnit(*passed.orientation)) passed.orientation.reset();
+  if (passed.gripper_rad && !std::isfinite(*passed.gripper_rad)) passed.gripper_rad.reset();
+  sound_ = !passed.fault && passed.calibrated;
+  if (sound_) last_sound_ = published;
+  readings_.write(published);
+  return verdict;
 }
 
 DeviceCommand DeviceExchange::commandAt(std::int64_t now_ns) {
+  const std::uint64_t opening = open_.load(std::memory_order_acquire);
   commands_.refresh();
   const Command& newest = commands_.front();
   const std::int64_t age_ns = now_ns - newest.written_ns;
@@ -54,7 +91,14 @@ DeviceCommand DeviceExchange::commandAt(std::int64_t now_ns) {
     taken_ns_ = newest.written_ns;
     command_wait_ns_.store(std::max(age_ns, std::int64_t{0}), std::memory_order_relaxed);
   }
-  return age_ns < kDeadManNs ? newest.command : DeviceCommand{};
+  const bool answers = opening != 0 && newest.opening == opening && sound_;
+  if (!answers || age_ns >= kDeadManNs) return {};
+  const double gripper_limit_n = gripper_force_n_.load(std::memory_order_relaxed);
+  const double gripper_n = newest.command.gripper_force_n;
+  return {.force_n = boundedForce(newest.command.force_n, force_n_.load(std::memory_order_relaxed)),
+          .torque_n_m = boundedForce(newest.command.torque_n_m, torque_n_m_.load(std::memory_order_relaxed)),
+          .gripper_force_n =
+              std::isfinite(gripper_n) ? std::clamp(gripper_n, -gripper_limit_n, gripper_limit_n) : 0};
 }
 
 void DeviceSession::say(const std::string& text) {
@@ -66,6 +110,15 @@ void DeviceSession::opened(const DeviceAbout& about) {
                   about.serial.empty() ? "" : fmt::format(" (serial number {})", about.serial)));
   on_open_(about);
   exchange_.open(about.limits);
+  was_opened_ = true;
+}
+
+void Complaint::update(DeviceSession& session, int state, const std::string& text) {
+  if (state != 0 && state != state_) {
+    ++times_;
+    session.say(times_ == 1 ? text : fmt::format("{} ({} times so far)", text, times_));
+  }
+  state_ = state;
 }
 
 }  // namespace hapticd::tools

@@ -16,6 +16,13 @@
 
 namespace hapticd::tools {
 
+/// What became of a reading that a driver published.
+enum class ReadingVerdict {
+  taken_over,
+  not_finite,  ///< it counts as a fault, at the last finite position
+  jumped,      ///< farther than a hand moves: the encoders have slipped; it counts as a fault
+};
+
 /// What a device is, known once it is open.
 struct DeviceAbout {
   std::string model;
@@ -33,21 +40,34 @@ class DeviceExchange {
   /// The newest reading, with the delay that the exchange adds in its `latency_ns`. It is a fault while the
   /// device is not open, and when the newest reading is older than kDeadManNs.
   DeviceReading newest(std::int64_t now_ns);
+  /// What the device has to exert, in answer to what newest() returned last: nothing while that was a fault
+  /// or not calibrated.
   void command(const DeviceCommand& command, std::int64_t now_ns);
   DeviceLimits limits() const;
 
   // The thread that drives the device.
 
-  /// From now on readings count. `limits`: of this device.  Thread: also another one, before the first
-  /// reading.
+  /// From now on readings count, and commands that answer them. `limits`: of this device; all zero while it
+  /// is there but may exert nothing yet.  Thread: the driver's, also while another one publishes.
   void open(const DeviceLimits& limits);
   /// From now on nothing counts.  Thread: any.
   void close() { open_.store(0, std::memory_order_release); }
-  void publish(const DeviceReading& reading, std::int64_t measured_ns);
-  /// What the device has to exert; nothing while the bridge's loop has said nothing for kDeadManNs.
+  /// `measured_ns`: no later than the measurement. A value of the sensor that was published before must not
+  /// be published again.
+  ReadingVerdict publish(const DeviceReading& reading, std::int64_t measured_ns);
+  /// What the device has to exert, within its limits; nothing while the bridge's loop has said nothing for
+  /// kDeadManNs, while the reading published last is a fault or not calibrated, and in answer to readings
+  /// from before this opening.
   DeviceCommand commandAt(std::int64_t now_ns);
 
  private:
+  /// A hand moves a handle at less than this; a thread that was held up between clock and measurement adds at
+  /// most kJumpM.
+  static constexpr double kFastestHandMPerS = 10;
+  static constexpr double kJumpM = 0.05;
+
+  ReadingVerdict judge(const DeviceReading& reading, std::int64_t measured_ns) const;
+
   struct Reading {
     DeviceReading reading;
     std::int64_t measured_ns = 0;
@@ -56,6 +76,7 @@ class DeviceExchange {
   struct Command {
     DeviceCommand command;
     std::int64_t written_ns = 0;
+    std::uint64_t opening = 0;  // of the reading that it answers; 0: it answers none
   };
 
   rt::TripleBuffer<Reading> readings_;
@@ -66,8 +87,13 @@ class DeviceExchange {
   std::atomic<double> gripper_force_n_{0};
   std::uint64_t openings_ = 0;
   std::atomic<std::int64_t> command_wait_ns_{0};  // of the command that the device took last
-  std::int64_t taken_ns_ = 0;                     // when that command was written
-  drivers::udp::DelayEstimate delay_;             // the bridge's loop
+  // who publishes
+  std::int64_t taken_ns_ = 0;  // when that command was written
+  Reading last_sound_;
+  bool sound_ = false;  // the reading published last
+  // the bridge's loop
+  drivers::udp::DelayEstimate delay_;
+  std::uint64_t answered_ = 0;  // opening of the reading returned last, if it was sound
 };
 
 /// One attempt to use a device: what its driver needs from the program.
@@ -90,12 +116,26 @@ class DeviceSession {
   void say(const std::string& text);
   /// The device is ready: prints what it is, and opens the exchange.
   void opened(const DeviceAbout& about);
+  bool wasOpened() const { return was_opened_; }
 
  private:
   DeviceExchange& exchange_;
   drivers::StopSignal& stop_;
   std::string name_;
   std::function<void(const DeviceAbout&)> on_open_;
+  bool was_opened_ = false;
+};
+
+/// Something that can be wrong for long with a device: said when it begins or changes, not each time that it
+/// is found. Thread: the driver's.
+class Complaint {
+ public:
+  /// `state`: what is wrong; 0: nothing. `text`: for the person; the number of times is added to it.
+  void update(DeviceSession& session, int state, const std::string& text);
+
+ private:
+  int state_ = 0;
+  int times_ = 0;
 };
 
 }  // namespace hapticd::tools

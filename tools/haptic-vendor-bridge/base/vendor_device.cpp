@@ -34,16 +34,16 @@ DeviceAbout VendorDevice::about() const {
 
 void VendorDevice::run() {
   std::string said;
-  DeviceSession session(exchange_, stop_, name_, [this](const DeviceAbout& about) {
-    const std::lock_guard lock(about_mutex_);
-    about_ = about;
-  });
-  while (!session.ends()) {
+  while (!stop_.raised()) {
+    DeviceSession session(exchange_, stop_, name_, [this](const DeviceAbout& about) {
+      const std::lock_guard lock(about_mutex_);
+      about_ = about;
+    });
     const auto driven = driver_->drive(session);
     exchange_.close();
     // the same complaint each second would hide all others
+    if (session.wasOpened()) said.clear();
     if (!driven && driven.error().text() != said) session.say(said = driven.error().text());
-    if (driven) said.clear();
     if (session.pause(kRetry)) return;
   }
 }

@@ -4,10 +4,10 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <string.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <functional>
 
 namespace hapticd::tools {
 
@@ -42,7 +42,9 @@ std::vector<std::string> versionsOf(const std::string& folder, const std::string
     const std::string file = entry.path().filename().string();
     if (file == name || file.starts_with(name + ".")) found.push_back(entry.path().string());
   }
-  std::ranges::sort(found, std::greater{});
+  std::ranges::sort(found, [](const std::string& a, const std::string& b) {
+    return ::strverscmp(a.c_str(), b.c_str()) > 0;  // 3.17 is newer than 3.9
+  });
   return found;
 }
 

@@ -87,9 +87,8 @@ base::Result<void> BridgeProgram::readEndpoints() {
   return local_.empty() ? base::Result<void>{} : readEndpoint(local_, "--local", bridge_.local);
 }
 
-int BridgeProgram::run(Device& device) {
+int BridgeProgram::run(Device& device, const std::function<base::Result<void>()>& start) {
   if (auto ok = readEndpoints(); !ok) return fail(ok.error(), EX_USAGE);
-  rt::limitThreadStacks();
   auto key = drivers::udp::keyFrom(key_file_);
   if (!key) return fail(key.error(), EX_NOINPUT);
   bridge_.key = std::move(*key);
@@ -108,6 +107,9 @@ int BridgeProgram::run(Device& device) {
   Bridge bridge(bridge_, *socket, device, log.get());
   {
     const Interrupt interrupt;  // from the end of the run on Ctrl-C ends the program at once
+    if (start) {
+      if (auto started = start(); !started) return fail(started.error(), EX_OSERR);
+    }
     bridge.run(
         [&](double seconds) { return interrupt.requested() || (duration_s_ > 0 && seconds >= duration_s_); });
   }

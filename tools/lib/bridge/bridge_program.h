@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <functional>
 #include <string>
 
 #include "config/base/error.h"
@@ -20,8 +21,9 @@ class BridgeProgram {
   /// Prints "name: error" and returns `status`.
   int fail(const base::Error& error, int status) const;
   /// Connects `device` until Ctrl-C, SIGTERM or --duration, leaves it without force, and prints the table.
-  /// Returns the exit status; what went wrong is printed.
-  int run(Device& device);
+  /// `start`: starts the device; from then on no signal of these ends the program before the device is
+  /// without force. Returns the exit status; what went wrong is printed.
+  int run(Device& device, const std::function<base::Result<void>()>& start = {});
 
   /// A vector of an option with three numbers.
   static rt::Vec3 vectorOf(const std::vector<double>& xyz) { return {xyz[0], xyz[1], xyz[2]}; }

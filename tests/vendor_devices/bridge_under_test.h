@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fmt/format.h>
+
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/vendor_devices/emulated_arm.h"
+#include "tests/vendor_devices/peer.h"
+
+namespace hapticd::test {
+
+/// A kind of device with the fake library of its vendor.
+struct VendorKind {
+  std::string word;  ///< of the program
+  std::string library;
+  int model = 0;       ///< of the fake library
+  double limit_n = 0;  ///< of that model
+  std::string name() const { return word == "openhaptics" ? "OpenHaptics" : "ForceDimension"; }
+};
+inline void PrintTo(const VendorKind& kind, std::ostream* stream) {
+  *stream << kind.word;
+}
+/// An omega.7 and a Touch.
+inline VendorKind forceDimension() {
+  return {"force-dimension", HAPTICD_FAKE_DRD, 35, 12};
+}
+inline VendorKind openHaptics() {
+  return {"openhaptics", HAPTICD_FAKE_HD, 0, 3.3};
+}
+
+/// A hand that holds the handle at one place, turned.
+inline drivers::SimulatedHandleSettings stillHand() {
+  drivers::SimulatedHandleSettings hand;
+  hand.start_m_in_world = {0.03, -0.02, 0.05};
+  hand.direction_in_world = {1, 0.5, 0.2};
+  hand.speed_m_per_s = 1e-6;
+  return hand;
+}
+
+/// An emulated arm, a haptic-vendor-bridge that drives it, and the peer of that.
+class BridgeUnderTest {
+ public:
+  explicit BridgeUnderTest(VendorKind kind, const drivers::SimulatedHandleSettings& hand = stillHand())
+      : kind_(std::move(kind)), arm_(folder_.path() / "arm", hand) {
+    memory().model = kind_.model;
+  }
+
+  ArmMemory& memory() { return arm_.memory(); }
+  void setFaults(std::uint32_t faults) { arm_.setFaults(faults); }
+  Peer& peer() { return peer_; }
+  const VendorKind& kind() const { return kind_; }
+  Program& program() { return *program_; }
+
+  void start(const std::vector<std::string>& more = {}) {
+    std::vector<std::string> command{HAPTIC_VENDOR_BRIDGE_PROGRAM,
+                                     kind_.word,
+                                     "--library",
+                                     kind_.library,
+                                     "--peer",
+                                     peer_.address(),
+                                     "--max-force",
+                                     "100",
+                                     "--no-damping"};
+    command.insert(command.end(), more.begin(), more.end());
+    program_.emplace(command, ProgramOptions{.environment = {fmt::format(
+                                                 "{}={}", kArmVariable, (folder_.path() / "arm").string())}});
+  }
+  /// Starts, commands `force_n`, and waits until the arm exerts it.
+  bool startPushing(const rt::Vec3& force_n = {0, 0, 2}) {
+    peer_.command({.force_n = force_n});
+    start();
+    return pushes();
+  }
+  bool pushes() {
+    return becomesTrue([&] { return memory().exerted_n > 0; });
+  }
+  bool letsGo() {
+    return becomesTrue([&] { return memory().exerted_n == 0; });
+  }
+  bool says(const std::string& text) {
+    return becomesTrue([&] { return program_->errors().find(text) != std::string::npos; });
+  }
+  int timesSaid(const std::string& text) {
+    const std::string all = program_->errors();
+    int times = 0;
+    for (std::size_t at = all.find(text); at != all.npos; at = all.find(text, at + 1)) ++times;
+    return times;
+  }
+  /// Waits for that many more states.
+  bool passStates(std::uint64_t count) {
+    const std::uint64_t until = peer_.states() + count;
+    return becomesTrue([&] { return peer_.states() >= until; });
+  }
+  template <typename Condition>
+  bool stateBecomes(Condition condition) {
+    return becomesTrue([&] { return condition(peer_.state()); });
+  }
+
+ private:
+  VendorKind kind_;
+  TemporaryFolder folder_{memoryFolder()};
+  EmulatedArm arm_;
+  Peer peer_;
+  std::optional<Program> program_;
+};
+
+}  // namespace hapticd::test

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <new>
+#include <stdexcept>
+
+#include "tests/vendor_devices/arm_memory.h"
+
+namespace hapticd::test {
+
+/// Maps an ArmMemory.  Errors: std::runtime_error, the file cannot be made or mapped.
+class MappedArm {
+ public:
+  /// `make`: makes the file anew.
+  MappedArm(const std::filesystem::path& path, bool make) {
+    const int file = ::open(path.c_str(), O_RDWR | O_CLOEXEC | (make ? O_CREAT | O_TRUNC : 0), 0600);
+    if (file < 0) throw std::runtime_error("cannot open " + path.string());
+    const bool sized = !make || ::ftruncate(file, sizeof(ArmMemory)) == 0;
+    void* at =
+        sized ? ::mmap(nullptr, sizeof(ArmMemory), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0) : MAP_FAILED;
+    ::close(file);
+    if (at == MAP_FAILED) throw std::runtime_error("cannot map " + path.string());
+    memory_ = make ? new (at) ArmMemory : static_cast<ArmMemory*>(at);
+  }
+  ~MappedArm() { ::munmap(memory_, sizeof(ArmMemory)); }
+  MappedArm(const MappedArm&) = delete;
+  MappedArm& operator=(const MappedArm&) = delete;
+  ArmMemory& memory() const { return *memory_; }
+
+ private:
+  ArmMemory* memory_;
+};
+
+}  // namespace hapticd::test
