@@ -64,6 +64,7 @@ void DeviceSession::say(const std::string& text) {
 void DeviceSession::opened(const DeviceAbout& about) {
   say(fmt::format("{} ready{}", about.model.empty() ? "device" : about.model,
                   about.serial.empty() ? "" : fmt::format(" (serial number {})", about.serial)));
+  opened_ = true;
   exchange_.open(about.limits);
 }
 

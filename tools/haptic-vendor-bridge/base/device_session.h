@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cstdint>
 #include <string>
+#include <utility>
 
 #include "drivers/base/stop_signal.h"
 #include "drivers/handle/udp/peer_clock.h"
@@ -85,11 +86,14 @@ class DeviceSession {
   void say(const std::string& text);
   /// The device is ready: prints what it is, and opens the exchange.
   void opened(const DeviceAbout& about);
+  /// Whether opened() was called since the last call.  Thread: the driver's.
+  bool takeOpened() { return std::exchange(opened_, false); }
 
  private:
   DeviceExchange& exchange_;
   drivers::StopSignal& stop_;
   std::string name_;
+  bool opened_ = false;
 };
 
 }  // namespace hapticd::tools

@@ -33,6 +33,7 @@ void VendorDevice::run() {
   while (!session.ends()) {
     const auto driven = driver_->drive(session);
     exchange_.close();
+    if (session.takeOpened()) said.clear();
     // the same complaint each second would hide all others
     if (!driven && driven.error().text() != said) session.say(said = driven.error().text());
     if (driven) said.clear();
