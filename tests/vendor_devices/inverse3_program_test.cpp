@@ -74,8 +74,11 @@ TEST_F(Inverse3Program, CarriesPlaceGripAndForceAndTheDelayOfTheService) {
   start({.answer_delay_ns = kAnswerDelayNs, .fixed_m = rt::Vec3{0.1, -0.2, 0.3}});
   peer_.command({0, 0, 1});
   ASSERT_TRUE(exerts(1)) << program_->errors();
-  ASSERT_TRUE(becomesTrue([&] { return peer_.isHealthy() && peer_.state().orientation_in_handle; }));
-  const drivers::udp::StatePacket state = peer_.state();
+  drivers::udp::StatePacket state;
+  ASSERT_TRUE(becomesTrue([&] {
+    state = peer_.state();
+    return !state.fault && state.orientation_in_handle;
+  }));
   EXPECT_EQ(state.position_m_in_handle, (rt::Vec3{0.1, -0.2, 0.3}));
   EXPECT_EQ(state.buttons, 5U);
   EXPECT_FALSE(state.drives_torque);
@@ -101,11 +104,7 @@ TEST_F(Inverse3Program, LeavesItToTheServiceToDropTheForceWhenItIsKilled) {
   program_->signal(SIGKILL);
   program_->wait();
   ASSERT_TRUE(exerts(0));
-  const InverseServiceRecord record = service_->record();
-  EXPECT_FALSE(record.clear_before_end);
-  // it looks at its clock in steps, one of which may be long on a loaded machine, so only its own stamps
-  // count
-  EXPECT_GE(record.last_exerted_ns, record.last_frame_ns);
+  EXPECT_FALSE(service_->record().clear_before_end);
   program_ = std::make_unique<Program>(commandFor(service_->address(), peer_));
   EXPECT_TRUE(exerts(1)) << "started again";
 }

@@ -53,6 +53,16 @@ class DrivenLoop {
     return limits_.force_n;
   }
   bool isHealthy() { return !reading().fault; }
+  /// Waits for a reading without a fault of which `condition` holds; a fault if there is none.
+  template <typename Condition>
+  DeviceReading healthyReading(Condition condition) {
+    DeviceReading last;
+    becomesTrue([&] {
+      last = reading();
+      return !last.fault && condition(last);
+    });
+    return last;
+  }
 
  private:
   void run() {
@@ -92,8 +102,10 @@ bool comesToExert(FakeInverseService& service, double force_n) {
 TEST(Inverse3, ReportsPlaceVelocityGripAndButtonsInTheUnitsOfTheService) {
   FakeInverseService service({.fixed_m = rt::Vec3{0.012, -0.125, 0.25}});
   DrivenLoop loop(service);
-  ASSERT_TRUE(becomesTrue([&] { return loop.reading().orientation.has_value(); }));
-  const DeviceReading reading = loop.reading();
+  const DeviceReading reading =
+      loop.healthyReading([](const DeviceReading& newest) { return newest.orientation.has_value(); });
+  ASSERT_TRUE(reading.orientation);
+  EXPECT_FALSE(reading.fault);
   EXPECT_EQ(reading.position_m, (rt::Vec3{0.012, -0.125, 0.25}));
   EXPECT_TRUE(reading.velocity_valid);
   EXPECT_EQ(reading.velocity_m_per_s, (rt::Vec3{0.1, 0.2, -0.3}));
@@ -110,14 +122,14 @@ TEST(Inverse3, HasNoOrientationWithoutAGripAndOneButtonOfAWiredOne) {
   {
     FakeInverseService service({.grip = ""});
     DrivenLoop loop(service);
-    ASSERT_TRUE(becomesTrue([&] { return loop.isHealthy(); }));
+    ASSERT_TRUE(becomesTrue([&] { return loop.isHealthy() && service.record().frames > 100; }));
     EXPECT_FALSE(loop.reading().orientation);
     EXPECT_EQ(loop.reading().buttons, 0U);
   }
   FakeInverseService service({.grip = "verse_grip"});
   DrivenLoop loop(service);
-  ASSERT_TRUE(becomesTrue([&] { return loop.reading().orientation.has_value(); }));
-  EXPECT_EQ(loop.reading().buttons, 1U);
+  const auto held = [](const DeviceReading& newest) { return newest.orientation.has_value(); };
+  EXPECT_EQ(loop.healthyReading(held).buttons, 1U);
 }
 
 TEST(Inverse3, DoesNotPassOnTheOrientationOfAGripThatFellAsleep) {
@@ -125,9 +137,10 @@ TEST(Inverse3, DoesNotPassOnTheOrientationOfAGripThatFellAsleep) {
   DrivenLoop loop(service);
   ASSERT_TRUE(becomesTrue([&] { return loop.reading().orientation.has_value(); }));
   service.setFaults(test::kGripAsleep);
-  ASSERT_TRUE(becomesTrue([&] { return !loop.reading().orientation; }));
-  EXPECT_EQ(loop.reading().buttons, 0U);
-  EXPECT_TRUE(loop.isHealthy());
+  const DeviceReading reading =
+      loop.healthyReading([](const DeviceReading& newest) { return !newest.orientation; });
+  ASSERT_FALSE(reading.fault || reading.orientation);
+  EXPECT_EQ(reading.buttons, 0U);
   service.setFaults(0);
   EXPECT_TRUE(becomesTrue([&] { return loop.reading().orientation.has_value(); }));
 }
@@ -135,8 +148,8 @@ TEST(Inverse3, DoesNotPassOnTheOrientationOfAGripThatFellAsleep) {
 TEST(Inverse3, DrivesTheDeviceThatIsNamed) {
   FakeInverseService service;
   DrivenLoop loop(service, FakeInverseService::kOtherDevice);
-  ASSERT_TRUE(becomesTrue([&] { return loop.isHealthy(); }));
-  EXPECT_EQ(loop.reading().position_m, (rt::Vec3{0.1, 0.1, 0.1}));
+  EXPECT_EQ(loop.healthyReading([](const DeviceReading&) { return true; }).position_m,
+            (rt::Vec3{0.1, 0.1, 0.1}));
   loop.command({1, 0, 0});
   const std::uint64_t frames = service.record().frames;
   ASSERT_TRUE(becomesTrue([&] { return service.record().frames > frames + 100; }));
@@ -231,9 +244,10 @@ TEST(Inverse3, CountsTheDelayOfServiceAndForceGate) {
   DrivenLoop loop(service);
   loop.command({0, 0, 1});
   ASSERT_TRUE(comesToExert(service, 1));
-  ASSERT_TRUE(becomesTrue([&] { return loop.isHealthy(); }));
-  // the state is as old as the answer took, and the command takes another way there
-  EXPECT_GE(loop.reading().latency_ns, 2 * kAnswerDelayNs + kGateDelayNs - 1);
+  const DeviceReading reading = loop.healthyReading([](const DeviceReading&) { return true; });
+  ASSERT_FALSE(reading.fault);
+  // one for the age of the state, which the exchange adds, and one until the next force takes effect
+  EXPECT_GE(reading.latency_ns, 2 * kAnswerDelayNs + kGateDelayNs - 1);
 }
 
 TEST(Inverse3, AsksAtMostOncePerMillisecondAndOneFrameAtATime) {

@@ -242,7 +242,7 @@ void DrivenDevice::publish(const DeviceState& state, std::int64_t measured_ns) {
     reading.orientation = orientation_;
     reading.buttons = buttons_;
   }
-  // the state is at most as old as the frame, whose way to the motors is at most the whole round trip
+  // the state is at most as old as its frame, and the next one takes effect within the round trip
   reading.latency_ns = round_trip_.ninetyFifthPercentileNs() + gateDelayEstimateNs(entry_.filters);
   session_.exchange().publish(reading, measured_ns);
 }

@@ -12,7 +12,7 @@
 #include "rt/base/vec3.h"
 
 /// The JSON texts of the Inverse Service, version 3.1 and newer. Lengths are metres, forces newtons, axes
-/// those of the service. No text from outside makes any of these functions fail in another way than they say.
+/// those of the service. No text from outside makes these functions fail except as they say.
 namespace hapticd::tools::inverse3 {
 
 /// The member of `set_cursor_force` that holds the force.
