@@ -150,7 +150,7 @@ std::vector<std::string> wrongIncludes(const fs::path& root) {
 
 const std::vector<GuardedLibrary>& guardedLibraries() {
   static const std::vector<GuardedLibrary> all{
-      {"boost/", {"tools/hapticd-view"}},
+      {"boost/", {"tools/haptic-vendor-bridge/inverse3", "tools/hapticd-view"}},
       {"gpiod", {"drivers/led/gpiod"}},
       {"hidapi", {"drivers"}},
       {"libfreenect", {"drivers/camera/freenect"}},

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "tools/haptic-vendor-bridge/force_dimension/force_dimension_driver.h"
+#include "tools/haptic-vendor-bridge/inverse3/inverse3_driver.h"
 #include "tools/haptic-vendor-bridge/open_haptics/open_haptics_driver.h"
 
 namespace hapticd::tools {
@@ -20,6 +21,9 @@ std::span<const DeviceRow> deviceRows() {
                 .make = [](const VendorOptions& options) -> std::unique_ptr<VendorDriver> {
                   return std::make_unique<OpenHapticsDriver>(options.library, options.device);
                 }},
+      DeviceRow{.word = "inverse3",
+                .help = "Haply Inverse3, by the Inverse Service of its vendor (127.0.0.1:10001)",
+                .make = inverse3::makeInverse3Driver},
   };
   return kRows;
 }
