@@ -6,7 +6,6 @@
 #include <string>
 
 #include "tools/haptic-vendor-bridge/base/vendor_device.h"
-#include "tools/haptic-vendor-bridge/device_rows.h"
 #include "tools/haptic-vendor-bridge/inverse3/service_link.h"
 #include "tools/haptic-vendor-bridge/inverse3/service_messages.h"
 

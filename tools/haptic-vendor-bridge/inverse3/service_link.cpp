@@ -2,6 +2,9 @@
 #include "tools/haptic-vendor-bridge/inverse3/service_link.h"
 
 #include <fmt/format.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
 
 #include <algorithm>
 #include <boost/asio/connect.hpp>
@@ -161,6 +164,7 @@ class ServiceLink::Socket {
 
   base::Result<std::optional<std::string>> receive(std::chrono::nanoseconds patience) {
     constexpr int kMaxHandlersAtOnce = 16;  // a service that floods must not hold the caller
+    acknowledgeAtOnce();
     io_.restart();
     for (int i = 0; i < kMaxHandlersAtOnce && arrived_.empty() && !broken_; ++i) {
       if (io_.poll_one() == 0) break;
@@ -185,6 +189,13 @@ class ServiceLink::Socket {
   }
 
  private:
+  /// A service that collects small segments (Nagle's algorithm) keeps an answer until the one before it is
+  /// acknowledged, which the kernel delays by 40 ms where nothing is sent. It forgets this by and by.
+  void acknowledgeAtOnce() {
+    const int on = 1;
+    ::setsockopt(beast::get_lowest_layer(socket_).socket().native_handle(), IPPROTO_TCP, TCP_QUICKACK, &on,
+                 sizeof on);
+  }
   void read() {
     socket_.async_read(input_, [this](const error_code& error, std::size_t) {
       if (error) {
