@@ -142,7 +142,7 @@ TEST_P(BoxWithArm, ShowsHowTheToolIsHeldInTheStatus) {
   Daemon daemon(home_, yaml());
   ASSERT_TRUE(daemon.answers());
   startBridge();
-  ASSERT_TRUE(pushes()) << bridge_->errors();
+  ASSERT_TRUE(pushes()) << bridge_->errors() << daemon.status().dump();
   const nlohmann::json tick = daemon.status().at("tick");
   ASSERT_EQ(tick.at("orientationXyzw").size(), 4U) << tick;
   double length = 0;

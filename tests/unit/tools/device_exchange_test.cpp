@@ -41,6 +41,17 @@ class Exchange : public ::testing::Test {
   DeviceExchange exchange_;
 };
 
+TEST_F(Exchange, WaitsForCalibrationBetweenTwoOpeningsOfADeviceThatIsThere) {
+  exchange_.open({});
+  EXPECT_EQ(roundAt(kMs), 0) << "it may exert nothing yet";
+  exchange_.open(kLimits);
+  EXPECT_FALSE(exchange_.newest(2 * kMs).fault);
+  EXPECT_FALSE(exchange_.newest(2 * kMs).calibrated);
+  exchange_.command(pushing(2), 2 * kMs);
+  EXPECT_EQ(exchange_.commandAt(2 * kMs).force_n.z, 0) << "it answers no reading of this opening";
+  EXPECT_EQ(roundAt(3 * kMs), 2);
+}
+
 TEST_F(Exchange, PassesReadingsAndCommandsWhileItIsOpen) {
   EXPECT_TRUE(exchange_.newest(0).fault);
   EXPECT_EQ(roundAt(kMs), 0);

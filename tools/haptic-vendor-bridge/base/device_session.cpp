@@ -23,8 +23,11 @@ DeviceReading DeviceExchange::newest(std::int64_t now_ns) {
   const Reading& newest = readings_.front();
   DeviceReading reading = newest.reading;
   const std::int64_t age_ns = std::max(now_ns - newest.measured_ns, std::int64_t{0});
-  if (opening == 0 || newest.opening != opening || age_ns > kDeadManNs) {
-    reading.fault = true;
+  const bool lost = opening == 0 || newest.opening == 0 || age_ns > kDeadManNs;
+  if (lost || newest.opening != opening) {
+    // between two openings of a device that was there all the time, hapticd is to wait, not to lose it
+    if (lost) reading.fault = true;
+    reading.calibrated = false;
     delay_.reset();
     answered_ = 0;
     return reading;

@@ -38,7 +38,8 @@ class DeviceExchange {
   // The bridge's loop.
 
   /// The newest reading, with the delay that the exchange adds in its `latency_ns`. It is a fault while the
-  /// device is not open, and when the newest reading is older than kDeadManNs.
+  /// device is not open, and when the newest reading is older than kDeadManNs; not calibrated until one of
+  /// this opening is there.
   DeviceReading newest(std::int64_t now_ns);
   /// What the device has to exert, in answer to what newest() returned last: nothing while that was a fault
   /// or not calibrated.
