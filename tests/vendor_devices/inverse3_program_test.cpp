@@ -6,13 +6,13 @@
 
 #include "tests/support/program.h"
 #include "tests/support/unused_port.h"
-#include "tests/vendor_devices/commanding_peer.h"
 #include "tests/vendor_devices/fake_inverse_service.h"
+#include "tests/vendor_devices/peer.h"
 
 namespace hapticd::test {
 namespace {
 
-std::vector<std::string> commandFor(const std::string& address, const CommandingPeer& peer,
+std::vector<std::string> commandFor(const std::string& address, const Peer& peer,
                                     const std::vector<std::string>& more = {}) {
   std::vector<std::string> command{HAPTIC_VENDOR_BRIDGE_PROGRAM,
                                    "inverse3",
@@ -37,7 +37,7 @@ class Inverse3Program : public testing::Test {
   /// Starts, and waits until the hand gets the force.
   void startAndPush() {
     start();
-    peer_.command({0, 0, 1});
+    peer_.command({.force_n = {0, 0, 1}});
     ASSERT_TRUE(exerts(1)) << program_->errors();
   }
   bool exerts(double force_n) {
@@ -55,7 +55,7 @@ class Inverse3Program : public testing::Test {
     return said;
   }
 
-  CommandingPeer peer_;
+  Peer peer_;
   std::unique_ptr<FakeInverseService> service_;
   std::unique_ptr<Program> program_;
 };
@@ -72,7 +72,7 @@ TEST_F(Inverse3Program, SaysWhatTheServiceDoesToForces) {
 TEST_F(Inverse3Program, CarriesPlaceGripAndForceAndTheDelayOfTheService) {
   constexpr std::int64_t kAnswerDelayNs = 4'000'000;
   start({.answer_delay_ns = kAnswerDelayNs, .fixed_m = rt::Vec3{0.1, -0.2, 0.3}});
-  peer_.command({0, 0, 1});
+  peer_.command({.force_n = {0, 0, 1}});
   ASSERT_TRUE(exerts(1)) << program_->errors();
   drivers::udp::StatePacket state;
   ASSERT_TRUE(becomesTrue([&] {
@@ -87,7 +87,7 @@ TEST_F(Inverse3Program, CarriesPlaceGripAndForceAndTheDelayOfTheService) {
 
 TEST_F(Inverse3Program, LeavesTheDeviceWithZeroAndAClearOnSigterm) {
   start({.idle_ns = 3'600'000'000'000});
-  peer_.command({0, 0, 1});
+  peer_.command({.force_n = {0, 0, 1}});
   ASSERT_TRUE(exerts(1));
   program_->signal(SIGTERM);
   EXPECT_EQ(program_->wait(), exitedWith(0)) << program_->errors();
@@ -119,7 +119,7 @@ TEST_F(Inverse3Program, LetsGoWhenHapticdCommandsZero) {
 TEST_F(Inverse3Program, NamesTheKeyFormThatTheServiceIgnoresAndThenRefuses) {
   start({.key = ""});
   service_->setFaults(kIgnoresForces);
-  peer_.command({0, 0, 1});
+  peer_.command({.force_n = {0, 0, 1}});
   EXPECT_TRUE(says("does not follow the forces that are written as set_cursor_force.vector: no force"));
   EXPECT_TRUE(says("does not follow the forces that are written as set_cursor_force.values: no force"));
   EXPECT_TRUE(says("ignores forces written as `vector` and as `values`"));
@@ -154,7 +154,7 @@ TEST_F(Inverse3Program, NamesEachFaultOfTheServiceAndGoesOnAfterwards) {
         << program_->errors();
     EXPECT_TRUE(becomesTrue([&] { return !peer_.isHealthy(); })) << fault.text;
     service_->setFaults(0);
-    peer_.command({0, 0, 1});
+    peer_.command({.force_n = {0, 0, 1}});
     EXPECT_TRUE(says("ready (serial number 049D)", ++ready)) << fault.text;
     EXPECT_TRUE(exerts(1)) << fault.text;
   }

@@ -33,6 +33,11 @@ class Peer {
   void command(const PeerCommand& command);
   /// The newest state that was accepted.
   drivers::udp::StatePacket state() const;
+  /// Whether that is of a device that may exert forces.
+  bool isHealthy() const {
+    const drivers::udp::StatePacket newest = state();
+    return !newest.fault && newest.calibrated;
+  }
   /// How many states were accepted.
   std::uint64_t states() const { return states_; }
 
