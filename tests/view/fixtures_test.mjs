@@ -161,7 +161,7 @@ test('a solid is drawn by its lines, where its definition and its moving frame p
 
 test('moving frames are listed with their state and the age of their poses', async () => {
   const { frames } = fake.status;
-  assert.equal(await page.locator('#frames-card').isVisible(), false);
+  await until(page, () => document.querySelector('#frames-card').hidden);
   const frame = (name, state, ageS, more) => ({
     name, state, used: true, ageS, lagM: 0, positionMInWorld: { x: 0, y: 0, z: 0 }, orientationXyzw: [0, 0, 0, 1], ...more });
   const shows = async (name, text, level) => {

@@ -2,7 +2,9 @@
 #include "tools/haptic-vendor-bridge/check_command.h"
 
 #include <fmt/format.h>
+#include <poll.h>
 #include <sysexits.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <iostream>
@@ -11,14 +13,18 @@
 #include "config/base/whole_file.h"
 #include "tools/haptic-vendor-bridge/check/check_report.h"
 #include "tools/haptic-vendor-bridge/check/device_check.h"
+#include "tools/lib/child/child_process.h"
 
 namespace hapticd::tools {
 namespace {
 
-/// The person at standard input and output.
+/// The person at standard input and output, who may also give up by Ctrl-C.
 class PersonAtTerminal final : public Person {
  public:
+  explicit PersonAtTerminal(const Interrupt& interrupt) : interrupt_(interrupt) {}
+
   void say(const std::string& text) override { fmt::print("{}\n", text); }
+  bool givesUp() const override { return interrupt_.requested(); }
   bool isReady(const std::string& request) override {
     fmt::print("\n{} Then press Enter, or q and Enter to give up.\n", request);
     const auto line = answerLine();
@@ -35,11 +41,18 @@ class PersonAtTerminal final : public Person {
   }
 
  private:
-  static std::optional<std::string> answerLine() {
+  std::optional<std::string> answerLine() const {
+    constexpr int kLook_ms = 100;
     std::fflush(stdout);
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    while (::poll(&input, 1, kLook_ms) <= 0) {
+      if (interrupt_.requested()) return std::nullopt;
+    }
     std::string line;
     return std::getline(std::cin, line) ? std::optional(line) : std::nullopt;
   }
+
+  const Interrupt& interrupt_;
 };
 
 int failed(const base::Error& error, int status) {
@@ -50,9 +63,11 @@ int failed(const base::Error& error, int status) {
 }  // namespace
 
 int checkDevice(const CheckOptions& options, VendorDevice& device) {
+  const Interrupt interrupt;  // no signal ends the program before the device is without force
+  if (auto ok = device.start(); !ok) return failed(ok.error(), EX_OSERR);
   const std::string path =
       options.log.empty() ? fmt::format("haptic-check-{}.json", options.kind) : options.log;
-  PersonAtTerminal person;
+  PersonAtTerminal person(interrupt);
   CheckClock clock;
   CheckReport report;
   report.version = HAPTICD_VERSION;

@@ -13,8 +13,8 @@ struct CheckOptions {
   std::string read;  ///< a log to print instead of checking a device; empty: check one
 };
 
-/// Leads the person at the terminal through the check of a device and writes its log. Returns the exit
-/// status.
+/// Starts a device, leads the person at the terminal through the check of a device and writes its log.
+/// Returns the exit status.
 int checkDevice(const CheckOptions& options, VendorDevice& device);
 
 /// Prints a log that somebody sent. Returns the exit status.

@@ -52,15 +52,14 @@ std::unique_ptr<VendorDriver> driverOf(const std::string& kind, const VendorOpti
 
 int runCheck(int argc, char** argv) {
   CLI::App app{
-      "haptic-vendor-bridge check: leads you through a check of a device that no hapticd needs to run for:\n"
-      "axes, signs, a push of 0.3 N along each axis, latency, and that the force ends when commands stop. "
-      "It\n"
-      "prints the angles of the handle's pose for hapticd.yaml and writes a log to send in. Kinds of "
-      "devices:" +
-      kindsText()};
+      "haptic-vendor-bridge check: leads you through a check of a device, without a hapticd: axes, signs,\n"
+      "a push of 0.3 N along each axis, latency, and that the force ends when commands stop. It prints the\n"
+      "angles of the handle's pose for hapticd.yaml and writes a log to send in. Kinds of devices:" +
+          kindsText(),
+      "haptic-vendor-bridge check"};
   app.footer(
-      "Exit status: 0 nothing wrong, 64 usage, 65 not a log, 66 no log, 69 a problem was found, 73 no log "
-      "written.");
+      "Exit status: 0 nothing wrong, 64 usage, 65 not a log, 66 no log, 69 a problem was found,\n"
+      "71 no thread, 73 no log written.");
   CheckOptions check;
   VendorOptions options;
   CLI::Option& kind = addDevice(app, check.kind, options);
@@ -80,10 +79,6 @@ int runCheck(int argc, char** argv) {
     return EX_USAGE;
   }
   VendorDevice device(driverOf(check.kind, options), kName);
-  if (auto ok = device.start(); !ok) {
-    fmt::print(stderr, "{}: {}\n", kName, ok.error().text());
-    return EX_OSERR;
-  }
   return checkDevice(check, device);
 }
 

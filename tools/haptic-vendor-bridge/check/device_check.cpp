@@ -122,6 +122,7 @@ base::Result<void> DeviceCheck::waitUntilReady() {
   while (clock_.now_ns() < until_ns) {
     const DeviceReading reading = device_.read();
     if (!reading.fault && reading.calibrated) return {};
+    if (person_.givesUp()) return std::unexpected(gaveUp());
     clock_.sleepUntil(clock_.now_ns() + kTick_ns);
   }
   return std::unexpected(base::Error{"device", fmt::format("was not ready within {:.0f} s", kReady_s),
