@@ -239,17 +239,18 @@ TEST(TraceDisk, TheOldestTracesGoWhenTheFolderIsFullAndEachIsTold) {
   }
   std::ofstream(home.traceFolder() / (kept + ".keep")) << "";
   std::vector<std::string> set = kTracing;
-  set.insert(set.end(), {"trace.max_file_mb=1", "trace.max_folder_mb=10", "trace.compression=none"});
+  // a file ends with a whole chunk: a tenth of the folder is more than a file, so that it always warns once
+  // it is full
+  set.insert(set.end(), {"trace.max_file_mb=1", "trace.max_folder_mb=16", "trace.compression=none"});
   Daemon daemon(home, test::kWallYaml, set);
   ASSERT_TRUE(daemon.answers());
-  // all in one state: right after a deletion there may be room for another file again, and no warning
   json status;
   ASSERT_TRUE(daemon.reaches([&](const json& state) {
     status = state;
     return state.at("trace").at("deleted") > 1 && state.at("trace").at("nextDeleted") != "" &&
            contains(state.at("warnings").dump(), "is deleted next (hapticctl trace keep");
   }));
-  EXPECT_EQ(status.at("trace").at("folderLimitBytes"), 10'000'000);
+  EXPECT_EQ(status.at("trace").at("folderLimitBytes"), 16'000'000);
   EXPECT_EQ(status.at("trace").at("ticksLost"), 0);
   const std::string events = home.control({"events"}).output;
   EXPECT_TRUE(contains(events, "trace " + old + " was deleted: the traces took"));
