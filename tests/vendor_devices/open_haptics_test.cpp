@@ -95,7 +95,7 @@ TEST(OpenHaptics, ExertsNothingAfterACutUntilASmallForceIsCommanded) {
   ASSERT_TRUE(bridge.passStates(200));
   EXPECT_EQ(bridge.memory().exerted_n, 0) << "the same force is still commanded";
   bridge.peer().command({});
-  ASSERT_TRUE(bridge.passStates(20));
+  ASSERT_TRUE(bridge.passStates(300));
   bridge.peer().command({.force_n = {0, 0, 2}});
   EXPECT_TRUE(bridge.pushes()) << bridge.program().errors();
 }

@@ -112,7 +112,10 @@ DeviceReading ServoLoop::read() {
 DeviceCommand ServoLoop::commandAt(std::int64_t now_ns, bool may_push) {
   const DeviceCommand command = exchange_->commandAt(now_ns);
   if (!may_push) return {};
-  if (norm(command.force_n) < kSmallN) cut_ = false;
+  // the dead man's pauses are shorter: they must not bring the same force back
+  constexpr std::int64_t kSmallFor_ns = 100'000'000;
+  if (norm(command.force_n) >= kSmallN) small_since_ns_ = now_ns;
+  if (now_ns - small_since_ns_ >= kSmallFor_ns) cut_ = false;
   return cut_ ? DeviceCommand{} : command;
 }
 

@@ -62,7 +62,8 @@ class ServoLoop {
   int clean_frames_ = 0;  // in a row
   int frames_since_start_ = 0;
   bool enabled_ = false;
-  bool cut_ = false;  // by the device; until the commanded force is small
+  bool cut_ = false;                 // by the device; until the commanded force is small
+  std::int64_t small_since_ns_ = 0;  // when a force that is not small was commanded last
   std::int64_t warm_until_ns_ = 0;
   std::int64_t updated_ns_ = 0;       // the calibration
   std::int64_t end_of_frame_ns_ = 0;  // how long the last one took
