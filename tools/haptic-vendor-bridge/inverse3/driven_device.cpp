@@ -136,27 +136,30 @@ base::Result<void> DrivenDevice::send(const rt::Vec3& force_n, std::int64_t now_
 }
 
 /// Waits for one answer. When none comes for the time of the dead man, the service gets a zero force, because
-/// nobody knows how long it keeps the last one.
+/// nobody knows how long it keeps the last one. What has arrived meanwhile is taken before that, or a
+/// computer that is late at each tick would command zero for ever.
 base::Result<void> DrivenDevice::hearAnswer() {
   const std::int64_t asked_ns = sent_.front().time_ns;
   while (!session_.ends()) {
-    const std::int64_t now_ns = rt::monotonicNow_ns();
-    const bool late = now_ns - asked_ns >= kDeadManNs;
-    if (now_ns - asked_ns >= kAnswerPatienceNs)
-      return std::unexpected(failure("the service does not answer any more"));
-    if (late && sent_.size() == 1) {
-      if (auto ok = send({}, now_ns); !ok) return ok;
-    }
-    const std::int64_t rest_ns = (late ? kAnswerPatienceNs : kDeadManNs) - (now_ns - asked_ns);
-    auto text = link_.receive(std::chrono::nanoseconds(std::min(rest_ns, kDeadManNs)));
+    const std::int64_t waited_ns = rt::monotonicNow_ns() - asked_ns;
+    const bool late = waited_ns >= kDeadManNs;
+    const bool owes_zero = late && sent_.size() == 1;
+    const std::int64_t rest_ns =
+        owes_zero ? 0 : std::min((late ? kAnswerPatienceNs : kDeadManNs) - waited_ns, kDeadManNs);
+    auto text = link_.receive(std::chrono::nanoseconds(rest_ns));
     if (!text) return std::unexpected(text.error());
-    if (!*text) continue;
-    if (late && !std::exchange(said_slow_, true)) {
-      session_.say(
-          fmt::format("the service answered after {} ms; after {} ms without an answer the force is zero",
-                      (rt::monotonicNow_ns() - asked_ns) / 1'000'000, kDeadManNs / 1'000'000));
+    if (*text) {
+      if (late && !std::exchange(said_slow_, true)) {
+        session_.say(
+            fmt::format("the service answered after {} ms; after {} ms without an answer the force is zero",
+                        waited_ns / 1'000'000, kDeadManNs / 1'000'000));
+      }
+      return take(**text);
     }
-    return take(**text);
+    if (waited_ns >= kAnswerPatienceNs)
+      return std::unexpected(failure("the service does not answer any more"));
+    if (!owes_zero) continue;
+    if (auto ok = send({}, rt::monotonicNow_ns()); !ok) return ok;
   }
   return {};
 }
