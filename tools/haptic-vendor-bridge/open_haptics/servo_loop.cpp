@@ -40,7 +40,7 @@ void ServoLoop::begin(const Hd& hd, HdHandle device, unsigned int calibration_st
   exchange_ = &exchange;
   clean_frames_ = frames_since_start_ = 0;
   enabled_ = cut_ = false;
-  warm_until_ns_ = updated_ns_ = end_of_frame_ns_ = 0;
+  small_since_ns_ = warm_until_ns_ = updated_ns_ = end_of_frame_ns_ = 0;
   force_allowed_ = calibrate_ = resting_ = rested_ = calibrated_ = force_on_ = false;
   jumped_ = not_finite_ = false;
   calibration_ = 0;
