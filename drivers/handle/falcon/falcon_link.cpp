@@ -8,6 +8,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kSendLimit{100};
 constexpr std::uint16_t kLatencyMs = 1;
+constexpr std::chrono::milliseconds kLastRead{2 * kLatencyMs};
 
 }  // namespace
 
@@ -25,8 +26,9 @@ base::Result<void> FalconLink::send(const FalconOrder& order) {
 base::Result<std::optional<FalconReply>> FalconLink::receive() {
   const Clock::time_point deadline = Clock::now() + kReplyLimit;
   std::optional<FalconReply> newest;
-  while (!newest && Clock::now() < deadline) {
-    const auto bytes = port_.read(kReplyLimit);
+  for (bool late = false; !newest && !late;) {
+    late = Clock::now() >= deadline;  // one more read: the reply may have come while this thread had no CPU
+    const auto bytes = port_.read(late ? kLastRead : kReplyLimit);
     if (!bytes) return std::unexpected(bytes.error());
     for (const std::uint8_t byte : *bytes) {
       if (const auto reply = replies_.add(byte)) newest = reply;

@@ -26,7 +26,8 @@ class FalconLink {
   /// Sends an order.  Errors: the device is gone.
   base::Result<void> send(const FalconOrder& order);
 
-  /// Waits for the reply to the last order; nothing if no complete reply arrived within kReplyLimit.
+  /// Waits for the reply to the last order; nothing if no complete reply has arrived by a last read after
+  /// kReplyLimit.
   /// Errors: the device is gone.
   base::Result<std::optional<FalconReply>> receive();
 
