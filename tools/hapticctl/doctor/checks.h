@@ -40,18 +40,17 @@ Findings checkGpio(const Examination& box);
 
 // camera_check.cpp
 Findings checkKinect(const Examination& box);
-
-// camera_check.cpp
 Findings checkCameras(const Examination& box);
 
 // handle_check.cpp
 Findings checkHandle(const Examination& box);
 
+// vendor_handle_check.cpp
+Findings checkVendorHandles(const Examination& box);
+
 // storage_check.cpp
 Findings checkTraces(const Examination& box);
 Findings checkGnuplot(const Examination& box);
-
-// storage_check.cpp
 Findings checkStorage(const Examination& box);
 
 // service_checks.cpp

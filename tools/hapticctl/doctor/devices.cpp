@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <filesystem>
 #include <sstream>
 #include <variant>
@@ -80,6 +81,24 @@ Reading<std::vector<UsbDevice>> usbDevices(const Machine& machine) {
 
 std::string driverOf(const Machine& machine, const UsbDevice& device) {
   return machine.linkedName(kDevices + device.name + "/" + device.name + ":1.0/driver");
+}
+
+// the second column is "address:port" in hexadecimal, the fourth the state
+bool isPortInUse(const std::string& table, int port, std::string_view state) {
+  std::istringstream lines(table);
+  std::string line;
+  std::getline(lines, line);  // the titles of the columns
+  while (std::getline(lines, line)) {
+    std::istringstream columns(line);
+    std::string number, local, remote, state_of_it;
+    columns >> number >> local >> remote >> state_of_it;
+    const std::size_t colon = local.find(':');
+    if (colon == std::string::npos || (!state.empty() && state_of_it != state)) continue;
+    int used = 0;
+    std::from_chars(local.data() + colon + 1, local.data() + local.size(), used, 16);
+    if (used == port) return true;
+  }
+  return false;
 }
 
 bool isChipOfLeds(const Examination& box, const std::string& chip) {

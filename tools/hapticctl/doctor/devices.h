@@ -4,6 +4,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "drivers/handle/hid/hid_settings.h"
@@ -48,6 +49,10 @@ Reading<std::vector<UsbDevice>> usbDevices(const Machine& machine);
 
 /// The kernel's driver of the first interface; empty if there is none.
 std::string driverOf(const Machine& machine, const UsbDevice& device);
+
+/// Whether a socket of the table, the content of /proc/net/udp or /proc/net/tcp, is bound to a port.
+/// `state`: only sockets in this state as the kernel numbers it, two hexadecimal digits; empty: any.
+bool isPortInUse(const std::string& table, int port, std::string_view state = "");
 
 /// Whether leds.chip of the configuration names a GPIO chip: by path, by name ("gpiochip0") or by label, as
 /// the driver takes it. `chip`: the name of its device file.

@@ -2,8 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
-#include <sstream>
 #include <utility>
 #include <variant>
 
@@ -20,24 +18,6 @@ constexpr const char* kName = "handle";
 /// Converts a path of the configuration, which begins with '/', to one of a Machine, which does not.
 std::string belowRoot(const std::string& path) {
   return path.starts_with('/') ? path.substr(1) : path;
-}
-
-/// The local ports in /proc/net/udp, whose second column is "address:port" in hexadecimal.
-bool isPortInUse(const std::string& table, int port) {
-  std::istringstream lines(table);
-  std::string line;
-  std::getline(lines, line);  // the titles of the columns
-  while (std::getline(lines, line)) {
-    std::istringstream columns(line);
-    std::string number, local;
-    columns >> number >> local;
-    const std::size_t colon = local.find(':');
-    int used = 0;
-    if (colon == std::string::npos) continue;
-    std::from_chars(local.data() + colon + 1, local.data() + local.size(), used, 16);
-    if (used == port) return true;
-  }
-  return false;
 }
 
 /// One check for each kind of thing that a driver needs.

@@ -47,7 +47,8 @@ void addUsb(const Examination& box, HandleList& list) {
     const bool bridged = *known->bridge != '\0';
     list.handles.push_back(
         {Suitability::usable, known->name, device.text(), known->driver,
-         bridged ? bridgeNote(known->bridge) : fmt::format("set handle.driver to {}", known->driver)});
+         bridged ? bridgeNote(known->bridge) : fmt::format("set handle.driver to {}", known->driver),
+         known->bridge, device.node()});
   }
 }
 
@@ -55,7 +56,8 @@ void addHid(const Examination& box, HandleList& list) {
   for (const std::string& node : box.machine.list("sys/class/hidraw").value_or(Names{})) {
     if (!isHidHandle(box, node)) continue;
     const std::string uevent = box.machine.read("sys/class/hidraw/" + node + "/device/uevent").value_or("");
-    list.handles.push_back({Suitability::used, variableOf(uevent, "HID_NAME"), "/dev/" + node, "hid", ""});
+    list.handles.push_back(
+        {Suitability::used, variableOf(uevent, "HID_NAME"), "/dev/" + node, "hid", "", "", "dev/" + node});
   }
 }
 
@@ -64,7 +66,8 @@ void addFireWire(const Examination& box, HandleList& list) {
     if (box.machine.read("sys/bus/firewire/devices/" + node + "/vendor").value_or("") != kPhantomVendor)
       continue;
     list.handles.push_back({Suitability::usable, "SensAble Phantom on FireWire", "/dev/" + node, kUdp,
-                            bridgeNote("openhaptics") + ", with the vendor's driver"});
+                            bridgeNote("openhaptics") + ", with the vendor's driver", "openhaptics",
+                            "dev/" + node});
   }
 }
 
@@ -74,7 +77,7 @@ void addServices(const Examination& box, HandleList& list) {
       std::ranges::find_if(kHaplyUnits, [&box](const char* path) { return box.machine.exists(path); });
   if (unit == kHaplyUnits.end()) return;
   list.handles.push_back({Suitability::usable, "Haply Inverse Service", fmt::format("/{}", *unit), kUdp,
-                          bridgeNote("inverse3")});
+                          bridgeNote("inverse3"), "inverse3", ""});
 }
 
 }  // namespace

@@ -19,14 +19,6 @@ class CameraListing : public testing::Test {
  protected:
   CameraListing() { settings.driver = "v4l2"; }
 
-  /// A device on USB of which the kernel shows no video node.
-  void addUsbDevice(const std::string& name, const std::string& vendor, const std::string& product) const {
-    const std::string folder = "sys/bus/usb/devices/" + name + "/";
-    files.set(folder + "idVendor", vendor);
-    files.set(folder + "idProduct", product);
-    files.set(folder + "busnum", "2");
-    files.set(folder + "devnum", "5");
-  }
   CameraList list() const { return listCameras(Machine(files.root()), settings, probe); }
   ConnectedCamera only() const {
     const CameraList found = list();
@@ -93,7 +85,7 @@ TEST_F(CameraListing, NamesCamerasThatNeedTheirVendorsSoftware) {
                          {"03e7", "2485", "Luxonis OAK-D", "not a video device"},
                          {"2b03", "f780", "Stereolabs ZED", "computes the depth"},
                          {"045e", "02c4", "Kinect v2", "libfreenect2"}}) {
-    addUsbDevice("2-1", vendor, product);
+    files.addUsbDevice("2-1", vendor, product);
     EXPECT_EQ(only().suitability, Suitability::unusable) << name;
     EXPECT_EQ(only().name, name);
     EXPECT_EQ(only().place, vendor + ":" + product + " at 2-1");
@@ -109,20 +101,20 @@ TEST_F(CameraListing, AVideoDeviceOfAVendorsSoftwareIsNamedToo) {
 }
 
 TEST_F(CameraListing, AsksForTheKernelsModuleWhereADepthCameraHasNoNode) {
-  addUsbDevice("2-1", "8086", "0b5b");
+  files.addUsbDevice("2-1", "8086", "0b5b");
   EXPECT_EQ(only().name, "Intel RealSense D405");
   EXPECT_NE(only().note.find("modprobe uvcvideo"), std::string::npos) << only().note;
 }
 
 TEST_F(CameraListing, SaysThatTheLoadedModuleRefusesACamera) {
   files.makeFolder("sys/module/uvcvideo");
-  addUsbDevice("2-1", "8086", "0b5b");
+  files.addUsbDevice("2-1", "8086", "0b5b");
   EXPECT_NE(only().note.find("no video in its description"), std::string::npos) << only().note;
   EXPECT_EQ(only().note.find("modprobe"), std::string::npos) << only().note;
 }
 
 TEST_F(CameraListing, AKinectIsForTheDriverFreenect) {
-  addUsbDevice("1-1.1", "045e", "02ae");
+  files.addUsbDevice("1-1.1", "045e", "02ae");
   // the kernel's driver, which libfreenect detaches
   test::addNode(files.root(), {.vendor = "045e", .product = "02ae"});
   EXPECT_EQ(only().note, "set camera.driver to freenect");
@@ -142,7 +134,7 @@ TEST_F(CameraListing, ADeviceOfAnotherMachineIsJudgedByItsIds) {
 }
 
 TEST_F(CameraListing, OtherDevicesOnUsbAreNoCameras) {
-  addUsbDevice("2-1", "046d", "c52b");
+  files.addUsbDevice("2-1", "046d", "c52b");
   EXPECT_EQ(
       textOf(list()),
       "no camera is connected\nhapticd finds no camera: v4l2: there is no video device (connect the camera "

@@ -115,6 +115,15 @@ void MadeUpMachine::setMode(const std::string& path, unsigned mode) const {
   if (::chmod((root() / path).c_str(), mode) != 0) throw std::runtime_error("cannot change " + path);
 }
 
+void MadeUpMachine::addUsbDevice(const std::string& name, const std::string& vendor,
+                                 const std::string& product) const {
+  const std::string folder = "sys/bus/usb/devices/" + name + "/";
+  set(folder + "idVendor", vendor);
+  set(folder + "idProduct", product);
+  set(folder + "busnum", "2");
+  set(folder + "devnum", "5");
+}
+
 void fillWithAGoodBox(const MadeUpMachine& machine) {
   addKernel(machine);
   addCpus(machine);

@@ -22,6 +22,8 @@ class MadeUpMachine {
   void link(const std::string& path, const std::string& target) const;
   void remove(const std::string& path) const;
   void setMode(const std::string& path, unsigned mode) const;
+  /// A device on USB, with number 5 on bus 2.
+  void addUsbDevice(const std::string& name, const std::string& vendor, const std::string& product) const;
 
  private:
   TemporaryFolder folder_;
