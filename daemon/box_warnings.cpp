@@ -47,14 +47,12 @@ void addStiffness(const rt::Tick& tick, const WarningSources& sources, Warnings&
 
 /// Adds warnings about a device that does not do what it says.
 void addClaims(const rt::Tick& tick, Warnings& list) {
-  const rt::VelocitySource source = tick.handle.velocity_source;
-  if (source == rt::VelocitySource::distrusted || source == rt::VelocitySource::contradicted) {
+  const rt::VelocityClaim claim = tick.handle.velocity_claim;
+  if (claim == rt::VelocityClaim::distrusted || claim == rt::VelocityClaim::contradicted) {
     list.emplace_back(
-        "the handle reports a velocity that its positions contradict: one estimated from these is used until "
-        "it "
-        "is reconnected (correct unit, sign and timing of the velocity in the device or its bridge, or let "
-        "it "
-        "claim none)");
+        "the handle reports a velocity that its positions contradict (correct its unit, sign and timing in "
+        "the "
+        "device or its bridge, or let it claim none)");
   }
   constexpr double kNotable_s = 0.003;
   if (tick.hidden_latency_s > kNotable_s) {

@@ -73,21 +73,20 @@ rt::HandleState HandleFrame::stateOf(const HandleMeasurement& measurement) {
   const bool contradicted =
       claimed && check_.add(measurement.position_m_in_handle, measurement.time_ns, *claimed, estimated);
   distrusted_ = distrusted_ || contradicted;
-  const Vec3 velocity = claimed && !distrusted_ ? *claimed : estimated;
   const Vec3 unclutched = origin_m_in_world_ + motion_scale_ * toWorldAxes(position);
 
   rt::HandleState state;
   state.position_m_in_world = unclutched + clutch_offset_m_in_world_;
-  state.velocity_m_per_s_in_world = motion_scale_ * toWorldAxes(velocity);
+  state.velocity_m_per_s_in_world = motion_scale_ * toWorldAxes(estimated);
   state.sequence = ++sequence_;
   state.time_ns = measurement.time_ns;
   state.session = session_;
   state.buttons = measurement.buttons;
   state.delay_s = measurement.delay_s + device_latency_s_;
-  state.velocity_source = contradicted  ? rt::VelocitySource::contradicted
-                          : !claimed    ? rt::VelocitySource::positions
-                          : distrusted_ ? rt::VelocitySource::distrusted
-                                        : rt::VelocitySource::device;
+  state.velocity_claim = contradicted  ? rt::VelocityClaim::contradicted
+                         : !claimed    ? rt::VelocityClaim::none
+                         : distrusted_ ? rt::VelocityClaim::distrusted
+                                       : rt::VelocityClaim::consistent;
   state.command_latency_ns = measurement.command_latency_ns;
   state.damps = measurement.damps;
   if (measurement.orientation_in_handle) {

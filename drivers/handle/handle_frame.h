@@ -54,7 +54,7 @@ struct HandleMeasurement {
   std::int64_t time_ns = 0;  ///< CLOCK_MONOTONIC of this computer
   std::uint32_t buttons = 0;
   bool calibrated = true;
-  std::optional<rt::Vec3> velocity_m_per_s_in_handle = {};  ///< nothing: it is estimated from the positions
+  std::optional<rt::Vec3> velocity_m_per_s_in_handle = {};  ///< that the device claims; it is only checked
   double delay_s = 0;                                       ///< see rt::HandleState
   std::int64_t command_latency_ns = 0;                      ///< see rt::HandleState
   bool damps = false;                                       ///< see rt::HandleState
@@ -65,8 +65,8 @@ struct HandleMeasurement {
 };
 
 /// Converts between the device's frame and the world frame: pose (T_world_handle), motion scale, clutch and
-/// velocity. Positions that the device measures in steps are interpolated. A velocity that contradicts the
-/// positions is replaced by one estimated from these, for the rest of the session. The HIP is  position + R
+/// velocity, which is estimated from the positions. Positions that the device measures in steps are
+/// interpolated. The HIP is  position + R
 /// (scale * p_in_handle) + offset, where the offset accumulates the clutched displacements.
 /// Thread: one.  Progress: wait-free.  RT: safe.
 class HandleFrame {

@@ -29,7 +29,7 @@ class VelocityEstimator {
  public:
   static constexpr std::size_t kMaxSamples = 16;
   /// Longest line of more than two samples: two periods of a device at 1 kHz whose clock may be off by a
-  /// quarter of a period.
+  /// quarter of a period. rt::kVelocityLag_s is half of the two periods.
   static constexpr std::int64_t kMaxLineNs = 2'500'000;
   /// Samples older than this relative to the newest one are discarded: the device paused.
   static constexpr std::int64_t kMaxWindowNs = 100'000'000;

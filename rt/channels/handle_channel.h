@@ -20,21 +20,23 @@ constexpr auto wordsOf(HandleCondition) {
   return words<HandleCondition>("ready", "clutched", "not_calibrated");
 }
 
-/// Where the velocity of a measurement comes from.
-enum class VelocitySource : std::uint8_t {
-  device,        ///< the device claims it, and its positions agree
-  positions,     ///< estimated from the positions, because the device claims none
-  distrusted,    ///< the same, because the positions contradicted what it claimed earlier in this session
-  contradicted,  ///< the same, because the positions contradict what it claims now
+/// What became of a velocity that the device claims. hapticd computes with a velocity of its own, from the
+/// positions: one that the device has filtered by a few milliseconds, which no check tells apart soon enough,
+/// makes contact damping unstable (stiffness_limit.h).
+enum class VelocityClaim : std::uint8_t {
+  consistent,    ///< the positions agree
+  none,          ///< the device claims none
+  distrusted,    ///< the positions contradicted it earlier in this session
+  contradicted,  ///< the positions contradict it now
 };
-constexpr auto wordsOf(VelocitySource) {
-  return words<VelocitySource>("device", "positions", "distrusted", "contradicted");
+constexpr auto wordsOf(VelocityClaim) {
+  return words<VelocityClaim>("consistent", "none", "distrusted", "contradicted");
 }
 
 /// The newest measurement of the handle.
 struct HandleState {
   Vec3 position_m_in_world;        ///< position of the HIP
-  Vec3 velocity_m_per_s_in_world;  ///< velocity of the HIP
+  Vec3 velocity_m_per_s_in_world;  ///< velocity of the HIP, from the positions
   std::uint64_t sequence = 0;      ///< 0: nothing measured yet; incremented with each measurement
   std::int64_t time_ns = 0;        ///< CLOCK_MONOTONIC of the measurement
   std::uint64_t session = 0;       ///< incremented each time the device is opened or reconnected
@@ -45,7 +47,7 @@ struct HandleState {
   /// Time from writing the command most recently sent to the device until it was sent; 0: none sent yet.
   std::int64_t command_latency_ns = 0;
   bool damps = false;  ///< the device damps contact by itself, see HandleCommand::contact_damping_n_s_per_m
-  VelocitySource velocity_source = VelocitySource::device;
+  VelocityClaim velocity_claim = VelocityClaim::consistent;
   /// The device exerts forces over a link that cannot tell how late: the loop measures it (latency_probe.h).
   bool probes = false;
   bool has_orientation = false;          ///< the device measures how it is held

@@ -208,7 +208,7 @@ constexpr auto fieldsOf(std::type_identity<Status>) {
                     "Time from writing the command that was sent to the device most recently until it was "
                     "sent; 0: none yet"),
       HAPTICD_FIELD(handle.damps, "Whether the device damps contact itself, so that the box does not"),
-      HAPTICD_FIELD(handle.velocity_source, "Where the velocity comes from"),
+      HAPTICD_FIELD(handle.velocity_claim, "What became of a velocity that the handle claims"),
       HAPTICD_FIELD(handle.probes, "Whether the loop measures how late the device's link is").hidden(),
       HAPTICD_FIELD(handle.has_orientation, "Whether the device measures how it is held").hidden(),
       HAPTICD_FIELD(handle.has_gripper, "Whether the device measures a gripper").hidden(),

@@ -62,7 +62,7 @@ bool Supervisor::isTooFast(const Input& input) HAPTICD_RT {
 
 /// Returns whether the device goes on claiming what it does not do.
 bool Supervisor::isInconsistent(const Input& input) HAPTICD_RT {
-  if (input.handle.velocity_source == VelocitySource::contradicted) {
+  if (input.handle.velocity_claim == VelocityClaim::contradicted) {
     contradicting_s_ += input.period_s;
     contradicted_ns_ = input.now_ns;
   } else if (input.now_ns - contradicted_ns_ > kConsistent_ns) {

@@ -18,9 +18,16 @@ namespace hapticd::rt {
 /// stability.
 inline constexpr double kContactDamping = 1.75;
 
-/// Largest stiffness with delayed damping in units of m / lag^2, for a mass m. The loop of mass, spring and
-/// damper with that lag, m s^2 + (K + B s) e^(-s lag) = 0 with B = 1.75 K lag, reaches its limit at 0.55.
+/// The time in seconds by which the velocity that damping acts on lags behind the position: half of the
+/// longest line of drivers::VelocityEstimator for a device at 1 kHz.
+inline constexpr double kVelocityLag_s = 0.001;
+
+/// Largest stiffness with delayed damping in units of m / lag^2, for a mass m, where kVelocityLag_s is small
+/// beside the lag.
 inline constexpr double kStiffnessOfMass = 0.35;
+
+/// Share of the stability limit that stiffnessOfMass_n_per_m() uses at most.
+inline constexpr double kShareOfStability = 0.88;
 
 /// Largest total delayed damping in units of m / lag, for a mass m. A damper alone reaches its limit at pi /
 /// 2.
@@ -60,10 +67,22 @@ constexpr double contactDamping_n_s_per_m(double stiffness_n_per_m, double lag_s
   return kContactDamping * stiffness_n_per_m * lag_s;
 }
 
-/// Returns the stiffest spring in N/m that stays stable with contactDamping_n_s_per_m() delayed as much as
-/// the spring. `mass_kg`: of the device alone, > 0; a hand that holds it adds to it.  RT: safe.
+/// Returns the stiffness in N/m at which a mass, a spring and contactDamping_n_s_per_m() begin to oscillate
+/// if the spring is delayed by `lag_s` and the damping by `velocity_lag_s` more: the limit of
+///   m s^2 + (K + B s e^(-s velocity_lag)) e^(-s lag) = 0  with B = 1.75 K lag,
+/// by a fit that is within 1.5 % of it for velocity_lag up to 2 lag.
+/// `mass_kg`: > 0; `lag_s`: > 0; `velocity_lag_s`: >= 0.  RT: safe.
+constexpr double oscillatingStiffness_n_per_m(double mass_kg, double lag_s, double velocity_lag_s) noexcept {
+  return 0.55 * mass_kg /
+         (lag_s * lag_s + 1.965 * lag_s * velocity_lag_s + 0.625 * velocity_lag_s * velocity_lag_s);
+}
+
+/// Returns the stiffest spring in N/m that stays stable with contactDamping_n_s_per_m(), with a margin, for
+/// a velocity that lags by kVelocityLag_s.
+/// `mass_kg`: of the device alone, > 0; a hand that holds it adds to it. `lag_s`: > 0.  RT: safe.
 constexpr double stiffnessOfMass_n_per_m(double mass_kg, double lag_s) noexcept {
-  return kStiffnessOfMass * mass_kg / (lag_s * lag_s);
+  return std::min(kStiffnessOfMass * mass_kg / (lag_s * lag_s),
+                  kShareOfStability * oscillatingStiffness_n_per_m(mass_kg, lag_s, kVelocityLag_s));
 }
 
 /// Returns the largest total damping at the hand in N s/m that is stable with the delay `lag_s`.  RT: safe.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 #include "rt/safety/command_history.h"
@@ -127,15 +128,27 @@ TEST(StiffnessLimit, CountsTheLowPassAsDelay) {
   EXPECT_DOUBLE_EQ(rt::loopLag_s(0.001, -1, 0), 0.0005) << "a negative delay counts as zero";
 }
 
-// m w^2 = K sqrt(1 + c^2 w^2 lag^2) and atan(c w lag) = w lag, where the delayed spring and damper sustain an
-// oscillation of the mass; c: kContactDamping.
+/// The least K in units of m / lag^2 at which m w^2 = K (1 + c j w lag e^(-j w velocity_lag)) e^(-j w lag)
+/// has a solution, where spring and damper sustain an oscillation of the mass; c: kContactDamping. `ratio`:
+/// velocity_lag / lag.
+double oscillatesAt(double ratio) {
+  const auto response = [ratio](double turn) {  // turn: w lag
+    return (1.0 + std::polar(rt::kContactDamping * turn, std::numbers::pi / 2 - ratio * turn)) *
+           std::polar(1.0, -turn);
+  };
+  double turn = 0.001;
+  while (std::arg(response(turn)) > 0) turn += 1e-4;
+  return turn * turn / std::abs(response(turn));
+}
+
 TEST(StiffnessLimit, LeavesTheMassAMarginToTheStabilityLimit) {
-  double turn = 1;  // w lag
-  for (int i = 0; i < 200; ++i) turn = std::atan(rt::kContactDamping * turn);
-  const double limit = turn * turn / std::hypot(1, rt::kContactDamping * turn);
-  EXPECT_NEAR(limit, 0.55, 0.005) << "as stated in the header";
   EXPECT_DOUBLE_EQ(rt::stiffnessOfMass_n_per_m(0.045, 0.01), 0.35 * 0.045 / 1e-4);
-  EXPECT_LT(rt::kStiffnessOfMass, limit / 1.5);
+  for (double lag_s = 0.0005; lag_s < 0.05; lag_s *= 1.1) {
+    const double limit = oscillatesAt(rt::kVelocityLag_s / lag_s) * 0.045 / (lag_s * lag_s);
+    EXPECT_NEAR(rt::oscillatingStiffness_n_per_m(0.045, lag_s, rt::kVelocityLag_s), limit, 0.015 * limit)
+        << lag_s;
+    EXPECT_LT(rt::stiffnessOfMass_n_per_m(0.045, lag_s), 0.9 * limit) << lag_s;
+  }
 }
 
 // ---- Contact damping

@@ -89,7 +89,7 @@ rt::HandleState anyHandle(Random& random) {
   handle.delay_s = anyDouble(random);
   handle.command_latency_ns = Any{random};
   handle.damps = Any{random};
-  handle.velocity_source = anyOf<rt::VelocitySource>(random, 4);
+  handle.velocity_claim = anyOf<rt::VelocityClaim>(random, 4);
   handle.probes = Any{random};
   handle.has_orientation = Any{random};
   handle.has_gripper = Any{random};

@@ -155,7 +155,7 @@ void expectHandle(Members& members, const rt::HandleState& handle) {
   members.number("handle_delay_s", handle.delay_s);
   members.number("handle_command_latency_ns", handle.command_latency_ns);
   members.flag("handle_damps", handle.damps);
-  members.enumerator("handle_velocity_source", handle.velocity_source);
+  members.enumerator("handle_velocity_claim", handle.velocity_claim);
   members.flag("handle_probes", handle.probes);
   members.flag("handle_has_orientation", handle.has_orientation);
   members.flag("handle_has_gripper", handle.has_gripper);

@@ -36,11 +36,9 @@ struct ArmMemory {
   std::atomic<bool> brakes{true};
   std::atomic<std::int64_t> watchdog_ns{0};   ///< the device drops a force that is older; 0: it keeps it
   std::atomic<bool> watchdog_latches{false};  ///< once it has run out, the amplifier stays off
-  std::atomic<int> velocity_window_ms{0};     ///< over which the library averages; 0: it was not set
   std::atomic<std::uint64_t> openings{0};
   // set by the device
   std::array<std::atomic<double>, 3> position_m{};
-  std::array<std::atomic<double>, 3> velocity_m_per_s{};
   std::array<std::atomic<double>, 4> orientation{};  ///< x, y, z, w
   std::atomic<double> gripper_rad{0};
   std::atomic<std::uint32_t> buttons{0};

@@ -28,7 +28,7 @@ TEST_P(VendorArm, IsReadInMetresWithItsOrientationAndButtons) {
   EXPECT_NEAR(state.position_m_in_handle.y, -0.02, kHandDrifts_m);
   EXPECT_NEAR(state.position_m_in_handle.z, 0.05, kHandDrifts_m);
   EXPECT_EQ(state.buttons, 0b10U);
-  EXPECT_TRUE(state.velocity_valid);
+  EXPECT_FALSE(state.velocity_valid) << "hapticd computes one that it knows the lag of";
   ASSERT_TRUE(state.orientation_in_handle);
   const rt::Quaternion held{arm_.orientation[0], arm_.orientation[1], arm_.orientation[2],
                             arm_.orientation[3]};

@@ -64,8 +64,7 @@ class BridgeUnderTest {
                                      "--peer",
                                      peer_.address(),
                                      "--max-force",
-                                     "100",
-                                     "--no-damping"};
+                                     "100"};
     command.insert(command.end(), more.begin(), more.end());
     program_.emplace(command, ProgramOptions{.environment = {fmt::format(
                                                  "{}={}", kArmVariable, (folder_.path() / "arm").string())}});

@@ -37,13 +37,10 @@ void EmulatedArm::keepWatchdog(std::int64_t now_ns) {
 void EmulatedArm::measure(std::int64_t now_ns) {
   ArmMemory& arm = memory();
   const rt::Vec3 place = hand_.position_m_in_world();
-  const rt::Vec3 velocity = hand_.velocity_m_per_s_in_world();
   const rt::Quaternion held = hand_.orientation_in_world();
   const std::array<double, 3> places{place.x, place.y, place.z};
-  const std::array<double, 3> velocities{velocity.x, velocity.y, velocity.z};
   const std::array<double, 4> components{held.x, held.y, held.z, held.w};
   for (std::size_t i = 0; i < 3; ++i) arm.position_m[i] = places[i];
-  for (std::size_t i = 0; i < 3; ++i) arm.velocity_m_per_s[i] = velocities[i];
   for (std::size_t i = 0; i < 4; ++i) arm.orientation[i] = components[i];
   arm.gripper_rad = hand_.gripper_rad();
   arm.measured_ns = now_ns;

@@ -252,20 +252,6 @@ int dhdGetPositionAndOrientationFrame(double* x, double* y, double* z, double (*
     for (int j = 0; j < 3; ++j) rotation[i][j] = rows[i][j];
   return dhdGetPosition(x, y, z, id);
 }
-int dhdGetLinearVelocity(double* x, double* y, double* z, char id) {
-  if (talk(id) < 0) return -1;
-  if (library.positions < 2) return fail(kTimeout);
-  *x = arm().velocity_m_per_s[0];
-  *y = arm().velocity_m_per_s[1];
-  *z = arm().velocity_m_per_s[2];
-  return 0;
-}
-int dhdConfigLinearVelocity(int window_ms, int mode, char id) {
-  if (talk(id) < 0) return -1;
-  if (mode != 0) return fail(kNoFunction);
-  arm().velocity_window_ms = window_ms;
-  return 0;
-}
 int dhdGetGripperAngleRad(double* angle, char id) {
   if (talk(id) < 0) return -1;
   *angle = arm().gripper_rad;

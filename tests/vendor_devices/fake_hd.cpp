@@ -47,7 +47,6 @@ constexpr int kFirstFrames = 5;  // after the start of the scheduler fail, and g
 
 struct Frame {
   std::array<double, 3> position_mm{0, -110, -35};
-  std::array<double, 3> velocity_mm_per_s{};
   std::array<double, 16> transform{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
   int buttons = 0;
   unsigned int calibration = 0x5000;
@@ -104,7 +103,6 @@ Frame measured() {
   Frame frame;
   for (std::size_t i = 0; i < 3; ++i) {
     frame.position_mm[i] = 1e3 * arm().position_m[i];
-    frame.velocity_mm_per_s[i] = 1e3 * arm().velocity_m_per_s[i];
   }
   if (has(test::kArmJump)) frame.position_mm[0] += 300;
   if (has(test::kArmNotFinite)) frame.position_mm[1] = std::nan("");
@@ -249,7 +247,6 @@ void hdGetDoublev(unsigned int parameter, double* values) {
     for (std::size_t i = 0; i < from.size(); ++i) values[i] = from[i];
   };
   if (parameter == 0x2050) give(library.frame.position_mm);
-  if (parameter == 0x2051) give(library.frame.velocity_mm_per_s);
   if (parameter == 0x2052) give(library.frame.transform);
   if (parameter == 0x2603) *values = arm().model == kPremium6 ? 6 : 3.4;
 }

@@ -91,18 +91,6 @@ TEST(ForceDimension, IsReadAndDrivenWithoutWristAndGripper) {
   EXPECT_FALSE(state.drives_gripper);
 }
 
-TEST(ForceDimension, MeasuresTheVelocityOfTheHand) {
-  drivers::SimulatedHandleSettings hand = stillHand();
-  hand.speed_m_per_s = 0.02;
-  hand.travel_m = 4;
-  BridgeUnderTest bridge(forceDimension(), hand);
-  bridge.start();
-  EXPECT_TRUE(bridge.stateBecomes([&](const auto& state) {
-    return state.velocity_valid && std::abs(norm(state.velocity_m_per_s_in_handle) - 0.02) < 1e-4;
-  })) << norm(bridge.peer().state().velocity_m_per_s_in_handle);
-  EXPECT_EQ(bridge.memory().velocity_window_ms, 5) << "prompt enough to damp with";
-}
-
 TEST(ForceDimension, IsUsedOnWhereCallsRepeatValuesAndMotorsAreSaturated) {
   BridgeUnderTest bridge(forceDimension());
   bridge.setFaults(kArmRepeats | kArmSaturated);

@@ -99,7 +99,7 @@ bool comesToExert(FakeInverseService& service, double force_n) {
   return becomesTrue([&] { return std::abs(norm(service.record().exerted_n) - force_n) < kToleranceN; });
 }
 
-TEST(Inverse3, ReportsPlaceVelocityGripAndButtonsInTheUnitsOfTheService) {
+TEST(Inverse3, ReportsPlaceGripAndButtonsInTheUnitsOfTheService) {
   FakeInverseService service({.fixed_m = rt::Vec3{0.012, -0.125, 0.25}});
   DrivenLoop loop(service);
   const DeviceReading reading =
@@ -107,8 +107,7 @@ TEST(Inverse3, ReportsPlaceVelocityGripAndButtonsInTheUnitsOfTheService) {
   ASSERT_TRUE(reading.orientation);
   EXPECT_FALSE(reading.fault);
   EXPECT_EQ(reading.position_m, (rt::Vec3{0.012, -0.125, 0.25}));
-  EXPECT_TRUE(reading.velocity_valid);
-  EXPECT_EQ(reading.velocity_m_per_s, (rt::Vec3{0.1, 0.2, -0.3}));
+  EXPECT_FALSE(reading.velocity_valid) << "hapticd computes one that it knows the lag of";
   EXPECT_EQ(reading.buttons, 5U) << "a and c";
   // the fake turns it by less than 0.2 of a half turn's tangent about x
   EXPECT_NEAR(reading.orientation->x / reading.orientation->w, 0.15, 0.051);

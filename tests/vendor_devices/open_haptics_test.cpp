@@ -58,17 +58,6 @@ TEST(OpenHaptics, ResetsEncodersAfterThePersonHadTimeToBringTheArmThere) {
   EXPECT_NEAR(x / z, -0.01, 1e-9);
 }
 
-TEST(OpenHaptics, MeasuresTheVelocityOfTheHand) {
-  drivers::SimulatedHandleSettings hand = stillHand();
-  hand.speed_m_per_s = 0.02;
-  hand.travel_m = 4;
-  BridgeUnderTest bridge(openHaptics(), hand);
-  bridge.start();
-  EXPECT_TRUE(bridge.stateBecomes([&](const auto& state) {
-    return state.velocity_valid && std::abs(norm(state.velocity_m_per_s_in_handle) - 0.02) < 1e-4;
-  })) << norm(bridge.peer().state().velocity_m_per_s_in_handle);
-}
-
 TEST(OpenHaptics, RestsWhileItsMotorsAreWarm) {
   BridgeUnderTest bridge(openHaptics());
   ASSERT_TRUE(bridge.startPushing());

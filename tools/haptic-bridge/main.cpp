@@ -52,7 +52,7 @@ int run(int argc, char** argv) {
   app.footer(
       "Ctrl-C ends it, with the table. Without --duration it runs until then.\n"
       "Exit status: 0 done, 64 usage, 66 no key, 69 the local address cannot be used, 73 no log.");
-  BridgeProgram program(app, "haptic-bridge");
+  BridgeProgram program(app, "haptic-bridge", BridgeDamping::offered);
   Options options;
   addHand(app, options);
   app.set_version_flag("-V,--version", std::string("haptic-bridge ") + HAPTICD_VERSION);

@@ -99,7 +99,7 @@ int run(int argc, char** argv) {
   std::string kind;
   VendorOptions options;
   addDevice(app, kind, options).required();
-  BridgeProgram program(app, kName);
+  BridgeProgram program(app, kName, BridgeDamping::never);
   app.set_version_flag("-V,--version", fmt::format("{} {}", kName, HAPTICD_VERSION));
   try {
     app.parse(argc, argv);

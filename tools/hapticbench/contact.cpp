@@ -8,8 +8,7 @@
 #include <utility>
 
 #include "config/settings/settings.h"
-#include "drivers/handle/position_tracker.h"
-#include "drivers/handle/velocity_estimator.h"
+#include "drivers/handle/handle_frame.h"
 #include "tools/hapticbench/stability.h"
 
 namespace hapticd::tools {
@@ -89,6 +88,11 @@ constexpr double kStill_m = 1e-4;
 constexpr double kStillSteps = 3;
 constexpr double kAway_m = 0.2;
 
+struct Measured {
+  double position_m = 0;
+  double velocity_m_per_s = 0;
+};
+
 class Simulation {
  public:
   Simulation(Wall& wall, const Rig& rig, const Tap& tap, Potential potential_j = {})
@@ -96,8 +100,7 @@ class Simulation {
         rig_(rig),
         tap_(tap),
         potential_j_(std::move(potential_j)),
-        tracker_(rig.quantum_m),
-        velocity_(config::HandleSettings{}.resolution_m),
+        frame_(settingsOf(rig), {}),
         motion_(rig.system, kTick_s, rig.sub_steps) {
     wall_.approach(tap.start_m);
     motion_.place(tap.start_m, -tap.speed_m_per_s);
@@ -138,9 +141,9 @@ class Simulation {
   }
 
   void tick() {
-    const double measured_m = measuredPosition_m();
-    under_way_.push_back(wall_.force_n(measured_m, velocity_m_per_s(measured_m)));
-    measured_m_ = measured_m;
+    const Measured measured = measure();
+    under_way_.push_back(wall_.force_n(measured.position_m, measured.velocity_m_per_s));
+    measured_m_ = measured.position_m;
     const double force_n = under_way_.front();
     under_way_.pop_front();
     motion_.advance(force_n, tap_.constant_n, tap_.hand_target_m);
@@ -153,13 +156,18 @@ class Simulation {
     constexpr std::int64_t kTick_ns = 1'000'000;
     return static_cast<std::int64_t>(forces_n_.size() + 1) * kTick_ns;
   }
-  double measuredPosition_m() {
+  /// What the law gets of the device: as its driver makes it of what the device measures, or that itself.
+  Measured measure() {
     const double position_m = quantised(motion_.position_m());
-    return rig_.as_driver ? tracker_.add({position_m, 0, 0}, now_ns()).x : position_m;
+    if (!rig_.as_driver) return {position_m, (position_m - measured_m_) / kTick_s};
+    const rt::HandleState state =
+        frame_.stateOf({.position_m_in_handle = {position_m, 0, 0}, .time_ns = now_ns()});
+    return {state.position_m_in_world.x, state.velocity_m_per_s_in_world.x};
   }
-  double velocity_m_per_s(double measured_m) {
-    if (!rig_.as_driver) return (measured_m - measured_m_) / kTick_s;
-    return velocity_.add({measured_m, 0, 0}, now_ns()).x;
+  static config::HandleSettings settingsOf(const Rig& rig) {
+    config::HandleSettings settings;
+    settings.position_step_m = rig.quantum_m;
+    return settings;
   }
 
   void addMostGiven(ContactRun& run) const {
@@ -179,8 +187,7 @@ class Simulation {
   Rig rig_;
   Tap tap_;
   Potential potential_j_;
-  drivers::PositionTracker tracker_;
-  drivers::VelocityEstimator velocity_;
+  drivers::HandleFrame frame_;
   drivers::Motion motion_;
   double measured_m_;
   std::deque<double> under_way_;     // forces, the oldest first

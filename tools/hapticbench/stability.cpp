@@ -200,15 +200,24 @@ const std::vector<DeviceKind>& allDevices() {
   return all;
 }
 
+const std::vector<DeviceKind>& devicesOnSale() {
+  static const std::vector<DeviceKind> all{{"touch", 0.045, 0.05, 0.26, 55e-6, 3.3, 400},
+                                           {"omni", 0.045, 0.05, 0.26, 55e-6, 3.3, 700},
+                                           {"omega", 0.045, 0.05, 0, 0, 12, 5000},
+                                           {"inverse3", 0.045, 0.05, 0, 0, 10, 1000}};
+  return all;
+}
+
 const std::vector<std::string>& allWalls() {
   static const std::vector<std::string> all{"reference", "nearest_springs", "smooth_springs", "proxy",
                                             "surface"};
   return all;
 }
 
-std::unique_ptr<Wall> makeWall(const std::string& name, CoreOutput output) {
+std::unique_ptr<Wall> makeWall(const std::string& name, CoreOutput output,
+                               const rt::LiveParameters& parameters) {
   for (const rt::ForceLaw law : kAllLaws) {
-    if (nameOf(law) == name) return std::make_unique<CoreWall>(law, rt::LiveParameters{}, output);
+    if (nameOf(law) == name) return std::make_unique<CoreWall>(law, parameters, output);
   }
   return std::make_unique<ReferenceWall>();
 }
@@ -242,12 +251,14 @@ Tap tapOf(Wall& wall, const LoopCase& loop, double stiffness_n_per_m) {
   if (loop.grip.stiffness_n_per_m > 0) {
     return {.start_m = onset_m, .speed_m_per_s = kTapSpeed_m_per_s, .hand_target_m = onset_m - kPress_m};
   }
-  const double rest_m = onset_m - kPreload_m;
+  const double preload_m =
+      loop.device.hasOwnLimits() ? loop.device.max_force_n / (2 * stiffness_n_per_m) : kPreload_m;
+  const double rest_m = onset_m - preload_m;
   wall.approach(rest_m);
   // not so fast that the device leaves the wall
   const double natural_per_s = std::sqrt(stiffness_n_per_m / systemOf(loop).inertia_kg());
   return {.start_m = rest_m,
-          .speed_m_per_s = std::min(kTapSpeed_m_per_s, kPreload_m / 2 * natural_per_s),
+          .speed_m_per_s = std::min(kTapSpeed_m_per_s, preload_m / 2 * natural_per_s),
           .constant_n = -wall.force_n(rest_m, 0)};
 }
 
@@ -275,14 +286,23 @@ LoopLimit findLimit(const LoopCase& loop) {
 }
 
 DefaultRun runDefaults(const LoopCase& loop) {
-  const std::unique_ptr<Wall> wall = makeWall(loop.wall, CoreOutput::command);
-  const rt::LiveParameters defaults;
-  wall->set(defaults.force.stiffness_n_per_m, defaults.contact.damping_n_s_per_m);
-  wall->reportDelay_s(loop.delay_ticks * kTick_s);
+  rt::LiveParameters settings;
+  if (loop.device.hasOwnLimits()) {
+    settings.force.stiffness_n_per_m = loop.device.stiffness_n_per_m;
+    settings.safety.max_force_n = loop.device.max_force_n;
+    settings.safety.continuous_force_n = loop.device.max_force_n;
+  }
+  // a wall each: leaps from one to the next would count as energy that the force has given
+  const auto new_wall = [&] {
+    auto wall = makeWall(loop.wall, CoreOutput::command, settings);
+    wall->reportDelay_s(loop.delay_ticks * kTick_s);
+    return wall;
+  };
+  const StaticPotential potential(*new_wall());
+  const Tap tap = tapOf(*new_wall(), loop, settings.force.stiffness_n_per_m);
+  const std::unique_ptr<Wall> wall = new_wall();
   Rig rig = rigOf(loop);
   rig.as_driver = true;
-  const StaticPotential potential(*wall);
-  const Tap tap = tapOf(*wall, loop, defaults.force.stiffness_n_per_m);
   DefaultRun result{loop, runContact(*wall, rig, tap, [&](double h_m) { return potential.energy_j(h_m); })};
   result.stiffness_kept_n_per_m = wall->stiffnessKept_n_per_m();
   result.popped_through = pushesBeforeContact(*wall) && result.run.deepest_m < 0;

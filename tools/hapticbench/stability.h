@@ -106,8 +106,8 @@ struct Rig {
   double quantum_m = 0;  ///< of the measured position; 0: none
   int delay_ticks = 0;   ///< after the law, 0..100
   int sub_steps = 20;
-  /// Position and velocity as drivers compute them, with the shipped resolution: drivers::PositionTracker and
-  /// VelocityEstimator; otherwise as the device measures them.
+  /// Position and velocity as drivers compute them (drivers::HandleFrame), with the shipped resolution;
+  /// otherwise as the device measures them.
   bool as_driver = false;
 };
 
@@ -188,6 +188,10 @@ struct DeviceKind {
   double damping_n_s_per_m = 0.05;
   double coulomb_friction_n = 0;
   double quantum_m = 0;
+  double max_force_n = 0;        ///< that it exerts, and that the box is set to; 0: the shipped limit
+  double stiffness_n_per_m = 0;  ///< that it renders at most, and that the box is set to; 0: the shipped one
+
+  bool hasOwnLimits() const { return max_force_n > 0; }
 };
 
 auto fieldsOf(Is<Grip> auto& grip) {
@@ -195,8 +199,8 @@ auto fieldsOf(Is<Grip> auto& grip) {
   return std::tie(name, stiffness, damping, mass);
 }
 auto fieldsOf(Is<DeviceKind> auto& device) {
-  auto& [name, mass, damping, friction, quantum] = device;
-  return std::tie(name, mass, damping, friction, quantum);
+  auto& [name, mass, damping, friction, quantum, force, stiffness] = device;
+  return std::tie(name, mass, damping, friction, quantum, force, stiffness);
 }
 
 inline const std::string& nameOf(const Grip& grip) {
@@ -212,10 +216,16 @@ const std::vector<Grip>& allGrips();
 /// 45 and 100 g, each viscous only, with the Coulomb friction and the encoder of a desktop stylus, and with
 /// the encoder alone.
 const std::vector<DeviceKind>& allDevices();
+/// Devices that can be bought, with their own limits. Force and stiffness: CHAI3D 3.3 (CPhantomDevices,
+/// CDeltaDevices) and its fork for the Inverse3. The Touch has the friction and the encoder of a desktop
+/// stylus. No mass, friction and encoder of the others is published: they are as light as hapticd assumes a
+/// device to be, without friction.
+const std::vector<DeviceKind>& devicesOnSale();
 /// The names of the walls: `reference` and the laws of the core.
 const std::vector<std::string>& allWalls();
-/// `name`: one of allWalls().
-std::unique_ptr<Wall> makeWall(const std::string& name, CoreOutput output = CoreOutput::law);
+/// `name`: one of allWalls(). `parameters`: as for CoreWall.
+std::unique_ptr<Wall> makeWall(const std::string& name, CoreOutput output = CoreOutput::law,
+                               const rt::LiveParameters& parameters = {});
 
 /// One closed loop: which wall, device, hand and delay.
 struct LoopCase {
@@ -262,14 +272,15 @@ LargestStable largestStable(const std::function<bool(double)>& is_stable, double
 /// The rig of a case.
 Rig rigOf(const LoopCase& loop);
 /// With a hand: its target is 7.5 mm behind the wall's onset and the tap begins at the onset with 0.1 m/s.
-/// Without one: a constant force holds the device 4 mm behind the onset and a push sets it swinging there.
+/// Without one: a constant force of half the device's limit holds the device behind the onset, 4 mm for one
+/// without own limits, and a push sets it swinging there.
 /// `wall` is set to `stiffness_n_per_m` already.
 Tap tapOf(Wall& wall, const LoopCase& loop, double stiffness_n_per_m);
 
 LoopLimit findLimit(const LoopCase& loop);
 
-/// A law with the shipped settings and the whole safety chain, on a device whose driver reports its delay and
-/// estimates its velocity.
+/// A law with the shipped settings, or the device's own limits, and the whole safety chain, on a device whose
+/// driver reports its delay and estimates its velocity.
 struct DefaultRun {
   LoopCase loop{};
   ContactRun run{};

@@ -41,7 +41,7 @@ constexpr std::tuple kTypes{
     Named<rt::StiffnessRule>{"StiffnessRule"},
     Named<daemon::LawStatus>{"LawInUse"},
     Named<rt::StiffnessBound>{"StiffnessBound"},
-    Named<rt::VelocitySource>{"VelocitySource"},
+    Named<rt::VelocityClaim>{"VelocityClaim"},
     Named<rt::Tick>{"Tick"},
     Named<rt::LatencyProbe::Result>{"DeviceLatency"},
     Named<rt::StiffnessRules>{"StiffnessRules"},

@@ -100,13 +100,13 @@ TEST(BoxWarnings, SayHowLateTheForceLoopIsAndWhatHelpsHere) {
 // 'hapticctl doctor' shows these warnings, and status shows them too: neither is a remedy.
 TEST(BoxWarnings, NameADeviceThatDoesNotDoWhatItSays) {
   Case box;
-  box.status.loop.state.tick.handle.velocity_source = rt::VelocitySource::positions;
+  box.status.loop.state.tick.handle.velocity_claim = rt::VelocityClaim::none;
   box.status.loop.state.tick.hidden_latency_s = 0.002;
   EXPECT_TRUE(box.warnings().empty());
-  box.status.loop.state.tick.handle.velocity_source = rt::VelocitySource::distrusted;
+  box.status.loop.state.tick.handle.velocity_claim = rt::VelocityClaim::distrusted;
   ASSERT_EQ(box.warnings().size(), 1U);
   EXPECT_TRUE(box.warnings()[0].contains("positions contradict")) << box.warnings()[0];
-  box.status.loop.state.tick.handle.velocity_source = rt::VelocitySource::device;
+  box.status.loop.state.tick.handle.velocity_claim = rt::VelocityClaim::consistent;
   box.status.loop.state.tick.hidden_latency_s = 0.0121;
   ASSERT_EQ(box.warnings().size(), 1U);
   EXPECT_TRUE(box.warnings()[0].starts_with("forces act 12 ms later")) << box.warnings()[0];

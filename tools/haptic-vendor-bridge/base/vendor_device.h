@@ -28,6 +28,8 @@ class VendorDriver {
   /// Opens a device, leads the person through what it needs (calibration), says that it is opened, and drives
   /// it until the session ends or the device is lost. However it returns, the device exerts nothing any more
   /// and has its brakes on. No force before the device is initialised and calibrated.
+  /// A velocity of the vendor is not passed on: by how much it was filtered, and so how late it is, no vendor
+  /// publishes, and damping with a late velocity is unstable (rt/safety/stiffness_limit.h).
   /// Returns why the device could not be used any longer; nothing: the session ended.
   virtual base::Result<void> drive(DeviceSession& session) = 0;
 };

@@ -62,8 +62,6 @@ base::Result<void> find(const VendorLibrary& library, Dhd& dhd) {
   next("dhdEnableForce", dhd.enable_force);
   next("dhdGetPosition", dhd.position);
   next("dhdGetPositionAndOrientationFrame", dhd.pose);
-  next("dhdGetLinearVelocity", dhd.velocity);
-  next("dhdConfigLinearVelocity", dhd.configure_velocity);
   next("dhdGetGripperAngleRad", dhd.gripper_angle);
   next("dhdGetButtonMask", dhd.buttons);
   next("dhdSetForce", dhd.set_force);

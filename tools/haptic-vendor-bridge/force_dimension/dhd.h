@@ -14,7 +14,6 @@ namespace hapticd::tools {
 struct Dhd {
   static constexpr int kNothingNew = 1;  ///< returned for values that were returned before
   static constexpr unsigned kWatchdogUnit_us = 125;
-  static constexpr int kVelocityByWindow = 0;  ///< mode: the mean over a window
 
   using Triple = int(double* x, double* y, double* z, char id);
 
@@ -41,8 +40,6 @@ struct Dhd {
   int (*enable_force)(unsigned char on, char id);
   Triple* position;
   int (*pose)(double* x, double* y, double* z, double (*rotation)[3], char id);  ///< rotation: row by row
-  Triple* velocity;                                             ///< fails until there are two positions
-  int (*configure_velocity)(int window_ms, int mode, char id);  ///< 20 ms unless it is set
   int (*gripper_angle)(double* angle_rad, char id);
   unsigned (*buttons)(char id);  ///< bit n: button n
   int (*set_force)(double x, double y, double z, char id);

@@ -15,7 +15,6 @@ constexpr std::int64_t kCycleNs = 250'000;       // the fastest that the vendor 
 constexpr std::int64_t kLookNs = 250'000'000;    // between two looks at the status
 constexpr std::int64_t kRateNs = 1'000'000'000;  // over which readings are counted
 constexpr double kLeastReadingsPerS = 1000;
-constexpr int kVelocityWindowMs = 5;  // the bridge damps with it, which a mean over 20 ms is too late for
 constexpr unsigned char kWatchdogUnits = kDeadManNs / 1000 / Dhd::kWatchdogUnit_us;
 
 /// Causes for which a device turns its force off, as it numbers them.
@@ -115,7 +114,6 @@ base::Result<void> OpenDhdDevice::prepare() {
                                             units * 0.125, kWatchdogUnits * 0.125)));
   if (dhd_.set_max_force(about_.limits.force_n, id_) < 0) return failed("its force cannot be limited");
   if (dhd_.set_gravity_compensation(1, id_) < 0) return failed("no gravity compensation");
-  velocity_is_prompt_ = dhd_.configure_velocity(kVelocityWindowMs, Dhd::kVelocityByWindow, id_) >= 0;
   if (auto ok = enableForce(); !ok) return ok;
   session_.opened(about_);
   return {};
@@ -166,9 +164,6 @@ base::Result<bool> OpenDhdDevice::measure() {
   measured_ns_ = began_ns;
   reading_.orientation.reset();
   if (has_.wrist) reading_.orientation = rt::quaternionOf(rotation);
-  rt::Vec3& velocity = reading_.velocity_m_per_s;
-  reading_.velocity_valid =
-      velocity_is_prompt_ && dhd_.velocity(&velocity.x, &velocity.y, &velocity.z, id_) >= 0;
   double angle_rad = 0;
   reading_.gripper_rad.reset();
   if (has_.gripper && dhd_.gripper_angle(&angle_rad, id_) >= 0) reading_.gripper_rad = angle_rad;

@@ -48,7 +48,6 @@ class OpenDhdDevice {
   std::int64_t looked_ns_ = 0;
   std::int64_t counted_since_ns_ = 0;
   std::uint64_t readings_ = 0;  // since then
-  bool velocity_is_prompt_ = false;
   bool force_off_ = false;
   std::int64_t force_off_ns_ = 0;  // since when
   Complaint needs_;

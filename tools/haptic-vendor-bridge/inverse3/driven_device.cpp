@@ -18,7 +18,6 @@ constexpr std::uint64_t kMaxUnasked = 100;
 constexpr std::int64_t kAnswerPatienceNs = 500'000'000;
 constexpr std::chrono::milliseconds kLeavePatience{50};
 /// A hand's fastest motions are below 10 m/s; the reach of the arm is below 1 m.
-constexpr double kMaxSpeedMPerS = 20;
 constexpr double kMaxReachM = 1;
 /// Between two states. Those that are 10 ms apart or less are all that count.
 constexpr double kMaxStepM = 0.1;
@@ -237,8 +236,6 @@ void DrivenDevice::rememberGrip(const DeviceState& state, std::int64_t now_ns) {
 void DrivenDevice::publish(const DeviceState& state, std::int64_t measured_ns) {
   DeviceReading reading;
   reading.position_m = state.position_m;
-  reading.velocity_valid = state.velocity_m_per_s && norm(*state.velocity_m_per_s) <= kMaxSpeedMPerS;
-  if (reading.velocity_valid) reading.velocity_m_per_s = *state.velocity_m_per_s;
   reading.calibrated = watch_.calibrated();
   reading.fault = watch_.holds();
   if (!grip_old_) {

@@ -32,7 +32,6 @@ enum HdError : unsigned int {
 enum HdParameter : unsigned int {
   kHdButtons = 0x2000,
   kHdPosition = 0x2050,   ///< 3, mm
-  kHdVelocity = 0x2051,   ///< 3, mm/s
   kHdTransform = 0x2052,  ///< 16, column by column, mm
   kHdModel = 0x2501,
   kHdSerial = 0x2504,

@@ -96,9 +96,6 @@ DeviceReading ServoLoop::read() {
   std::array<double, 3> values{};
   hd_.get_doubles(kHdPosition, values.data());
   reading.position_m = kMPerMm * rt::Vec3{values[0], values[1], values[2]};
-  hd_.get_doubles(kHdVelocity, values.data());
-  reading.velocity_m_per_s = kMPerMm * rt::Vec3{values[0], values[1], values[2]};
-  reading.velocity_valid = true;
   std::array<double, 16> transform{};
   hd_.get_doubles(kHdTransform, transform.data());
   reading.orientation = orientationOf(transform);

@@ -20,7 +20,9 @@ constexpr const char* kExplanation =
     "stiffest: what swings around that place meet.\n\n";
 
 constexpr const char* kDefaultsExplanation =
-    "\nShipped settings (500 N/m) with the whole safety chain; the delay is reported as a driver does.\n"
+    "\nShipped settings (500 N/m), or the device's own limits where it has some, with the whole safety "
+    "chain;\n"
+    "the delay is reported as a driver does.\n"
     "popped: passed through the plane; kept: stiffness that the core leaves; gives: most energy at the hand\n"
     "at any time; above potential: the same without what the spring had stored.\n\n";
 
@@ -89,9 +91,10 @@ Columns<DefaultRun> defaultColumns() {
        {"/popped_through", "popped", 0, &Row::popped_through}});
 }
 
-/// The loops of one law and delay with the shipped settings together.
+/// The loops of one law and delay together, apart for each device with limits of its own.
 struct DefaultsSummary {
   std::string law;
+  std::string device;  ///< empty: all that have none
   int delay_ticks = 0;
   int all = 0, stable = 0, popped = 0, stable_without_pop = 0;
   double most_given_j = 0, most_above_potential_j = 0, least_kept_n_per_m = 1e9;
@@ -99,11 +102,12 @@ struct DefaultsSummary {
 
 void addDefaults(const std::vector<DefaultRun>& runs, Report& report) {
   using Row = DefaultsSummary;
-  std::map<std::pair<std::string, int>, Row> summaries;
+  std::map<std::tuple<std::string, std::string, int>, Row> summaries;
   std::vector<DefaultRun> bad;
   for (const DefaultRun& run : runs) {
-    const std::pair key{run.loop.wall, run.loop.delay_ticks};
-    Row& row = summaries.try_emplace(key, Row{key.first, key.second}).first->second;
+    const std::string device = run.loop.device.hasOwnLimits() ? run.loop.device.name : "";
+    const std::tuple key{run.loop.wall, device, run.loop.delay_ticks};
+    Row& row = summaries.try_emplace(key, Row{run.loop.wall, device, run.loop.delay_ticks}).first->second;
     ++row.all;
     row.stable += run.run.stable ? 1 : 0;
     row.popped += run.popped_through ? 1 : 0;
@@ -116,6 +120,7 @@ void addDefaults(const std::vector<DefaultRun>& runs, Report& report) {
   std::vector<Row> rows;
   for (const auto& [key, row] : summaries) rows.push_back(row);
   const Columns<Row> columns{{"", "law", 0, &Row::law},
+                             {"", "device", 0, &Row::device},
                              {"", "t_d ms", 0, &Row::delay_ticks},
                              {"", "loops", 0, &Row::all},
                              {"", "stable", 0, &Row::stable},
@@ -128,6 +133,12 @@ void addDefaults(const std::vector<DefaultRun>& runs, Report& report) {
   if (bad.empty()) return;
   const std::string title = fmt::format("unstable, or giving more than {:g} mJ", kMaxGiven_j * 1e3);
   report.show(title, "\n" + title + "\n", defaultColumns(), bad);
+}
+
+std::vector<DeviceKind> knownDevices() {
+  std::vector<DeviceKind> devices = allDevices();
+  devices.insert(devices.end(), devicesOnSale().begin(), devicesOnSale().end());
+  return devices;
 }
 
 struct Chosen {
@@ -145,7 +156,7 @@ std::vector<LoopCase> loopsOf(const Chosen& chosen) {
   std::vector<LoopCase> loops;
   for (const std::string& wall : chosen.walls) {
     for (const Grip& grip : allGrips()) {
-      for (const DeviceKind& device : allDevices()) {
+      for (const DeviceKind& device : knownDevices()) {
         if (!has(chosen.hands, grip.name) || !has(chosen.devices, device.name)) continue;
         for (const int delay_ticks : chosen.delays_ticks) loops.push_back({wall, grip, device, delay_ticks});
       }
@@ -166,7 +177,7 @@ auto fieldsOf(Is<LoopResults> auto& results) {
 
 LoopResults measure(const LoopCase& loop, bool only_shipped) {
   LoopResults results;
-  if (!only_shipped) results.limit = findLimit(loop);
+  if (!only_shipped && !loop.device.hasOwnLimits()) results.limit = findLimit(loop);
   if (loop.wall != "reference") results.defaults = runDefaults(loop);
   return results;
 }
@@ -217,7 +228,7 @@ StudyCommand stabilityCommand(CLI::App& app) {
   });
   command.names("--laws", chosen->walls, allWalls(), "all");
   command.names("--hands", chosen->hands, namesOf(allGrips()), "all");
-  command.names("--devices", chosen->devices, namesOf(allDevices()), "all");
+  command.names("--devices", chosen->devices, namesOf(knownDevices()), "all without own limits");
   command.numbers("--delays", chosen->delays_ticks, 0, 100, "delays of the force, ms (0,1,2,5,10)");
   command->add_flag("--shipped", chosen->shipped, "only the laws as shipped, with the whole safety chain");
   command.parts();

@@ -33,7 +33,8 @@ base::Result<void> readEndpoint(const std::string& text, const char* option, dri
 
 }  // namespace
 
-BridgeProgram::BridgeProgram(CLI::App& app, std::string name) : name_(std::move(name)) {
+BridgeProgram::BridgeProgram(CLI::App& app, std::string name, BridgeDamping damping)
+    : name_(std::move(name)) {
   app.add_option("--peer", peer_, "where hapticd waits")->required()->type_name("ADDRESS:PORT");
   app.add_option("--local", local_, "where packets are sent from (any free port)")->type_name("ADDRESS:PORT");
   app.add_option("--key-file", key_file_, "with the key of udp_handle.key_file (no authentication)")
@@ -51,13 +52,18 @@ BridgeProgram::BridgeProgram(CLI::App& app, std::string name) : name_(std::move(
   app.add_option("--max-force", bridge_.max_force_n, "what the person bears, N (10)")
       ->type_name("NEWTONS")
       ->check(within(0.0, 100.0));
+  bridge_.damps = damping == BridgeDamping::offered;
+  if (bridge_.damps) addDamping(app);
+  addImpairments(app);
+}
+
+void BridgeProgram::addDamping(CLI::App& app) {
   app.add_option("--max-damping", bridge_.max_damping_n_s_per_m,
                  "what the device can damp without noise, N s/m (20)")
       ->type_name("DAMPING")
       ->check(within(0.0, 1000.0));
   app.add_flag_callback(
       "--no-damping", [this] { bridge_.damps = false; }, "leave the damping in contact to hapticd");
-  addImpairments(app);
 }
 
 void BridgeProgram::addImpairments(CLI::App& app) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdint>
 #include <functional>
 #include <string>
 
@@ -11,12 +12,15 @@
 
 namespace hapticd::tools {
 
+/// Whether a bridge may damp contact at the device, with the velocity that the device measures.
+enum class BridgeDamping : std::uint8_t { offered, never };
+
 /// What all programs share that connect a device to hapticd: their options, socket, key, log and table.
 /// Thread: one.
 class BridgeProgram {
  public:
   /// Adds the options to `app`. `name`: of the program, for its errors; it and `app` outlive this.
-  BridgeProgram(CLI::App& app, std::string name);
+  BridgeProgram(CLI::App& app, std::string name, BridgeDamping damping);
 
   /// Prints "name: error" and returns `status`.
   int fail(const base::Error& error, int status) const;
@@ -30,6 +34,7 @@ class BridgeProgram {
 
  private:
   base::Result<void> readEndpoints();
+  void addDamping(CLI::App& app);
   void addImpairments(CLI::App& app);
 
   std::string name_;

@@ -70,6 +70,21 @@ TEST(HandleFrame, TransformsForcesBackByTheSameRotation) {
   }
 }
 
+TEST(HandleFrame, ComputesTheVelocityFromThePositionsWhateverTheDeviceClaims) {
+  config::HandleSettings settings;
+  settings.setPose({{1, 2, 3}, 0, 0, std::numbers::pi / 2});
+  HandleFrame frame = frameOf(settings, 2);
+  const Vec3 speed_m_per_s{0.1, 0, 0.05};
+  rt::HandleState state;
+  for (int tick = 1; tick <= 5; ++tick) {
+    HandleMeasurement measurement = at((0.001 * tick) * speed_m_per_s, tick);
+    measurement.velocity_m_per_s_in_handle = 0.9 * speed_m_per_s;
+    state = frame.stateOf(measurement);
+  }
+  EXPECT_LT(norm(state.velocity_m_per_s_in_world - Vec3{0, 0.2, 0.1}), 1e-9);
+  EXPECT_EQ(state.velocity_claim, rt::VelocityClaim::consistent);
+}
+
 TEST(HandleFrame, HasNoForceThatIsNotFinite) {
   const HandleFrame frame = frameOf({});
   EXPECT_EQ(frame.forceInHandle({1, std::numeric_limits<double>::quiet_NaN(), 1}), Vec3{});

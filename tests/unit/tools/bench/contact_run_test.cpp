@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/stability.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
+#include <random>
 
 namespace hapticd::tools {
 namespace {
@@ -59,6 +61,39 @@ TEST(FindLimit, OfThePapersLawIsTheoryAtTheStiffnessFeltOnItsOuterFlank) {
   const double h = limit.rest_h_m;
   const double s = std::sqrt(h * h + a_squared);
   EXPECT_NEAR(limit.rendered_by_set, 1 - 2 * 0.04 * a_squared / (s * (h + s) * (h + s)), 0.01);
+}
+
+TEST(RunDefaults, ComeToRestWithEveryDeviceOnSaleAtItsOwnLimits) {
+  for (const DeviceKind& device : devicesOnSale()) {
+    for (const Grip& grip : allGrips()) {
+      for (const int delay_ticks : {0, 1, 2, 3, 5, 10}) {
+        const DefaultRun result = runDefaults({"surface", grip, device, delay_ticks});
+        const std::string name = fmt::format("{} {} {} ms", device.name, grip.name, delay_ticks);
+        EXPECT_TRUE(result.run.stable) << name;
+        EXPECT_LE(result.run.most_given_j, kMaxGiven_j) << name;
+        EXPECT_LE(result.stiffness_kept_n_per_m, device.stiffness_n_per_m) << name;
+      }
+    }
+  }
+}
+
+// The velocity lags behind the position, which matters for stiff loops with little delay.
+TEST(RunDefaults, ComeToRestWithDevicesOfAnyStiffnessThatNobodyHolds) {
+  constexpr double kLimit_n = 4;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> share(0, 1);
+  for (int i = 0; i < 100; ++i) {
+    const DeviceKind device{.name = "any",
+                            .mass_kg = 0.045 * std::pow(5, share(random)),
+                            .max_force_n = kLimit_n,
+                            .stiffness_n_per_m = 200 * std::pow(25, share(random))};
+    const int delay_ticks = static_cast<int>(8 * share(random));
+    const DefaultRun result = runDefaults({"surface", allGrips().front(), device, delay_ticks});
+    const double stored_at_rest_j = kLimit_n / 2 * kLimit_n / 2 / (2 * result.stiffness_kept_n_per_m);
+    EXPECT_TRUE(result.run.stable && result.run.most_given_j <= stored_at_rest_j)
+        << device.mass_kg << " kg, " << device.stiffness_n_per_m << " N/m, " << delay_ticks << " ms: gives "
+        << result.run.most_given_j << " J";
+  }
 }
 
 TEST(CoreWall, GivesThePapersForceOfTheClosedFormOnAPlane) {
