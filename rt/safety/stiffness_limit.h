@@ -29,9 +29,12 @@ inline constexpr double kStiffnessOfMass = 0.35;
 /// Share of the stability limit that stiffnessOfMass_n_per_m() uses at most.
 inline constexpr double kShareOfStability = 0.88;
 
-/// Largest total delayed damping in units of m / lag, for a mass m. A damper alone reaches its limit at pi /
-/// 2.
+/// Largest total delayed damping in units of m / lag, for a mass m, where kVelocityLag_s is small beside the
+/// lag.
 inline constexpr double kDampingOfMass = 0.7;
+
+/// Share of the stability limit that largestDamping_n_s_per_m() uses at most.
+inline constexpr double kShareOfDamping = 0.6;
 
 /// The rule that limits the stiffness.
 enum class StiffnessRule : std::uint8_t {
@@ -85,9 +88,12 @@ constexpr double stiffnessOfMass_n_per_m(double mass_kg, double lag_s) noexcept 
                   kShareOfStability * oscillatingStiffness_n_per_m(mass_kg, lag_s, kVelocityLag_s));
 }
 
-/// Returns the largest total damping at the hand in N s/m that is stable with the delay `lag_s`.  RT: safe.
+/// Returns the largest total damping at the hand in N s/m that is stable with the delay `lag_s`, with a
+/// margin. A damper alone, m s + B e^(-s (lag + velocity_lag)) = 0, reaches its limit at B = pi / 2 times
+/// m / (lag + velocity_lag).  RT: safe.
 constexpr double largestDamping_n_s_per_m(double mass_kg, double lag_s) noexcept {
-  return kDampingOfMass * mass_kg / lag_s;
+  return std::min(kDampingOfMass * mass_kg / lag_s,
+                  kShareOfDamping * std::numbers::pi / 2 * mass_kg / (lag_s + kVelocityLag_s));
 }
 
 /// Returns the part of the HIP's velocity that contact damping acts on. Motion along with a moving surface is

@@ -141,13 +141,15 @@ double oscillatesAt(double ratio) {
   return turn * turn / std::abs(response(turn));
 }
 
-TEST(StiffnessLimit, LeavesTheMassAMarginToTheStabilityLimit) {
+TEST(StiffnessLimit, LeavesTheMassAMarginToTheLimitsOfStability) {
   EXPECT_DOUBLE_EQ(rt::stiffnessOfMass_n_per_m(0.045, 0.01), 0.35 * 0.045 / 1e-4);
   for (double lag_s = 0.0005; lag_s < 0.05; lag_s *= 1.1) {
     const double limit = oscillatesAt(rt::kVelocityLag_s / lag_s) * 0.045 / (lag_s * lag_s);
     EXPECT_NEAR(rt::oscillatingStiffness_n_per_m(0.045, lag_s, rt::kVelocityLag_s), limit, 0.015 * limit)
         << lag_s;
     EXPECT_LT(rt::stiffnessOfMass_n_per_m(0.045, lag_s), 0.9 * limit) << lag_s;
+    const double damper = std::numbers::pi / 2 * 0.045 / (lag_s + rt::kVelocityLag_s);
+    EXPECT_LT(rt::largestDamping_n_s_per_m(0.045, lag_s), 0.61 * damper) << lag_s;
   }
 }
 

@@ -113,9 +113,10 @@ std::unique_ptr<Emulation> emulationOf(std::string_view kind) {
   return nullptr;
 }
 
-/// Shows the force when it changes, and takes words, until 'quit', the end of the input or a signal.
+/// Shows the force when it changes, and takes words while there are any, until 'quit' or a signal.
 void converse(Emulation& emulation) {
   double shown_n = -1;
+  int input = STDIN_FILENO;
   const tools::Interrupt interrupt;
   while (!interrupt.requested()) {
     const double now_n = emulation.exerted_n();
@@ -125,10 +126,15 @@ void converse(Emulation& emulation) {
     }
     std::cout.flush();
     constexpr int kBetweenMs = 100;
-    pollfd input{STDIN_FILENO, POLLIN, 0};
-    if (::poll(&input, 1, kBetweenMs) <= 0) continue;
+    constexpr int kNone = -1;  // poll() leaves it out
+    pollfd watched{input, POLLIN, 0};
+    if (::poll(&watched, 1, kBetweenMs) <= 0) continue;
     std::string word;
-    if (!std::getline(std::cin, word) || word == "quit") return;
+    if (!std::getline(std::cin, word)) {
+      input = kNone;
+      continue;
+    }
+    if (word == "quit") return;
     if (!emulation.take(word)) fmt::print("'{}' is not known here\n{}", word, kUsage);
   }
 }

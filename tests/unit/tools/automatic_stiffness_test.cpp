@@ -122,7 +122,8 @@ TEST(AutomaticStiffness, StaysWithinWhatIsStable) {
   automatic.start().handle.motion_scale = 2;
   automatic.frames(60);
   const double lag_s = kLoop_s / 2;
-  expectSettled(automatic.settle(), 0.35 * kMass_kg / (lag_s * lag_s) / 2, rt::StiffnessBound::stability);
+  expectSettled(automatic.settle(), rt::stiffnessOfMass_n_per_m(kMass_kg, lag_s) / 2,
+                rt::StiffnessBound::stability);
 }
 
 TEST(AutomaticStiffness, StaysWithinTheContinuousForceOfTheDevice) {

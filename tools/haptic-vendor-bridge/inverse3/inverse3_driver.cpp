@@ -23,16 +23,16 @@ base::Error failure(const std::string& what, const std::string& remedy) {
 }
 
 std::string numberOr(const std::optional<double>& number) {
-  return number ? base::numberText(*number) : "not told";
+  return number ? base::numberText(*number) : "not stated";
 }
 
 std::string textOr(const std::string& text) {
-  return text.empty() ? "not told" : base::printable(text);
+  return text.empty() ? "not stated" : base::printable(text);
 }
 
 /// What the person has to know about what the service does to forces and positions.
 void sayFilters(DeviceSession& session, const ServiceFilters& filters) {
-  const std::string gravity = !filters.gravity_compensation ? "not told"
+  const std::string gravity = !filters.gravity_compensation ? "not stated"
                               : *filters.gravity_compensation
                                   ? "on, scaled by " + numberOr(filters.gravity_scaling)
                                   : "off";

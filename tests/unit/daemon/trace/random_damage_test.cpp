@@ -205,7 +205,9 @@ TEST(RandomDamage, LosesNothingThatIsIntactAndIsNamed) {
     if (testing::Test::HasFailure()) return;
   }
   EXPECT_EQ(recovered.size(), 7U);
-  for (const auto& [how, count] : recovered) EXPECT_GT(count, 50) << how;
+  // of some 140 files of each kind; a third and more leave something to recover
+  constexpr int kEnough = 30;
+  for (const auto& [how, count] : recovered) EXPECT_GT(count, kEnough) << how;
 }
 
 }  // namespace
