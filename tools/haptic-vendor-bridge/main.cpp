@@ -42,6 +42,9 @@ CLI::Option& addDevice(CLI::App& app, std::string& kind, VendorOptions& options)
       ->type_name("NAME");
   app.add_option("--address", options.address, "of the vendor's service (the usual one)")
       ->type_name("ADDRESS:PORT");
+  app.add_option("--calibration", options.calibration,
+                 "of the motors of a phantom-omni (by serial number, where 'calibrate' puts it)")
+      ->type_name("FILE");
   return choice;
 }
 

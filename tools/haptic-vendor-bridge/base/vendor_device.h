@@ -19,6 +19,7 @@ struct VendorOptions {
   std::string library;  ///< path of the vendor's library; empty: where the vendor installs it
   std::string device;   ///< name or serial number; empty: the first one
   std::string address;  ///< of a vendor's service, ADDRESS:PORT; empty: the usual one
+  std::string calibration;  ///< file of the motors' calibration; empty: where it is kept
 };
 
 /// Drives devices of one kind by the library or service of its vendor. Thread: one, but for a library's own.
