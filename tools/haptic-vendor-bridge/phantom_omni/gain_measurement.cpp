@@ -13,7 +13,13 @@ namespace {
 
 constexpr double kGravity_m_per_s2 = 9.80665;
 constexpr double kDegree_rad = std::numbers::pi / 180;
-constexpr double kRampPerStep = GainMeasurement::kCountsPerS * BenchArm::kStep_s;
+/// Where a joint's counts are measured: this far from its rest, within so much before and behind it. It turns
+/// round far enough behind that its speed is steady there.
+constexpr double kMark_rad = 8 * kDegree_rad;
+constexpr double kWindow_rad = 3 * kDegree_rad;
+constexpr double kTurn_rad = 8 * kDegree_rad;
+constexpr double kSpeed_rad_per_s = 0.25;
+constexpr double kMostOver_rad = 0.4;  // beyond where it turns round
 
 constexpr PerJoint<const char*> kNames{"waist", "shoulder", "elbow"};
 /// The direction away from where the mass pulls: to the left, up, up.
@@ -24,6 +30,54 @@ constexpr double kElbowMark_rad = 0.6;
 base::Error wrong(std::size_t joint, const std::string& what, const std::string& remedy) {
   return {kNames[joint], what, remedy + "; nothing was stored"};
 }
+
+/// The speed of a joint, smoothed over what its encoder resolves.
+class Speed {
+ public:
+  explicit Speed(double start_rad) : last_rad_(start_rad) {}
+  double after(double now_rad) {
+    constexpr double kSmoothing = 0.1;
+    rad_per_s_ += kSmoothing * ((now_rad - last_rad_) / BenchArm::kStep_s - rad_per_s_);
+    last_rad_ = now_rad;
+    return rad_per_s_;
+  }
+
+ private:
+  double last_rad_;
+  double rad_per_s_ = 0;
+};
+
+/// The counts that move a joint slowly: they rise, or fall, by kCountsPerS while it stands still, and slower
+/// the nearer it is to its speed. The gain that is to be found may be anywhere in its range.
+class SlowMotion {
+ public:
+  double countsAt(double gone_rad, double wanted_rad_per_s) {
+    constexpr double kPerRad = GainMeasurement::kCountsPerS / kSpeed_rad_per_s;
+    constexpr double kPerRadPerS = 100;
+    const double missing_rad_per_s = wanted_rad_per_s - speed_.after(gone_rad);
+    counts_ += kPerRad * missing_rad_per_s * BenchArm::kStep_s;
+    return counts_ + kPerRadPerS * missing_rad_per_s;
+  }
+
+ private:
+  Speed speed_{0};
+  double counts_ = 0;
+};
+
+/// Mean of what was measured near the mark.
+class AtMark {
+ public:
+  void add(double counts, double gone_rad, double mark_rad) {
+    if (std::abs(gone_rad - mark_rad) > kWindow_rad) return;
+    sum_counts_ += counts;
+    ++samples_;
+  }
+  double counts() const { return sum_counts_ / std::max(samples_, 1); }
+
+ private:
+  double sum_counts_ = 0;
+  int samples_ = 0;
+};
 
 /// How far the joint has gone away from its rest.
 double goneOf(std::size_t joint, const JointAngles& angles_rad, const JointAngles& rest_rad) {
@@ -132,52 +186,38 @@ base::Result<GainMeasurement::Sweep> GainMeasurement::undisturbedSweep(std::size
 base::Result<GainMeasurement::Sweep> GainMeasurement::sweep(std::size_t joint, int sign) {
   const auto rest_rad = awaitRest();
   if (!rest_rad) return std::unexpected(rest_rad.error());
-  Sweep sweep;
-  if (auto ok = goAway(joint, sign, *rest_rad, sweep); !ok) return std::unexpected(ok.error());
-  if (sweep.end != Sweep::End::came_back) return sweep;
-  if (auto ok = comeBack(joint, sign, *rest_rad, sweep); !ok) return std::unexpected(ok.error());
-  return sweep;
-}
-
-base::Result<void> GainMeasurement::goAway(std::size_t joint, int sign, const JointAngles& rest_rad,
-                                           Sweep& sweep) {
+  Sweep sweep{.end = Sweep::End::did_not_move, .mark_rad = *rest_rad};
   const double mark_rad =
-      joint == kElbow ? std::max(kDegree_rad, kElbowMark_rad - rest_rad[kElbow]) : kDegree_rad;
-  for (double counts = 0; counts <= kMostRampCounts; counts += kRampPerStep) {
+      joint == kElbow ? std::max(kMark_rad, kElbowMark_rad - (*rest_rad)[kElbow]) : kMark_rad;
+  SlowMotion motion;
+  AtMark up;
+  AtMark down;
+  bool returns = false;
+  for (double counts = 0; std::abs(counts) <= kMostRampCounts;) {
     const auto angles_rad = stepOf(joint, sign * counts);
     if (!angles_rad) return std::unexpected(angles_rad.error());
-    const double gone_rad = goneOf(joint, *angles_rad, rest_rad);
+    const double gone_rad = goneOf(joint, *angles_rad, *rest_rad);
     if (gone_rad < -kDegree_rad) {
       sweep.end = Sweep::End::went_the_other_way;
-      return {};
+      return sweep;
     }
-    if (gone_rad < mark_rad) continue;
-    sweep.end = Sweep::End::came_back;
-    sweep.up_counts = sign * counts;
-    sweep.up_rad = *angles_rad;
-    return {};
-  }
-  return {};
-}
-
-base::Result<void> GainMeasurement::comeBack(std::size_t joint, int sign, const JointAngles& rest_rad,
-                                             Sweep& sweep) {
-  constexpr double kMostOver_rad = 0.5;  // beyond where it was when its counts began to fall
-  const double turned_rad = goneOf(joint, sweep.up_rad, rest_rad);
-  double farthest_rad = turned_rad;
-  for (double counts = sign * sweep.up_counts; counts >= -kMostRampCounts; counts -= kRampPerStep) {
-    const auto angles_rad = stepOf(joint, sign * counts);
-    if (!angles_rad) return std::unexpected(angles_rad.error());
-    const double gone_rad = goneOf(joint, *angles_rad, rest_rad);
-    farthest_rad = std::max(farthest_rad, gone_rad);
-    if (farthest_rad > turned_rad + kMostOver_rad)
+    (returns ? down : up).add(sign * counts, gone_rad, mark_rad);
+    if (std::abs(gone_rad - mark_rad) < std::abs(goneOf(joint, sweep.mark_rad, *rest_rad) - mark_rad))
+      sweep.mark_rad = *angles_rad;
+    if (gone_rad > mark_rad + kTurn_rad + kMostOver_rad)
       return std::unexpected(wrong(joint, "runs away", "let nothing push it, and calibrate again"));
-    if (gone_rad > farthest_rad - kDegree_rad) continue;
-    sweep.down_counts = sign * counts;
-    sweep.down_rad = *angles_rad;
-    return {};
+    returns = returns || gone_rad > mark_rad + kTurn_rad;
+    if (returns && gone_rad < mark_rad - kWindow_rad) {
+      sweep.end = Sweep::End::came_back;
+      sweep.up_counts = up.counts();
+      sweep.down_counts = down.counts();
+      return sweep;
+    }
+    counts = motion.countsAt(gone_rad, returns ? -kSpeed_rad_per_s : kSpeed_rad_per_s);
   }
-  return std::unexpected(wrong(joint, "does not come back", "let nothing hold it, and calibrate again"));
+  if (returns)
+    return std::unexpected(wrong(joint, "does not come back", "let nothing hold it, and calibrate again"));
+  return sweep;
 }
 
 base::Result<GainMeasurement::Unloaded> GainMeasurement::measureUnloaded(std::size_t joint) {
@@ -201,7 +241,7 @@ base::Result<GainMeasurement::Loaded> GainMeasurement::measureLoaded(std::size_t
     return std::unexpected(
         wrong(joint, fmt::format("{} counts do not move the mass", kMostRampCounts), "take a lighter mass"));
   constexpr double kTurned_rad = 0.2;
-  if (joint == kWaist && loaded->up_rad[kWaist] < kTurned_rad)
+  if (joint == kWaist && loaded->mark_rad[kWaist] < kTurned_rad)
     return std::unexpected(
         wrong(joint, "the mass has not turned it to the right", "lead the string to the right"));
   const double held_counts = loaded->mean_counts() - unloaded.sweep.mean_counts();
@@ -216,15 +256,13 @@ base::Result<GainMeasurement::Loaded> GainMeasurement::measureLoaded(std::size_t
               fmt::format("its friction of {:.0f} counts is larger than the load of {:.0f}", friction_counts,
                           std::abs(held_counts)),
               "take a heavier mass"));
-  const double load_n_m =
-      (loadTorque_n_m(joint, loaded->up_rad) + loadTorque_n_m(joint, loaded->down_rad)) / 2;
-  const double n_m_per_count = load_n_m / held_counts;
+  const double n_m_per_count = loadTorque_n_m(joint, loaded->mark_rad) / held_counts;
   if (!isPlausibleGain(n_m_per_count))
     return std::unexpected(wrong(joint,
                                  fmt::format("its gain of {:.3g} N m for a count is not within {:g} and {:g}",
                                              std::abs(n_m_per_count), kLeastGain_n_m, kMostGain_n_m),
                                  "see that --mass is the mass that hangs there"));
-  return Loaded{n_m_per_count, loaded->mean_counts()};
+  return Loaded{unloaded.sign, n_m_per_count, loaded->mean_counts()};
 }
 
 /// The torque that holds the mass.
@@ -256,28 +294,33 @@ base::Result<bool> GainMeasurement::releasesWithoutPackets(const Loaded& shoulde
 
 /// Returns how far above its rest the shoulder stands still; 0: it does not.
 base::Result<double> GainMeasurement::holdUp(const Loaded& shoulder, const JointAngles& rest_rad) {
-  constexpr double kUp_rad = 4 * kDegree_rad;
-  constexpr double kUp_s = 1;
-  constexpr double kHold_s = 1.5;
+  constexpr double kUp_rad = kMark_rad;
   constexpr double kStill_rad = 0.5 * kDegree_rad;
   constexpr double kStiffness_n_m = 0.5;
   constexpr double kDamping_n_m_s = 0.03;
-  constexpr int kSteps = static_cast<int>((kUp_s + kHold_s) / BenchArm::kStep_s);
+  constexpr int kMostSteps = static_cast<int>(20 / BenchArm::kStep_s);
+  constexpr int kSteps = static_cast<int>(1 / BenchArm::kStep_s);
   constexpr int kLook = static_cast<int>(0.1 / BenchArm::kStep_s);  // over which it is still at the end
   double gone_rad = 0;
-  double velocity_rad_per_s = 0;
-  double looked_rad = 0;
   double counts = 0;
+  SlowMotion motion;
+  for (int step = 0; gone_rad < kUp_rad; ++step) {
+    const auto angles_rad = stepOf(kShoulder, shoulder.sign * counts);
+    if (!angles_rad) return std::unexpected(angles_rad.error());
+    gone_rad = goneOf(kShoulder, *angles_rad, rest_rad);
+    counts = motion.countsAt(gone_rad, kSpeed_rad_per_s);
+    if (step > kMostSteps || std::abs(counts) > kMostRampCounts) return 0;
+  }
+  const double wanted_rad = gone_rad;
+  Speed speed(wanted_rad);
+  double looked_rad = 0;
+  counts = shoulder.mean_counts;
   for (int step = 0; step < kSteps; ++step) {
     const auto angles_rad = stepOf(kShoulder, counts);
     if (!angles_rad) return std::unexpected(angles_rad.error());
-    const double now_rad = goneOf(kShoulder, *angles_rad, rest_rad);
-    constexpr double kSmoothing = 0.1;
-    velocity_rad_per_s += kSmoothing * ((now_rad - gone_rad) / BenchArm::kStep_s - velocity_rad_per_s);
-    gone_rad = now_rad;
+    gone_rad = goneOf(kShoulder, *angles_rad, rest_rad);
     if (step == kSteps - kLook) looked_rad = gone_rad;
-    const double wanted_rad = kUp_rad * std::min(1.0, step * BenchArm::kStep_s / kUp_s);
-    const double more_n_m = kStiffness_n_m * (wanted_rad - gone_rad) - kDamping_n_m_s * velocity_rad_per_s;
+    const double more_n_m = kStiffness_n_m * (wanted_rad - gone_rad) - kDamping_n_m_s * speed.after(gone_rad);
     counts = std::clamp(shoulder.mean_counts + more_n_m / shoulder.n_m_per_count, -double{kMostRampCounts},
                         double{kMostRampCounts});
   }

@@ -30,14 +30,13 @@ class GainMeasurement {
   base::Result<OmniCalibration> run();
 
  private:
-  /// The signed counts of one motor while its joint goes away from its rest and comes back.
+  /// The signed counts of one motor while its joint goes away from its rest, past a mark, and comes back.
   struct Sweep {
     enum class End { came_back, did_not_move, went_the_other_way };
     End end = End::did_not_move;
-    double up_counts = 0;    ///< as it had gone
-    double down_counts = 0;  ///< as it had come back
-    JointAngles up_rad{};
-    JointAngles down_rad{};
+    double up_counts = 0;    ///< at the mark, on the way away
+    double down_counts = 0;  ///< at the mark, on the way back
+    JointAngles mark_rad{};
 
     double mean_counts() const { return (up_counts + down_counts) / 2; }
     double friction_counts() const;
@@ -48,6 +47,7 @@ class GainMeasurement {
     Sweep sweep;
   };
   struct Loaded {
+    int sign = 1;  ///< of the counts that move it away
     double n_m_per_count = 0;
     double mean_counts = 0;  ///< that hold the joint with the mass
   };
@@ -57,8 +57,6 @@ class GainMeasurement {
   base::Result<JointAngles> awaitRest();
   base::Result<Sweep> sweep(std::size_t joint, int sign);
   base::Result<Sweep> undisturbedSweep(std::size_t joint, int sign);
-  base::Result<void> goAway(std::size_t joint, int sign, const JointAngles& rest_rad, Sweep& sweep);
-  base::Result<void> comeBack(std::size_t joint, int sign, const JointAngles& rest_rad, Sweep& sweep);
   base::Result<Unloaded> measureUnloaded(std::size_t joint);
   base::Result<Loaded> measureLoaded(std::size_t joint, const Unloaded& unloaded);
   double loadTorque_n_m(std::size_t joint, const JointAngles& angles_rad) const;

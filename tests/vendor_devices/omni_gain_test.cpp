@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include "tests/vendor_devices/omni_model.h"
+#include "tools/haptic-vendor-bridge/phantom_omni/gain_measurement.h"
+
+// The measurement of an Omni's gains with a simulated arm in its own time.
+namespace hapticd::test {
+namespace {
+
+namespace omni = tools::phantom_omni;
+
+/// Encoders resolve 0.024 degrees.
+constexpr double kCount_rad = 2 * std::numbers::pi / 15000;
+
+class SimulatedArm final : public omni::BenchArm {
+ public:
+  OmniModel model;
+  bool keeps_torque = false;
+  std::uint64_t steps_late = 0;  ///< that it claims from now on
+  OmniJoints last_counts{};      ///< of the last step
+  double most_counts = 0;
+
+  base::Result<omni::JointAngles> step(const omni::PerJoint<int>& counts) override {
+    for (std::size_t joint = 0; joint < 3; ++joint) {
+      last_counts[joint] = counts[joint];
+      most_counts = std::max(most_counts, std::abs(last_counts[joint]));
+    }
+    return passed(kStep_s, last_counts);
+  }
+  base::Result<omni::JointAngles> pausePackets(double seconds) override {
+    ++pauses;
+    return passed(seconds, keeps_torque ? last_counts : OmniJoints{});
+  }
+  std::uint64_t lateSteps() const override { return steps_late == 0 ? 0 : late_ += steps_late; }
+  int pauses = 0;
+
+ private:
+  omni::JointAngles passed(double seconds, const OmniJoints& counts) {
+    constexpr double kDt_s = 2.5e-4;
+    OmniJoints torque{};
+    for (std::size_t joint = 0; joint < 3; ++joint)
+      torque[joint] = counts[joint] * model.settings.n_m_per_count[joint];
+    for (double passed_s = 0; passed_s < seconds - kDt_s / 2; passed_s += kDt_s) model.step(kDt_s, torque);
+    omni::JointAngles seen_rad{};
+    for (std::size_t joint = 0; joint < 3; ++joint)
+      seen_rad[joint] = std::round(model.angles_rad[joint] / kCount_rad) * kCount_rad;
+    return seen_rad;
+  }
+
+  mutable std::uint64_t late_ = 0;
+};
+
+/// Does what is asked for, with the arm that it has.
+class Helper final : public tools::Person {
+ public:
+  Helper(SimulatedArm& arm, double mass_kg) : arm_(arm), mass_kg_(mass_kg) {}
+
+  std::vector<std::string> requests;
+  int gives_up_at = -1;  ///< number of the request
+  bool pulls_left = false;
+  bool forgets_the_mass = false;
+
+  void say(const std::string&) override {}
+  bool isReady(const std::string& request) override {
+    if (static_cast<int>(requests.size()) == gives_up_at) return false;
+    requests.push_back(request);
+    OmniModelSettings& settings = arm_.model.settings;
+    settings.hanging_kg = settings.pull_right_kg = 0;
+    const double mass_kg = forgets_the_mass ? 0 : mass_kg_;
+    if (request.starts_with("Hang")) settings.hanging_kg = mass_kg;
+    if (request.starts_with("Lead")) settings.pull_right_kg = pulls_left ? -mass_kg : mass_kg;
+    if (request.starts_with("Take everything")) arm_.model.angles_rad = {0.1, 0, 0.05};
+    if (request.starts_with("Take the mass off")) arm_.model.angles_rad[0] = 0;
+    arm_.model.velocity_rad_per_s = {};
+    return true;
+  }
+  std::optional<bool> answer(const std::string&) override { return std::nullopt; }
+
+ private:
+  SimulatedArm& arm_;
+  double mass_kg_;
+};
+
+OmniModelSettings randomSettings(std::mt19937& random) {
+  OmniModelSettings settings;
+  settings.n_m_per_count = randomOmniGains(random);
+  std::uniform_real_distribution<double> friction(0.001, 0.03);
+  for (double& n_m : settings.friction_n_m) n_m = friction(random);
+  settings.own_mass_kg = std::uniform_real_distribution<double>(0, 0.05)(random);
+  return settings;
+}
+
+TEST(OmniGains, AreFoundWithTheirSignsWhateverTheyAre) {
+  std::mt19937 random(20261);
+  for (int round = 0; round < 30; ++round) {
+    SimulatedArm arm;
+    arm.model.settings = randomSettings(random);
+    constexpr double kMass_kg = 0.1;
+    Helper helper(arm, kMass_kg);
+    const auto found = omni::GainMeasurement(arm, helper, kMass_kg).run();
+    ASSERT_TRUE(found) << round << ": " << found.error().text();
+    for (std::size_t joint = 0; joint < 3; ++joint) {
+      const double gain = arm.model.settings.n_m_per_count[joint];
+      printf("%d %zu %g %g %.4f\n", round, joint, gain, found->n_m_per_count[joint],
+             found->n_m_per_count[joint] / gain);
+    }
+    EXPECT_TRUE(found->releases_without_packets);
+    EXPECT_LE(arm.most_counts, omni::GainMeasurement::kMostRampCounts);
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::test
