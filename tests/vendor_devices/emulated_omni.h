@@ -49,6 +49,7 @@ class EmulatedOmni {
   /// The force that its motors exert at the wrist now.
   rt::Vec3 force_n() const;
   double mostForce_n() const { return most_force_n_; }
+  void forgetMostForce() { most_force_n_ = 0; }
   OmniJoints angles_rad() const;
 
  private:
