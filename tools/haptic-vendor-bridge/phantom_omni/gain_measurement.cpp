@@ -237,25 +237,26 @@ base::Result<GainMeasurement::Loaded> GainMeasurement::measureLoaded(std::size_t
   person_.say(fmt::format("Moving the {} with the mass.", kNames[joint]));
   const auto loaded = undisturbedSweep(joint, unloaded.sign);
   if (!loaded) return std::unexpected(loaded.error());
-  if (loaded->end == Sweep::End::did_not_move)
-    return std::unexpected(
-        wrong(joint, fmt::format("{} counts do not move the mass", kMostRampCounts), "take a lighter mass"));
   constexpr double kTurned_rad = 0.2;
   if (joint == kWaist && loaded->mark_rad[kWaist] < kTurned_rad)
     return std::unexpected(
         wrong(joint, "the mass has not turned it to the right", "lead the string to the right"));
+  if (loaded->end == Sweep::End::did_not_move)
+    return std::unexpected(
+        wrong(joint, fmt::format("{} counts do not move the mass", kMostRampCounts), "take a lighter mass"));
   const double held_counts = loaded->mean_counts() - unloaded.sweep.mean_counts();
-  if (loaded->end == Sweep::End::went_the_other_way || held_counts * unloaded.sign <= 0)
-    return std::unexpected(wrong(joint,
-                                 "its sign is inconsistent: the mass pulls the other way than it should",
-                                 "hang the mass as it is asked for"));
   const double friction_counts = std::max(loaded->friction_counts(), unloaded.sweep.friction_counts());
-  if (friction_counts >= std::abs(held_counts))
+  const bool other_way = loaded->end == Sweep::End::went_the_other_way;
+  if (!other_way && friction_counts >= std::abs(held_counts))
     return std::unexpected(
         wrong(joint,
               fmt::format("its friction of {:.0f} counts is larger than the load of {:.0f}", friction_counts,
                           std::abs(held_counts)),
               "take a heavier mass"));
+  if (other_way || held_counts * unloaded.sign < 0)
+    return std::unexpected(wrong(joint,
+                                 "its sign is inconsistent: the mass pulls the other way than it should",
+                                 "hang the mass as it is asked for"));
   const double n_m_per_count = loadTorque_n_m(joint, loaded->mark_rad) / held_counts;
   if (!isPlausibleGain(n_m_per_count))
     return std::unexpected(wrong(joint,

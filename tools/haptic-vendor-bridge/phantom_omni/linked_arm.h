@@ -18,7 +18,7 @@ namespace hapticd::tools::phantom_omni {
 /// steps, and from kLate_ns after the last step on. Thread: one, but for its own.
 class LinkedArm final : public BenchArm {
  public:
-  static constexpr std::int64_t kLate_ns = 30'000'000;
+  static constexpr std::int64_t kLate_ns = 100'000'000;
 
   /// `serial`: of the device; empty: the first one.
   /// Errors: it cannot be opened, no thread can be started.
