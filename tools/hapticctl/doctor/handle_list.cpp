@@ -67,8 +67,7 @@ void addFireWire(const Examination& box, HandleList& list) {
       continue;
     list.handles.push_back({Suitability::usable, "SensAble Phantom on FireWire", "/dev/" + node, kUdp,
                             bridgeNote("phantom-omni") + "; for another Phantom than the Omni, openhaptics",
-                            "phantom-omni",
-                            "dev/" + node});
+                            "phantom-omni", "dev/" + node});
   }
 }
 

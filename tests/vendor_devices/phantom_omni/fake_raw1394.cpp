@@ -18,7 +18,7 @@
 
 #include "rt/base/clock.h"
 #include "tests/vendor_devices/mapped_arm.h"
-#include "tests/vendor_devices/omni_memory.h"
+#include "tests/vendor_devices/phantom_omni/omni_memory.h"
 
 namespace {
 

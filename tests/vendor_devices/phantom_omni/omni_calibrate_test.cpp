@@ -8,7 +8,7 @@
 #include <functional>
 #include <random>
 
-#include "tests/vendor_devices/omni_under_test.h"
+#include "tests/vendor_devices/phantom_omni/omni_under_test.h"
 
 // haptic-vendor-bridge calibrate phantom-omni, with a person who does what it asks for.
 namespace hapticd::test {

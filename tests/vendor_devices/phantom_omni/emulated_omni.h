@@ -7,8 +7,8 @@
 #include <thread>
 
 #include "tests/vendor_devices/mapped_arm.h"
-#include "tests/vendor_devices/omni_memory.h"
-#include "tests/vendor_devices/omni_model.h"
+#include "tests/vendor_devices/phantom_omni/omni_memory.h"
+#include "tests/vendor_devices/phantom_omni/omni_model.h"
 
 namespace hapticd::test {
 

@@ -8,7 +8,7 @@
 
 #include "tests/support/temporary_folder.h"
 #include "tests/vendor_devices/bridge_with_peer.h"
-#include "tests/vendor_devices/emulated_omni.h"
+#include "tests/vendor_devices/phantom_omni/emulated_omni.h"
 #include "tools/haptic-vendor-bridge/phantom_omni/calibration.h"
 
 namespace hapticd::test {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/vendor_devices/omni_model.h"
+#include "tests/vendor_devices/phantom_omni/omni_model.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/vendor_devices/emulated_omni.h"
+#include "tests/vendor_devices/phantom_omni/emulated_omni.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <random>
 
-#include "tests/vendor_devices/omni_model.h"
+#include "tests/vendor_devices/phantom_omni/omni_model.h"
 #include "tools/haptic-vendor-bridge/phantom_omni/arm.h"
 #include "tools/haptic-vendor-bridge/phantom_omni/driver.h"
 #include "tools/haptic-vendor-bridge/phantom_omni/fire_wire.h"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/vendor_devices/omni_model.h"
+#include "tests/vendor_devices/phantom_omni/omni_model.h"
 #include "tools/haptic-vendor-bridge/phantom_omni/gain_measurement.h"
 
 // The measurement of an Omni's gains with a simulated arm in its own time.

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "rt/base/clock.h"
-#include "tests/vendor_devices/omni_under_test.h"
+#include "tests/vendor_devices/phantom_omni/omni_under_test.h"
 
 // haptic-vendor-bridge with a fake libraw1394, behind which an Omni sends and receives packets.
 namespace hapticd::test {
