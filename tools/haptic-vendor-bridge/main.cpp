@@ -129,10 +129,9 @@ int run(int argc, char** argv) {
   if (argc > 1 && argv[1] == std::string_view("calibrate")) return runCalibrate(argc - 1, argv + 1);
   CLI::App app{
       "haptic-vendor-bridge: connects a haptic device that is driven by the library or service of its\n"
-      "vendor to a hapticd with `handle.driver: udp`, on this computer or another. Nothing of a vendor is "
-      "part\n"
-      "of it: it uses what is installed. 'haptic-vendor-bridge check --help' says how to try a device "
-      "first.\n"
+      "vendor to a hapticd with `handle.driver: udp`, on this computer or another. Nothing of a vendor is\n"
+      "part of it: it uses what is installed. 'haptic-vendor-bridge check --help' says how to try a device\n"
+      "first, 'haptic-vendor-bridge calibrate --help' how to measure the motors of a phantom-omni.\n"
       "Kinds of devices:" +
       kindsText()};
   app.footer(

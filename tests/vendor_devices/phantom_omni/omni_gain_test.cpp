@@ -28,12 +28,12 @@ class SimulatedArm final : public omni::BenchArm {
   OmniJoints last_counts{};      ///< of the last step
   double most_counts = 0;
 
-  base::Result<omni::JointAngles> step(const omni::PerJoint<int>& counts) override {
+  base::Result<omni::BenchStep> step(const omni::PerJoint<int>& counts) override {
     for (std::size_t joint = 0; joint < 3; ++joint) {
       last_counts[joint] = counts[joint];
       most_counts = std::max(most_counts, std::abs(last_counts[joint]));
     }
-    return passed(kStep_s, last_counts);
+    return omni::BenchStep{passed(kStep_s, last_counts), kStep_s};
   }
   base::Result<omni::JointAngles> pausePackets(double seconds) override {
     ++pauses;

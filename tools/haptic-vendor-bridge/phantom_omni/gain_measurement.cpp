@@ -35,9 +35,9 @@ base::Error wrong(std::size_t joint, const std::string& what, const std::string&
 class Speed {
  public:
   explicit Speed(double start_rad) : last_rad_(start_rad) {}
-  double after(double now_rad) {
-    constexpr double kSmoothing = 0.1;
-    rad_per_s_ += kSmoothing * ((now_rad - last_rad_) / BenchArm::kStep_s - rad_per_s_);
+  double after(double now_rad, double seconds) {
+    constexpr double kSmoothing_s = 0.02;
+    rad_per_s_ += ((now_rad - last_rad_) - rad_per_s_ * seconds) / (kSmoothing_s + seconds);
     last_rad_ = now_rad;
     return rad_per_s_;
   }
@@ -51,11 +51,11 @@ class Speed {
 /// the nearer it is to its speed. The gain that is to be found may be anywhere in its range.
 class SlowMotion {
  public:
-  double countsAt(double gone_rad, double wanted_rad_per_s) {
+  double countsAt(double gone_rad, double seconds, double wanted_rad_per_s) {
     constexpr double kPerRad = GainMeasurement::kCountsPerS / kSpeed_rad_per_s;
     constexpr double kPerRadPerS = 100;
-    const double missing_rad_per_s = wanted_rad_per_s - speed_.after(gone_rad);
-    counts_ += kPerRad * missing_rad_per_s * BenchArm::kStep_s;
+    const double missing_rad_per_s = wanted_rad_per_s - speed_.after(gone_rad, seconds);
+    counts_ += kPerRad * missing_rad_per_s * seconds;
     return counts_ + kPerRadPerS * missing_rad_per_s;
   }
 
@@ -67,16 +67,16 @@ class SlowMotion {
 /// Mean of what was measured near the mark.
 class AtMark {
  public:
-  void add(double counts, double gone_rad, double mark_rad) {
+  void add(double counts, double seconds, double gone_rad, double mark_rad) {
     if (std::abs(gone_rad - mark_rad) > kWindow_rad) return;
-    sum_counts_ += counts;
-    ++samples_;
+    counts_s_ += counts * seconds;
+    seconds_ += seconds;
   }
-  double counts() const { return sum_counts_ / std::max(samples_, 1); }
+  double counts() const { return seconds_ > 0 ? counts_s_ / seconds_ : 0; }
 
  private:
-  double sum_counts_ = 0;
-  int samples_ = 0;
+  double counts_s_ = 0;
+  double seconds_ = 0;
 };
 
 /// How far the joint has gone away from its rest.
@@ -144,7 +144,7 @@ base::Result<void> GainMeasurement::ask(const std::string& request) {
   return std::unexpected(base::Error{"calibration", "was given up; nothing was stored", ""});
 }
 
-base::Result<JointAngles> GainMeasurement::stepOf(std::size_t joint, double counts) {
+base::Result<BenchStep> GainMeasurement::stepOf(std::size_t joint, double counts) {
   if (person_.givesUp())
     return std::unexpected(base::Error{"calibration", "was given up; nothing was stored", ""});
   PerJoint<int> all{};
@@ -158,11 +158,12 @@ base::Result<JointAngles> GainMeasurement::awaitRest() {
   constexpr int kMostSteps = static_cast<int>(20 / BenchArm::kStep_s);
   JointAngles still_rad{};
   for (int step = 0, since = 0; step < kMostSteps; ++step) {
-    const auto angles_rad = stepOf(kWaist, 0);
-    if (!angles_rad) return angles_rad;
+    const auto stepped = stepOf(kWaist, 0);
+    if (!stepped) return std::unexpected(stepped.error());
+    const JointAngles& angles_rad = stepped->angles_rad;
     for (std::size_t joint = 0; joint < still_rad.size(); ++joint) {
-      if (step > 0 && std::abs((*angles_rad)[joint] - still_rad[joint]) <= kStill_rad) continue;
-      still_rad = *angles_rad;
+      if (step > 0 && std::abs(angles_rad[joint] - still_rad[joint]) <= kStill_rad) continue;
+      still_rad = angles_rad;
       since = step;
       break;
     }
@@ -194,16 +195,16 @@ base::Result<GainMeasurement::Sweep> GainMeasurement::sweep(std::size_t joint, i
   AtMark down;
   bool returns = false;
   for (double counts = 0; std::abs(counts) <= kMostRampCounts;) {
-    const auto angles_rad = stepOf(joint, sign * counts);
-    if (!angles_rad) return std::unexpected(angles_rad.error());
-    const double gone_rad = goneOf(joint, *angles_rad, *rest_rad);
+    const auto stepped = stepOf(joint, sign * counts);
+    if (!stepped) return std::unexpected(stepped.error());
+    const double gone_rad = goneOf(joint, stepped->angles_rad, *rest_rad);
     if (gone_rad < -kDegree_rad) {
       sweep.end = Sweep::End::went_the_other_way;
       return sweep;
     }
-    (returns ? down : up).add(sign * counts, gone_rad, mark_rad);
+    (returns ? down : up).add(sign * counts, stepped->seconds, gone_rad, mark_rad);
     if (std::abs(gone_rad - mark_rad) < std::abs(goneOf(joint, sweep.mark_rad, *rest_rad) - mark_rad))
-      sweep.mark_rad = *angles_rad;
+      sweep.mark_rad = stepped->angles_rad;
     if (gone_rad > mark_rad + kTurn_rad + kMostOver_rad)
       return std::unexpected(wrong(joint, "runs away", "let nothing push it, and calibrate again"));
     returns = returns || gone_rad > mark_rad + kTurn_rad;
@@ -213,7 +214,7 @@ base::Result<GainMeasurement::Sweep> GainMeasurement::sweep(std::size_t joint, i
       sweep.down_counts = down.counts();
       return sweep;
     }
-    counts = motion.countsAt(gone_rad, returns ? -kSpeed_rad_per_s : kSpeed_rad_per_s);
+    counts = motion.countsAt(gone_rad, stepped->seconds, returns ? -kSpeed_rad_per_s : kSpeed_rad_per_s);
   }
   if (returns)
     return std::unexpected(wrong(joint, "does not come back", "let nothing hold it, and calibrate again"));
@@ -306,10 +307,10 @@ base::Result<double> GainMeasurement::holdUp(const Loaded& shoulder, const Joint
   double counts = 0;
   SlowMotion motion;
   for (int step = 0; gone_rad < kUp_rad; ++step) {
-    const auto angles_rad = stepOf(kShoulder, shoulder.sign * counts);
-    if (!angles_rad) return std::unexpected(angles_rad.error());
-    gone_rad = goneOf(kShoulder, *angles_rad, rest_rad);
-    counts = motion.countsAt(gone_rad, kSpeed_rad_per_s);
+    const auto stepped = stepOf(kShoulder, shoulder.sign * counts);
+    if (!stepped) return std::unexpected(stepped.error());
+    gone_rad = goneOf(kShoulder, stepped->angles_rad, rest_rad);
+    counts = motion.countsAt(gone_rad, stepped->seconds, kSpeed_rad_per_s);
     if (step > kMostSteps || std::abs(counts) > kMostRampCounts) return 0;
   }
   const double wanted_rad = gone_rad;
@@ -317,11 +318,12 @@ base::Result<double> GainMeasurement::holdUp(const Loaded& shoulder, const Joint
   double looked_rad = 0;
   counts = shoulder.mean_counts;
   for (int step = 0; step < kSteps; ++step) {
-    const auto angles_rad = stepOf(kShoulder, counts);
-    if (!angles_rad) return std::unexpected(angles_rad.error());
-    gone_rad = goneOf(kShoulder, *angles_rad, rest_rad);
+    const auto stepped = stepOf(kShoulder, counts);
+    if (!stepped) return std::unexpected(stepped.error());
+    gone_rad = goneOf(kShoulder, stepped->angles_rad, rest_rad);
     if (step == kSteps - kLook) looked_rad = gone_rad;
-    const double more_n_m = kStiffness_n_m * (wanted_rad - gone_rad) - kDamping_n_m_s * speed.after(gone_rad);
+    const double more_n_m =
+        kStiffness_n_m * (wanted_rad - gone_rad) - kDamping_n_m_s * speed.after(gone_rad, stepped->seconds);
     counts = std::clamp(shoulder.mean_counts + more_n_m / shoulder.n_m_per_count, -double{kMostRampCounts},
                         double{kMostRampCounts});
   }

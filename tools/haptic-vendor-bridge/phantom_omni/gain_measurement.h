@@ -53,7 +53,7 @@ class GainMeasurement {
   };
 
   base::Result<void> ask(const std::string& request);
-  base::Result<JointAngles> stepOf(std::size_t joint, double counts);
+  base::Result<BenchStep> stepOf(std::size_t joint, double counts);
   base::Result<JointAngles> awaitRest();
   base::Result<Sweep> sweep(std::size_t joint, int sign);
   base::Result<Sweep> undisturbedSweep(std::size_t joint, int sign);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/haptic-vendor-bridge/phantom_omni/linked_arm.h"
 
+#include <utility>
+
 #include "drivers/base/start_thread.h"
 #include "rt/base/clock.h"
 
@@ -81,7 +83,7 @@ base::Result<bool> LinkedArm::knowsPosition() {
   return angles_rad_.has_value();
 }
 
-base::Result<JointAngles> LinkedArm::step(const PerJoint<int>& counts) {
+base::Result<BenchStep> LinkedArm::step(const PerJoint<int>& counts) {
   constexpr auto kStep_ns = static_cast<std::int64_t>(kStep_s * 1e9);
   const std::int64_t now_ns = rt::monotonicNow_ns();
   {
@@ -92,7 +94,12 @@ base::Result<JointAngles> LinkedArm::step(const PerJoint<int>& counts) {
   }
   rt::sleepUntil(now_ns + kStep_ns);
   const std::lock_guard lock(mutex_);
-  return newest();
+  const auto angles_rad = newest();
+  if (!angles_rad) return std::unexpected(angles_rad.error());
+  const std::int64_t before_ns = std::exchange(returned_ns_, rt::monotonicNow_ns());
+  // the first step after a pause has none before it
+  const std::int64_t since_ns = returned_ns_ - before_ns < kLate_ns ? returned_ns_ - before_ns : kStep_ns;
+  return BenchStep{*angles_rad, static_cast<double>(since_ns) * 1e-9};
 }
 
 base::Result<JointAngles> LinkedArm::pausePackets(double seconds) {

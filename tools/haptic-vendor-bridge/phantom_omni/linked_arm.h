@@ -30,7 +30,7 @@ class LinkedArm final : public BenchArm {
   /// Whether the stylus was docked.  Errors: the device is lost.
   base::Result<bool> knowsPosition();
 
-  base::Result<JointAngles> step(const PerJoint<int>& counts) override;
+  base::Result<BenchStep> step(const PerJoint<int>& counts) override;
   base::Result<JointAngles> pausePackets(double seconds) override;
   std::uint64_t lateSteps() const override { return late_steps_; }
 
@@ -51,6 +51,7 @@ class LinkedArm final : public BenchArm {
   bool paused_ = false;
   // the other thread
   std::uint64_t late_steps_ = 0;
+  std::int64_t returned_ns_ = 0;  // when the last step did
   // both
   std::mutex mutex_;
   std::condition_variable resumed_;
