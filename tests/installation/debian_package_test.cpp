@@ -94,8 +94,8 @@ void expectDependencies(const std::string& package, const Names& allowed) {
 
 TEST(DebianPackage, DependsOnWhatIsAllowedAndOnNothingElse) {
   expectDependencies(kBox, {"libc6", "libfmt", "libfreenect", "libgcc-s", "libgpiod", "libhidapi-hidraw",
-                            "libhwy", "liblz4", "libnettle", "libpng", "libstdc++", "libsystemd0", "libusb",
-                            "libyaml-cpp", "libzstd", "systemd", "zlib1g"});
+                            "libhwy", "liblz4", "libnettle", "libpng", "libraw1394-11", "libstdc++",
+                            "libsystemd0", "libusb", "libyaml-cpp", "libzstd", "systemd", "zlib1g"});
   expectDependencies(kTools, {"hapticd", "libc6", "libfmt", "libgcc-s", "libhwy", "liblz4", "libnettle",
                               "libpng", "libstdc++", "libyaml-cpp", "libzstd"});
 }

@@ -154,6 +154,7 @@ const std::vector<GuardedLibrary>& guardedLibraries() {
       {"gpiod", {"drivers/led/gpiod"}},
       {"hidapi", {"drivers"}},
       {"libfreenect", {"drivers/camera/freenect"}},
+      {"libraw1394", {"tools/haptic-vendor-bridge/phantom_omni"}},
       {"libusb", {"drivers"}},
       {"lz4", {"daemon/trace"}},
       {"nettle/", {"config/base", "drivers/handle/udp"}},

@@ -7,10 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/vendor_devices/bridge_with_peer.h"
 #include "tests/vendor_devices/emulated_arm.h"
-#include "tests/vendor_devices/peer.h"
 
 namespace hapticd::test {
 
@@ -43,7 +42,7 @@ inline drivers::SimulatedHandleSettings stillHand() {
 }
 
 /// An emulated arm, a haptic-vendor-bridge that drives it, and the peer of that.
-class BridgeUnderTest {
+class BridgeUnderTest : public BridgeWithPeer {
  public:
   explicit BridgeUnderTest(VendorKind kind, const drivers::SimulatedHandleSettings& hand = stillHand())
       : kind_(std::move(kind)), arm_(folder_.path() / "arm", hand) {
@@ -52,26 +51,16 @@ class BridgeUnderTest {
 
   ArmMemory& memory() { return arm_.memory(); }
   void setFaults(std::uint32_t faults) { arm_.setFaults(faults); }
-  Peer& peer() { return peer_; }
   const VendorKind& kind() const { return kind_; }
-  Program& program() { return *program_; }
 
   void start(const std::vector<std::string>& more = {}) {
-    std::vector<std::string> command{HAPTIC_VENDOR_BRIDGE_PROGRAM,
-                                     kind_.word,
-                                     "--library",
-                                     kind_.library,
-                                     "--peer",
-                                     peer_.address(),
-                                     "--max-force",
-                                     "100"};
-    command.insert(command.end(), more.begin(), more.end());
-    program_.emplace(command, ProgramOptions{.environment = {fmt::format(
-                                                 "{}={}", kArmVariable, (folder_.path() / "arm").string())}});
+    std::vector<std::string> options{"--library", kind_.library};
+    options.insert(options.end(), more.begin(), more.end());
+    launch(kind_.word, options, {fmt::format("{}={}", kArmVariable, (folder_.path() / "arm").string())});
   }
   /// Starts, commands `force_n`, and waits until the arm exerts it.
   bool startPushing(const rt::Vec3& force_n = {0, 0, 2}) {
-    peer_.command({.force_n = force_n});
+    peer().command({.force_n = force_n});
     start();
     return pushes();
   }
@@ -81,31 +70,11 @@ class BridgeUnderTest {
   bool letsGo() {
     return becomesTrue([&] { return memory().exerted_n == 0; });
   }
-  bool says(const std::string& text) {
-    return becomesTrue([&] { return program_->errors().find(text) != std::string::npos; });
-  }
-  int timesSaid(const std::string& text) {
-    const std::string all = program_->errors();
-    int times = 0;
-    for (std::size_t at = all.find(text); at != all.npos; at = all.find(text, at + 1)) ++times;
-    return times;
-  }
-  /// Waits for that many more states.
-  bool passStates(std::uint64_t count) {
-    const std::uint64_t until = peer_.states() + count;
-    return becomesTrue([&] { return peer_.states() >= until; });
-  }
-  template <typename Condition>
-  bool stateBecomes(Condition condition) {
-    return becomesTrue([&] { return condition(peer_.state()); });
-  }
 
  private:
   VendorKind kind_;
   TemporaryFolder folder_{memoryFolder()};
   EmulatedArm arm_;
-  Peer peer_;
-  std::optional<Program> program_;
 };
 
 }  // namespace hapticd::test

@@ -13,27 +13,30 @@
 
 namespace hapticd::test {
 
-/// Maps an ArmMemory.  Errors: std::runtime_error, the file cannot be made or mapped.
-class MappedArm {
+/// Memory that two processes share by a file.  Errors: std::runtime_error, the file cannot be made or mapped.
+template <typename Memory>
+class MappedMemory {
  public:
   /// `make`: makes the file anew.
-  MappedArm(const std::filesystem::path& path, bool make) {
+  MappedMemory(const std::filesystem::path& path, bool make) {
     const int file = ::open(path.c_str(), O_RDWR | O_CLOEXEC | (make ? O_CREAT | O_TRUNC : 0), 0600);
     if (file < 0) throw std::runtime_error("cannot open " + path.string());
-    const bool sized = !make || ::ftruncate(file, sizeof(ArmMemory)) == 0;
+    const bool sized = !make || ::ftruncate(file, sizeof(Memory)) == 0;
     void* at =
-        sized ? ::mmap(nullptr, sizeof(ArmMemory), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0) : MAP_FAILED;
+        sized ? ::mmap(nullptr, sizeof(Memory), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0) : MAP_FAILED;
     ::close(file);
     if (at == MAP_FAILED) throw std::runtime_error("cannot map " + path.string());
-    memory_ = make ? new (at) ArmMemory : static_cast<ArmMemory*>(at);
+    memory_ = make ? new (at) Memory : static_cast<Memory*>(at);
   }
-  ~MappedArm() { ::munmap(memory_, sizeof(ArmMemory)); }
-  MappedArm(const MappedArm&) = delete;
-  MappedArm& operator=(const MappedArm&) = delete;
-  ArmMemory& memory() const { return *memory_; }
+  ~MappedMemory() { ::munmap(memory_, sizeof(Memory)); }
+  MappedMemory(const MappedMemory&) = delete;
+  MappedMemory& operator=(const MappedMemory&) = delete;
+  Memory& memory() const { return *memory_; }
 
  private:
-  ArmMemory* memory_;
+  Memory* memory_;
 };
+
+using MappedArm = MappedMemory<ArmMemory>;
 
 }  // namespace hapticd::test

@@ -2,58 +2,16 @@
 #include "tools/haptic-vendor-bridge/check_command.h"
 
 #include <fmt/format.h>
-#include <poll.h>
 #include <sysexits.h>
-#include <unistd.h>
-
-#include <cstdio>
-#include <iostream>
 
 #include "config/base/file_content.h"
 #include "config/base/whole_file.h"
 #include "tools/haptic-vendor-bridge/check/check_report.h"
 #include "tools/haptic-vendor-bridge/check/device_check.h"
-#include "tools/lib/child/child_process.h"
+#include "tools/haptic-vendor-bridge/person_at_terminal.h"
 
 namespace hapticd::tools {
 namespace {
-
-/// The person at standard input and output, who may also give up by Ctrl-C.
-class PersonAtTerminal final : public Person {
- public:
-  explicit PersonAtTerminal(const Interrupt& interrupt) : interrupt_(interrupt) {}
-
-  void say(const std::string& text) override { fmt::print("{}\n", text); }
-  bool givesUp() const override { return interrupt_.requested(); }
-  bool isReady(const std::string& request) override {
-    fmt::print("\n{} Then press Enter, or q and Enter to give up.\n", request);
-    const auto line = answerLine();
-    return line && *line != "q";
-  }
-  std::optional<bool> answer(const std::string& question) override {
-    while (true) {
-      fmt::print("{} (y/n, or q to give up) ", question);
-      const auto line = answerLine();
-      if (!line || *line == "q") return std::nullopt;
-      if (*line == "y") return true;
-      if (*line == "n") return false;
-    }
-  }
-
- private:
-  std::optional<std::string> answerLine() const {
-    constexpr int kLook_ms = 100;
-    std::fflush(stdout);
-    pollfd input{STDIN_FILENO, POLLIN, 0};
-    while (::poll(&input, 1, kLook_ms) <= 0) {
-      if (interrupt_.requested()) return std::nullopt;
-    }
-    std::string line;
-    return std::getline(std::cin, line) ? std::optional(line) : std::nullopt;
-  }
-
-  const Interrupt& interrupt_;
-};
 
 int failed(const base::Error& error, int status) {
   fmt::print(stderr, "haptic-vendor-bridge: {}\n", error.text());

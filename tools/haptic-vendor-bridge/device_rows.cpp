@@ -6,6 +6,7 @@
 #include "tools/haptic-vendor-bridge/force_dimension/force_dimension_driver.h"
 #include "tools/haptic-vendor-bridge/inverse3/inverse3_driver.h"
 #include "tools/haptic-vendor-bridge/open_haptics/open_haptics_driver.h"
+#include "tools/haptic-vendor-bridge/phantom_omni/driver.h"
 
 namespace hapticd::tools {
 
@@ -24,6 +25,9 @@ std::span<const DeviceRow> deviceRows() {
       DeviceRow{.word = "inverse3",
                 .help = "Haply Inverse3, by the Inverse Service of its vendor (127.0.0.1:10001)",
                 .make = inverse3::makeInverse3Driver},
+      DeviceRow{.word = "phantom-omni",
+                .help = "Phantom Omni of SensAble with FireWire, without software of its vendor",
+                .make = phantom_omni::makePhantomOmniDriver},
   };
   return kRows;
 }

@@ -11,9 +11,12 @@
 
 #include "config/base/program.h"
 #include "tools/haptic-vendor-bridge/base/vendor_device.h"
+#include "tools/haptic-vendor-bridge/calibrate_command.h"
 #include "tools/haptic-vendor-bridge/check_command.h"
 #include "tools/haptic-vendor-bridge/device_rows.h"
+#include "tools/haptic-vendor-bridge/phantom_omni/gain_measurement.h"
 #include "tools/lib/bridge/bridge_program.h"
+#include "tools/lib/options/option_checks.h"
 
 namespace hapticd::tools {
 namespace {
@@ -42,6 +45,9 @@ CLI::Option& addDevice(CLI::App& app, std::string& kind, VendorOptions& options)
       ->type_name("NAME");
   app.add_option("--address", options.address, "of the vendor's service (the usual one)")
       ->type_name("ADDRESS:PORT");
+  app.add_option("--calibration", options.calibration,
+                 "of the motors of a phantom-omni (by serial number, where 'calibrate' puts it)")
+      ->type_name("FILE");
   return choice;
 }
 
@@ -82,14 +88,50 @@ int runCheck(int argc, char** argv) {
   return checkDevice(check, device);
 }
 
+int runCalibrate(int argc, char** argv) {
+  using phantom_omni::GainMeasurement;
+  CLI::App app{
+      "haptic-vendor-bridge calibrate phantom-omni: leads you through the measurement of the torque that "
+      "each\n"
+      "motor of a Phantom Omni has for a count, with a known mass, a string and a pulley, and of what it "
+      "does\n"
+      "when packets stop. Without that the device exerts no force. The result is stored by serial number.",
+      "haptic-vendor-bridge calibrate"};
+  app.footer(
+      "The calibration is in --calibration, else in phantom-omni-SERIAL.json in $STATE_DIRECTORY, in\n"
+      "$XDG_STATE_HOME/haptic-vendor-bridge or in ~/.local/state/haptic-vendor-bridge.\n"
+      "Exit status: 0 stored, 64 usage, 69 the device cannot be used or a measurement is implausible,\n"
+      "73 it cannot be written.");
+  CalibrateOptions options;
+  options.mass_kg = GainMeasurement::kUsualMass_kg;
+  std::string kind;
+  app.add_option("kind", kind, "phantom-omni")
+      ->required()
+      ->type_name("KIND")
+      ->check(CLI::IsMember(std::vector<std::string>{"phantom-omni"}).description(""));
+  app.add_option("--mass", options.mass_kg, "that hangs from the stylus, kg (0.1)")
+      ->type_name("KG")
+      ->check(within(GainMeasurement::kLeastMass_kg, GainMeasurement::kMostMass_kg));
+  app.add_option("--device", options.serial, "serial number of the device (the first one)")
+      ->type_name("NAME");
+  app.add_option("--calibration", options.file, "the file to write; one of the same name is replaced")
+      ->type_name("FILE");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return base::endWithoutWork(app, error, EX_USAGE);
+  }
+  return calibratePhantomOmni(options);
+}
+
 int run(int argc, char** argv) {
   if (argc > 1 && argv[1] == std::string_view("check")) return runCheck(argc - 1, argv + 1);
+  if (argc > 1 && argv[1] == std::string_view("calibrate")) return runCalibrate(argc - 1, argv + 1);
   CLI::App app{
       "haptic-vendor-bridge: connects a haptic device that is driven by the library or service of its\n"
-      "vendor to a hapticd with `handle.driver: udp`, on this computer or another. Nothing of a vendor is "
-      "part\n"
-      "of it: it uses what is installed. 'haptic-vendor-bridge check --help' says how to try a device "
-      "first.\n"
+      "vendor to a hapticd with `handle.driver: udp`, on this computer or another. Nothing of a vendor is\n"
+      "part of it: it uses what is installed. 'haptic-vendor-bridge check --help' says how to try a device\n"
+      "first, 'haptic-vendor-bridge calibrate --help' how to measure the motors of a phantom-omni.\n"
       "Kinds of devices:" +
       kindsText()};
   app.footer(

@@ -9,23 +9,11 @@
 #include <vector>
 
 #include "config/base/error.h"
+#include "tools/haptic-vendor-bridge/base/person.h"
 #include "tools/haptic-vendor-bridge/check/check_report.h"
 #include "tools/lib/bridge/device.h"
 
 namespace hapticd::tools {
-
-/// The person at the device.
-class Person {
- public:
-  virtual ~Person() = default;
-  virtual void say(const std::string& text) = 0;
-  /// Whether the person has given up meanwhile.
-  virtual bool givesUp() const { return false; }
-  /// Waits until the person is ready; false: the person gave up.
-  virtual bool isReady(const std::string& request) = 0;
-  /// A question that is answered by yes or no; nothing: the person gave up.
-  virtual std::optional<bool> answer(const std::string& question) = 0;
-};
 
 /// The time by which the check drives the device; that of CLOCK_MONOTONIC unless a test has its own.
 class CheckClock {

@@ -66,8 +66,8 @@ void addFireWire(const Examination& box, HandleList& list) {
     if (box.machine.read("sys/bus/firewire/devices/" + node + "/vendor").value_or("") != kPhantomVendor)
       continue;
     list.handles.push_back({Suitability::usable, "SensAble Phantom on FireWire", "/dev/" + node, kUdp,
-                            bridgeNote("openhaptics") + ", with the vendor's driver", "openhaptics",
-                            "dev/" + node});
+                            bridgeNote("phantom-omni") + "; for another Phantom than the Omni, openhaptics",
+                            "phantom-omni", "dev/" + node});
   }
 }
 

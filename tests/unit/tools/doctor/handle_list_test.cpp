@@ -37,7 +37,10 @@ TEST_F(HandleListing, SaysWhatToDoForEachHandleThatIsKnown) {
   EXPECT_NE(text.find("2988:0302 at 1-2: 3D Systems Touch or Touch X (set handle.driver to udp and run "
                       "haptic-vendor-bridge openhaptics)\n"),
             std::string::npos);
-  EXPECT_NE(text.find("/dev/fw1: SensAble Phantom on FireWire"), std::string::npos);
+  EXPECT_NE(text.find("/dev/fw1: SensAble Phantom on FireWire (set handle.driver to udp and run "
+                      "haptic-vendor-bridge phantom-omni"),
+            std::string::npos)
+      << text;
   EXPECT_NE(
       text.find("Haply Inverse Service (set handle.driver to udp and run haptic-vendor-bridge inverse3)"),
       std::string::npos);

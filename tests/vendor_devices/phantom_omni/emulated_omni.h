@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <mutex>
+#include <thread>
+
+#include "tests/vendor_devices/mapped_arm.h"
+#include "tests/vendor_devices/phantom_omni/omni_memory.h"
+#include "tests/vendor_devices/phantom_omni/omni_model.h"
+
+namespace hapticd::test {
+
+/// An Omni in real time, which lives on when the program that drives it is killed. It is docked until a test
+/// puts it elsewhere, and then either held there by a hand or free to move. Thread: one.
+class EmulatedOmni {
+ public:
+  /// Without packets the motors let go after that long: a loaded machine sends none for some milliseconds.
+  static constexpr std::int64_t kRelease_ns = 40'000'000;
+
+  EmulatedOmni(const std::filesystem::path& path, const OmniModelSettings& settings, unsigned int seed = 1);
+  ~EmulatedOmni();
+
+  OmniMemory& memory() const { return mapped_.memory(); }
+  void setFaults(std::uint32_t faults) { memory().faults = faults; }
+  void resetBus();
+
+  /// A hand brings it there, and holds it: the stylus is docked once it has arrived.
+  void dock();
+  void holdAt(const OmniJoints& angles_rad);
+  /// Whether it is where the hand brings it.
+  bool hasArrived() const { return arrived_; }
+  /// Nobody holds it.
+  void letGo();
+  /// Changes the model's settings.
+  template <typename Change>
+  void change(Change change) {
+    const std::lock_guard lock(mutex_);
+    change(model_);
+  }
+  /// It keeps its torque without packets.
+  void keepsTorque() { keeps_torque_ = true; }
+
+  bool motorsOn() const { return (memory().bits & 8U) != 0; }
+  bool isExerting() const { return exerting_; }
+  /// When a joint had torque last, CLOCK_MONOTONIC.
+  std::int64_t lastTorque_ns() const { return last_torque_ns_; }
+  /// The force that its motors exert at the wrist now.
+  rt::Vec3 force_n() const;
+  double mostForce_n() const { return most_force_n_; }
+  void forgetMostForce() { most_force_n_ = 0; }
+  OmniJoints angles_rad() const;
+
+ private:
+  void run();
+  OmniJoints torques_n_m() const;
+  void measure();
+
+  MappedMemory<OmniMemory> mapped_;
+  void moveHand(double seconds);
+
+  mutable std::mutex mutex_;  // of the four below
+  OmniModel model_;
+  bool held_ = true;
+  OmniJoints hand_rad_ = kOmniDocked_rad;  // where it brings the arm
+  bool docks_ = true;
+  std::atomic<bool> arrived_{true};
+  std::array<int, 3> zero_counts_{};  // of the encoders, where angles are zero
+  std::atomic<bool> keeps_torque_{false};
+  std::atomic<bool> exerting_{false};
+  std::atomic<std::int64_t> last_torque_ns_{0};
+  std::atomic<double> most_force_n_{0};
+  std::atomic<bool> ends_{false};
+  std::thread thread_;
+};
+
+}  // namespace hapticd::test
