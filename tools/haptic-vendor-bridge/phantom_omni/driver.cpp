@@ -44,8 +44,8 @@ class DrivenOmni {
     angles_rad_ = homing_.anglesAt(received.reading, received.measured_ns);
     needs_dock_.update(
         session_, !angles_rad_,
-        fmt::format("{} does not know its position, and exerts no force until it does: put the "
-                    "stylus into the inkwell, and wait",
+        fmt::format("{} does not know its position, and exerts no force until it does: put the stylus into "
+                    "the inkwell, and wait",
                     kModel));
     if (angles_rad_ && !session_.wasOpened())
       session_.opened({.model = kModel,
@@ -138,9 +138,8 @@ std::optional<PerJoint<double>> PhantomOmniDriver::gains(DeviceSession& session,
                 fmt::format("no file {}; {}; until then it exerts none", file->string(), kCalibrate));
   if (!(*calibration)->releases_without_packets)
     return none(kKeepsTorque,
-                "this device keeps its torque when packets stop, and nothing could end the force of a "
-                "program that was "
-                "killed: it exerts none");
+                "it keeps its torque when packets stop, and nothing could end the force of a program "
+                "that was killed: it exerts none");
   no_force_.update(session, kNothing, {});
   return (*calibration)->n_m_per_count;
 }

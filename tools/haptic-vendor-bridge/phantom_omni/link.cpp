@@ -8,6 +8,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "rt/base/clock.h"
 
@@ -35,6 +36,12 @@ bool isReady(const FireWire& handle, int wait_ms = 0) {
   return ::poll(&descriptor, 1, wait_ms) > 0;
 }
 
+/// By errno.
+std::unexpected<base::Error> failed(const std::string& what) {
+  return std::unexpected(base::Error{"Phantom Omni", fmt::format("{}: {}", what, std::strerror(errno)),
+                                     "end other programs that use it, or unplug it and plug it in again"});
+}
+
 }  // namespace
 
 base::Result<std::unique_ptr<OmniLink>> OmniLink::open(const std::string& serial) {
@@ -53,11 +60,6 @@ OmniLink::~OmniLink() {
   freeChannels();
 }
 
-std::unexpected<base::Error> OmniLink::failed(const std::string& what) const {
-  return std::unexpected(base::Error{"Phantom Omni", fmt::format("{}: {}", what, std::strerror(errno)),
-                                     "end other programs that use it, or unplug it and plug it in again"});
-}
-
 base::Result<void> OmniLink::start() {
   for (FireWire* handle : {&control_, &receiving_, &sending_}) {
     auto opened = openPort(node_.port);
@@ -70,6 +72,14 @@ base::Result<void> OmniLink::start() {
       return 0;
     });
   }
+  if (auto ok = assignChannels(); !ok) return ok;
+  if (auto ok = startReceiving(); !ok) return ok;
+  if (auto ok = startSending(); !ok) return ok;
+  empty_ns_ = received_ns_ = rt::monotonicNow_ns();
+  return writeRegister(kStreamsAt, kStreamsOn);
+}
+
+base::Result<void> OmniLink::assignChannels() {
   generation_ = raw1394_get_generation(control_.get());
   for (std::optional<int>* channel : {&channel_to_device_, &channel_from_device_}) {
     const auto allocated = allocateChannel();
@@ -78,15 +88,34 @@ base::Result<void> OmniLink::start() {
   }
   // a program that was killed may have left the streams on, in channels that are not ours
   if (auto ok = writeRegister(kStreamsAt, 0); !ok) return ok;
-  if (auto ok = writeRegister(kChannelToDeviceAt, static_cast<unsigned char>(*channel_to_device_)); !ok)
-    return ok;
-  if (auto ok = writeRegister(kChannelFromDeviceAt, static_cast<unsigned char>(*channel_from_device_)); !ok)
-    return ok;
+  for (const auto& [address, channel] : {std::pair{kChannelToDeviceAt, *channel_to_device_},
+                                         std::pair{kChannelFromDeviceAt, *channel_from_device_}}) {
+    if (auto ok = writeRegister(address, static_cast<unsigned char>(channel)); !ok) return ok;
+  }
   if constexpr (kWritesDisputedQuadlet) {
     quadlet_t quadlet = kDisputed;
     raw1394_write(control_.get(), node_.node, kDisputedAt, sizeof quadlet, &quadlet);
   }
+  return {};
+}
 
+base::Result<void> OmniLink::startReceiving() {
+  const auto receive = [](raw1394handle_t handle, unsigned char* data, unsigned int length, unsigned char,
+                          unsigned char, unsigned char, unsigned int, unsigned int) {
+    static_cast<OmniLink*>(raw1394_get_userdata(handle))->take({data, length});
+    return RAW1394_ISO_OK;
+  };
+  if (raw1394_iso_recv_init(receiving_.get(), receive, kReceiveBuffer, kMostReadingBytes,
+                            static_cast<unsigned char>(*channel_from_device_), RAW1394_DMA_PACKET_PER_BUFFER,
+                            kReceiveInterval) != 0)
+    return failed("nothing can be received from it");
+  receives_ = true;
+  if (raw1394_iso_recv_start(receiving_.get(), kAnyCycle, kAnyTag, 0) != 0)
+    return failed("nothing can be received from it");
+  return {};
+}
+
+base::Result<void> OmniLink::startSending() {
   const auto fill = [](raw1394handle_t handle, unsigned char* data, unsigned int* length, unsigned char* tag,
                        unsigned char* sy, int, unsigned int) {
     auto& link = *static_cast<OmniLink*>(raw1394_get_userdata(handle));
@@ -96,26 +125,12 @@ base::Result<void> OmniLink::start() {
     ++link.packets_sent_;
     return RAW1394_ISO_OK;
   };
-  const auto take = [](raw1394handle_t handle, unsigned char* data, unsigned int length, unsigned char,
-                       unsigned char, unsigned char, unsigned int, unsigned int) {
-    static_cast<OmniLink*>(raw1394_get_userdata(handle))->take({data, length});
-    return RAW1394_ISO_OK;
-  };
-  if (raw1394_iso_recv_init(receiving_.get(), take, kReceiveBuffer, kMostReadingBytes,
-                            static_cast<unsigned char>(*channel_from_device_), RAW1394_DMA_PACKET_PER_BUFFER,
-                            kReceiveInterval) != 0)
-    return failed("nothing can be received from it");
-  receives_ = true;
-  if (raw1394_iso_recv_start(receiving_.get(), kAnyCycle, kAnyTag, 0) != 0)
-    return failed("nothing can be received from it");
   if (raw1394_iso_xmit_init(sending_.get(), fill, kSendBuffer, kCommandBytes,
                             static_cast<unsigned char>(*channel_to_device_), RAW1394_ISO_SPEED_100,
                             kSendInterval) != 0)
     return failed("nothing can be sent to it");
   sends_ = true;
-  if (auto ok = resume(); !ok) return ok;
-  empty_ns_ = received_ns_ = rt::monotonicNow_ns();
-  return writeRegister(kStreamsAt, kStreamsOn);
+  return resume();
 }
 
 base::Result<int> OmniLink::allocateChannel() {
@@ -197,7 +212,10 @@ void OmniLink::take(std::span<const unsigned char> bytes) {
     ++foreign_;
     return;
   }
-  if (counter_) lost_ += reading->counter - *counter_ - 1;
+  // more would be a lost link: the counter has begun anew
+  constexpr std::uint32_t kMostMissing = kLost_ns / kCycle_ns;
+  const std::uint32_t missing = counter_ ? reading->counter - *counter_ - 1 : 0;
+  if (missing < kMostMissing) lost_ += missing;
   counter_ = reading->counter;
   newest_ = reading;
   ++received_;
@@ -212,6 +230,7 @@ std::int64_t OmniLink::silence_ns() const {
 void OmniLink::letGo() {
   constexpr std::int64_t kMost_ns = 50'000'000;
   sent_ = bytesOf({});
+  if (interrupted_ && !resume()) return;
   const std::uint64_t until = packets_sent_ + 2 * kSendBuffer;  // then the first half has left the buffer
   const std::int64_t end_ns = rt::monotonicNow_ns() + kMost_ns;
   while (packets_sent_ < until && rt::monotonicNow_ns() < end_ns) {

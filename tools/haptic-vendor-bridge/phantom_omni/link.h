@@ -61,6 +61,9 @@ class OmniLink {
  private:
   explicit OmniLink(OmniNode node) : node_(std::move(node)) {}
   base::Result<void> start();
+  base::Result<void> assignChannels();
+  base::Result<void> startReceiving();
+  base::Result<void> startSending();
   base::Result<int> allocateChannel();
   base::Result<void> writeRegister(nodeaddr_t address, unsigned char value);
   base::Result<void> iterate(const FireWire& handle);
@@ -68,7 +71,6 @@ class OmniLink {
   void letGo();
   void stopDevice();
   void freeChannels();
-  std::unexpected<base::Error> failed(const std::string& what) const;
 
   OmniNode node_;
   FireWire control_;
