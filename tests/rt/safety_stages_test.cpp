@@ -142,6 +142,9 @@ double oscillatesAt(double ratio) {
 }
 
 TEST(StiffnessLimit, LeavesTheMassAMarginToTheLimitsOfStability) {
+  const double prompt = oscillatesAt(0);
+  EXPECT_NEAR(prompt, 0.55, 0.005) << "as stated in the header";
+  EXPECT_LT(rt::kStiffnessOfMass, prompt / 1.5);
   EXPECT_DOUBLE_EQ(rt::stiffnessOfMass_n_per_m(0.045, 0.01), 0.35 * 0.045 / 1e-4);
   for (double lag_s = 0.0005; lag_s < 0.05; lag_s *= 1.1) {
     const double limit = oscillatesAt(rt::kVelocityLag_s / lag_s) * 0.045 / (lag_s * lag_s);

@@ -143,7 +143,6 @@ TEST(TraceCrash, AtAHundredRandomMomentsLosesAtMostTheOpenChunk) {
 
   std::vector<std::int64_t> losses_ns;
   int empty = 0;
-  std::size_t more_than_the_open_chunk = 0;
   for (const Killed& kill : killed) {
     if (!fs::exists(kill.trace)) {  // no chunk was complete yet
       EXPECT_LE(kill.ticks, kChunkTicks) << kill.trace;
@@ -154,15 +153,14 @@ TEST(TraceCrash, AtAHundredRandomMomentsLosesAtMostTheOpenChunk) {
     EXPECT_TRUE(content.complete) << kill.trace;
     EXPECT_EQ(test::readStrictly(kill.trace).allText(), "") << kill.trace;
     EXPECT_EQ(content.missing, 0U) << kill.trace;
-    EXPECT_GE(fs::file_size(kill.trace), kill.bytes) << kill.trace << ": a chunk that was complete is lost";
-    if (content.ticks + kChunkTicks < kill.ticks) ++more_than_the_open_chunk;
+    EXPECT_GE(content.ticks + kChunkTicks, kill.ticks) << kill.trace << ": more than the open chunk is lost";
+    EXPECT_GE(fs::file_size(kill.trace), kill.bytes) << kill.trace << ": a whole chunk is lost";
     if (content.ticks > 0) losses_ns.push_back(kill.time_ns - content.last_ns);
   }
   ASSERT_FALSE(losses_ns.empty());
   std::ranges::sort(losses_ns);
   const std::int64_t longest_loss_ns = losses_ns.back();
-  // not all: while the disk stalls, the chunk before the open one is not complete yet
-  EXPECT_LE(more_than_the_open_chunk, killed.size() / 10);
+  // not all: a stalling disk delays the completion of a chunk
   EXPECT_LT(losses_ns[losses_ns.size() / 2], kMaxLost_ns);
   RecordProperty("longest_loss_ms", static_cast<int>(longest_loss_ns / 1'000'000));
   std::printf("longest loss %.3f s, %d of %d killed without a whole chunk\n",

@@ -41,6 +41,8 @@ class DeviceInHand {
   /// When a program made it exert something last.
   virtual std::int64_t lastCommand_ns() = 0;
   virtual bool exertedUncalibrated() = 0;
+  /// Whether the program that ended has left it as it is to leave it, and not only without force.
+  virtual bool wasLeftInOrder() = 0;
   /// Whether it knows its position.
   virtual void setCalibrated(bool calibrated) = 0;
   virtual void setPlugged(bool plugged) = 0;
@@ -59,6 +61,7 @@ class LibraryArm final : public DeviceInHand {
   std::int64_t lastExerted_ns() override { return memory().last_exerted_ns; }
   std::int64_t lastCommand_ns() override { return memory().force_ns; }
   bool exertedUncalibrated() override { return memory().uncalibrated_force_steps > 0; }
+  bool wasLeftInOrder() override { return !memory().force_on; }
   void setCalibrated(bool calibrated) override {
     memory().docked = calibrated;
     if (!calibrated) arm_.setFaults(kArmNotCalibrated);
@@ -87,6 +90,10 @@ class ServiceArm final : public DeviceInHand {
   std::int64_t lastExerted_ns() override { return service_.record().last_exerted_ns; }
   std::int64_t lastCommand_ns() override { return service_.record().last_frame_ns; }
   bool exertedUncalibrated() override { return exerted_uncalibrated_; }
+  bool wasLeftInOrder() override {
+    const InverseServiceRecord seen = service_.record();
+    return seen.zero_before_end && seen.clear_before_end && seen.closed_in_order;
+  }
   void setCalibrated(bool calibrated) override {
     exerted_uncalibrated_ = exerted_uncalibrated_ || (!calibrated_ && mostExerted_n() > 0);
     calibrated_ = calibrated;
@@ -216,7 +223,7 @@ TEST_P(BoxWithArm, HoldsTheHandAndLetsItGoWhateverEnds) {
   EXPECT_FALSE(device_->exertedUncalibrated());
   bridge_->signal(SIGTERM);
   EXPECT_EQ(bridge_->wait(), exitedWith(0)) << bridge_->errors();
-  EXPECT_TRUE(becomesTrue([this] { return device_->exerted_n() == 0; }));
+  EXPECT_TRUE(becomesTrue([this] { return device_->exerted_n() == 0 && device_->wasLeftInOrder(); }));
 }
 
 TEST_P(BoxWithArm, ShowsHowTheToolIsHeldInTheStatus) {

@@ -46,7 +46,6 @@ class LooseHandle final : public Device {
     // a fixed pattern stands for the encoder's steps
     const double noise_m = settings_.noise_m * std::sin(1e-6 * 7.3 * static_cast<double>(moved_ns_));
     reading.position_m = place_m_ + Vec3{noise_m, -noise_m, noise_m};
-    reading.velocity_valid = true;
     reading.calibrated = settings_.calibrated;
     reading.latency_ns = 1'500'000;
     return reading;

@@ -126,7 +126,6 @@ std::string logOf(const CheckReport& report) {
               {"model", report.model},
               {"serial", report.serial},
               {"maxForceN", report.max_force_n},
-              {"measuresVelocity", report.measures_velocity},
               {"measuresOrientation", report.measures_orientation},
               {"measuresGripper", report.measures_gripper},
               {"statedLatencyMs", report.stated_latency_ms},
@@ -151,7 +150,6 @@ base::Result<CheckReport> reportIn(std::string_view log) {
   members.read("model", report.model);
   members.read("serial", report.serial);
   members.read("maxForceN", report.max_force_n);
-  members.read("measuresVelocity", report.measures_velocity);
   members.read("measuresOrientation", report.measures_orientation);
   members.read("measuresGripper", report.measures_gripper);
   members.read("statedLatencyMs", report.stated_latency_ms);
@@ -169,8 +167,7 @@ std::string textOf(const CheckReport& report) {
   std::string text = fmt::format(
       "{}: {}{}, at most {:.1f} N\n", report.kind, report.model.empty() ? "a device" : report.model,
       report.serial.empty() ? "" : ", serial number " + report.serial, report.max_force_n);
-  text += fmt::format("measures position{}{}{}\n", report.measures_velocity ? ", velocity" : "",
-                      report.measures_orientation ? ", orientation" : "",
+  text += fmt::format("measures position{}{}\n", report.measures_orientation ? ", orientation" : "",
                       report.measures_gripper ? ", gripper" : "");
   for (std::size_t i = 0; i < report.axes.size(); ++i) {
     const CheckedAxis& axis = report.axes[i];

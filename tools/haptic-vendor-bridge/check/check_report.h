@@ -28,7 +28,6 @@ struct CheckReport {
   std::string model;
   std::string serial;
   double max_force_n = 0;
-  bool measures_velocity = false;
   bool measures_orientation = false;
   bool measures_gripper = false;
   double stated_latency_ms = 0;  ///< by the driver

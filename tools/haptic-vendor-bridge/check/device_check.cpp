@@ -107,7 +107,6 @@ base::Result<void> DeviceCheck::run(CheckReport& report) {
   if (auto ok = waitUntilReady(); !ok) return ok;
   const DeviceReading reading = device_.read();
   report.max_force_n = device_.limits().force_n;
-  report.measures_velocity = reading.velocity_valid;
   report.measures_orientation = reading.orientation.has_value();
   report.measures_gripper = reading.gripper_rad.has_value();
   report.stated_latency_ms = static_cast<double>(reading.latency_ns) * 1e-6;

@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 using test::StrictMcap;
 using test::TemporaryFolder;
 
-constexpr unsigned kFiles = 1000;
+constexpr unsigned kFiles = 1200;
 constexpr std::size_t kDamagedChunks = 24, kDamagedTicksPerChunk = 6;
 
 /// A chunk record in the undamaged file with the messages in it.
@@ -205,9 +205,7 @@ TEST(RandomDamage, LosesNothingThatIsIntactAndIsNamed) {
     if (testing::Test::HasFailure()) return;
   }
   EXPECT_EQ(recovered.size(), 7U);
-  // of some 140 files of each kind; a third and more leave something to recover
-  constexpr int kEnough = 30;
-  for (const auto& [how, count] : recovered) EXPECT_GT(count, kEnough) << how;
+  for (const auto& [how, count] : recovered) EXPECT_GT(count, 50) << how;
 }
 
 }  // namespace
