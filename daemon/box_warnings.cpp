@@ -50,9 +50,8 @@ void addClaims(const rt::Tick& tick, Warnings& list) {
   const rt::VelocityClaim claim = tick.handle.velocity_claim;
   if (claim == rt::VelocityClaim::distrusted || claim == rt::VelocityClaim::contradicted) {
     list.emplace_back(
-        "the handle reports a velocity that its positions contradict (correct its unit, sign and timing in "
-        "the "
-        "device or its bridge, or let it claim none)");
+        "the handle reports a velocity that its positions contradict (correct its unit, sign and timing, or "
+        "let the device or its bridge claim none)");
   }
   constexpr double kNotable_s = 0.003;
   if (tick.hidden_latency_s > kNotable_s) {

@@ -66,8 +66,8 @@ struct HandleMeasurement {
 
 /// Converts between the device's frame and the world frame: pose (T_world_handle), motion scale, clutch and
 /// velocity, which is estimated from the positions. Positions that the device measures in steps are
-/// interpolated. The HIP is  position + R
-/// (scale * p_in_handle) + offset, where the offset accumulates the clutched displacements.
+/// interpolated. The HIP is  position + R (scale * p_in_handle) + offset, where the offset accumulates the
+/// clutched displacements.
 /// Thread: one.  Progress: wait-free.  RT: safe.
 class HandleFrame {
  public:

@@ -91,11 +91,10 @@ int runCheck(int argc, char** argv) {
 int runCalibrate(int argc, char** argv) {
   using phantom_omni::GainMeasurement;
   CLI::App app{
-      "haptic-vendor-bridge calibrate phantom-omni: leads you through the measurement of the torque that "
-      "each\n"
-      "motor of a Phantom Omni has for a count, with a known mass, a string and a pulley, and of what it "
-      "does\n"
-      "when packets stop. Without that the device exerts no force. The result is stored by serial number.",
+      "haptic-vendor-bridge calibrate phantom-omni: leads you through the measurement of the torque that\n"
+      "each motor of a Phantom Omni has for a count, with a known mass, a string and a pulley, and of what\n"
+      "it does when packets stop. Without that the device exerts no force. The result is stored by serial\n"
+      "number.",
       "haptic-vendor-bridge calibrate"};
   app.footer(
       "The calibration is in --calibration, else in phantom-omni-SERIAL.json in $STATE_DIRECTORY, in\n"
