@@ -55,6 +55,17 @@ class Inverse3Program : public testing::Test {
   std::unique_ptr<Program> program_;
 };
 
+TEST(Inverse3Address, ThatIsNoneEndsTheProgramAtOnce) {
+  const Peer peer;
+  for (const char* address :
+       {"nowhere", "127.0.0.1", "127.0.0.1:0", "127.0.0.1:65536", "example.org:10001"}) {
+    Program program(commandFor(address, peer));
+    EXPECT_EQ(program.wait(), exitedWith(64)) << address;
+    EXPECT_NE(program.errors().find("--address"), std::string::npos) << program.errors();
+    EXPECT_NE(program.errors().find("for example 127.0.0.1:10001"), std::string::npos) << program.errors();
+  }
+}
+
 TEST_F(Inverse3Program, SaysWhatTheServiceDoesToForces) {
   start({.force_gate_gain = 0.3});
   ASSERT_TRUE(says("inverse3 ready (serial number 049D)"));

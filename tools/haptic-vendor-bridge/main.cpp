@@ -14,6 +14,7 @@
 #include "tools/haptic-vendor-bridge/calibrate_command.h"
 #include "tools/haptic-vendor-bridge/check_command.h"
 #include "tools/haptic-vendor-bridge/device_rows.h"
+#include "tools/haptic-vendor-bridge/inverse3/service_link.h"
 #include "tools/haptic-vendor-bridge/phantom_omni/gain_measurement.h"
 #include "tools/lib/bridge/bridge_program.h"
 #include "tools/lib/options/option_checks.h"
@@ -43,8 +44,13 @@ CLI::Option& addDevice(CLI::App& app, std::string& kind, VendorOptions& options)
       ->check(CLI::Validator(CLI::ExistingFile).description(""));
   app.add_option("--device", options.device, "name or serial number of the device (the first one)")
       ->type_name("NAME");
+  const auto endpointError = [](std::string& text) {
+    const auto endpoint = inverse3::serviceEndpointFrom(text);
+    return endpoint ? std::string() : fmt::format("{}, {}", endpoint.error().what, endpoint.error().remedy);
+  };
   app.add_option("--address", options.address, "of the vendor's service (the usual one)")
-      ->type_name("ADDRESS:PORT");
+      ->type_name("ADDRESS:PORT")
+      ->check(CLI::Validator(endpointError, ""));
   app.add_option("--calibration", options.calibration,
                  "of the motors of a phantom-omni (by serial number, where 'calibrate' puts it)")
       ->type_name("FILE");
