@@ -104,9 +104,10 @@ void FalconHandle::useDeviceOnce(HandleChannels& channels) {
   Session session(**port, channels, settings_.of<FalconHandleSettings>().force_share);
   session.advice = std::move(*advice);
 
-  const base::Result<void> lost = exchange(session);
+  const base::Result<void> exchanged = exchange(session);
   session.link.send({});  // zero force; a device that is gone exerts none
-  if (!lost) reportMissing(lost.error());
+  report(session);        // with the counts since the last report
+  if (!exchanged) reportMissing(exchanged.error());
 }
 
 /// Loads the firmware if the device has none, as after a power loss; returns advice on its image. The file is

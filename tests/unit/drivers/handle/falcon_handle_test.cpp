@@ -360,8 +360,8 @@ TEST(FalconHandle, UsesNoDamagedReply) {
     return ++measurements > 100;
   }));
   rig.handle->stop();
-  // the last damaged replies may have been purged
-  EXPECT_GE(rig.handle->status().rejected + 5,
+  // the driver reads every reply, but may stop before it has found out that the newest is damaged
+  EXPECT_GE(rig.handle->status().rejected + 1,
             rig.look([](FakeFalcon& falcon) { return falcon.damaged_replies; }));
 }
 
