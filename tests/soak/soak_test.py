@@ -118,6 +118,10 @@ class Daemon:
     def status(self):
         return self.call("Status.GetStatus")["parameters"]["status"]
 
+    def live_parameters(self):
+        parameters = self.call("Status.GetParameters")["parameters"]["parameters"]
+        return [parameter for parameter in parameters if parameter["effect"] == "live"]
+
     def configure(self, text):
         with open(self.configuration, "w", encoding="utf-8") as file:
             file.write(text)
@@ -171,8 +175,7 @@ class Load:
         self.stopped = threading.Event()
         self.problems = []
         self.answers = {}
-        parameters = daemon.call("Status.GetParameters")["parameters"]["parameters"]
-        self.live = [parameter for parameter in parameters if parameter["effect"] == "live"]
+        self.live = daemon.live_parameters()
         kinds = [self.watch_quickly, self.watch_slowly, self.watch_ticks, self.watch_with_hapticctl,
                  self.ask_parameters, self.steer, self.ask_status_among_garbage]
         self.threads = [threading.Thread(target=self.run, args=(kind,)) for kind in kinds]
@@ -279,6 +282,21 @@ def allowed_value(parameter, chance):
     return chance.choice(parameter["choices"]) if parameter["kind"] == "choice" else ""
 
 
+def extreme_values(parameters):
+    """Sets of values, among which each parameter has both ends of its range, or each of its choices."""
+    ranges = [allowed_range(parameter) for parameter in parameters]
+    for index in range(max(map(len, ranges))):
+        yield {parameter["name"]: values[index % len(values)] for parameter, values in zip(parameters, ranges)}
+
+
+def allowed_range(parameter):
+    if parameter["kind"] == "boolean":
+        return [False, True]
+    if parameter["kind"] in ("integer", "number"):
+        return [parameter["minimum"], parameter["maximum"]]
+    return parameter["choices"] if parameter["kind"] == "choice" else [""]
+
+
 def certain_growth(samples):
     """How much (time, value) has grown since the start at 97.5 % confidence, by the median of the slopes between all
     pairs (P. K. Sen, "Estimates of the regression coefficient based on Kendall's tau", 1968): what is taken once and
@@ -320,9 +338,14 @@ def flood(path, connections):
 class Soak(unittest.TestCase):
     def test_under_many_clients_nothing_is_lost_and_nothing_grows(self):
         daemon = Daemon(self)
-        # Once before the count, what keeps resources: the first trace and the threads for files, and a reload.
+        # Once before the count, what keeps resources: the first trace and the threads for files, a frame with each
+        # extreme value, and a reload.
         daemon.call("Control.DumpTrace")
         daemon.call("Status.ListTraces")
+        for values in extreme_values(daemon.live_parameters()):
+            self.assertNotIn("error", daemon.call("Control.SetParameters", {"parameters": values}))
+            frames = daemon.status()["scene"]["frames"]
+            self.assertTrue(becomes_true(lambda: daemon.status()["scene"]["frames"] > frames + 1))
         daemon.reload(YAML)
         self.assertTrue(becomes_true(lambda: "configuration reloaded" in daemon.words()), daemon.words())
         before = daemon.descriptors_and_threads()
