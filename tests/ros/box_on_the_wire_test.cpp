@@ -309,6 +309,23 @@ TEST_F(BoxOnTheWire, GoesOnWhenTheBridgeIsKilledAndIsThereWithANewOne) {
   EXPECT_EQ(daemon.terminate(), exitedWith(0));
 }
 
+TEST_F(BoxOnTheWire, ReachesTheOthersWhenOneListenerHangs) {
+  Daemon daemon(home_, kEngagedYaml);
+  ASSERT_TRUE(daemon.answers());
+  startBridge({"--rate", "1000"});
+  Program deaf({DEAF_LISTENER, std::to_string(domain_), topic("setpoint_cf")});
+  ASSERT_TRUE(becomesTrue([&] { return deaf.output().contains("hears"); })) << bridge_->errors();
+  deaf.signal(SIGSTOP);
+  listener_.subscribe(topic("setpoint_cf"), geometry_msgs_msg_dds__WrenchStamped__desc);
+  std::size_t count = 0;
+  // hundreds of times what a writer keeps for a reader that is late
+  EXPECT_TRUE(becomesTrue([&] { return (count += listener_.take(topic("setpoint_cf")).size()) > 3000; }))
+      << count;
+  EXPECT_EQ(timesSaid("could not be written"), 0U) << bridge_->errors();
+  bridge_->signal(SIGTERM);
+  EXPECT_EQ(bridge_->wait(), exitedWith(0)) << bridge_->errors();
+}
+
 TEST_F(BoxOnTheWire, SaysWhichInterfaceThereIsNot) {
   startBridge({"--interface", "nowhere0"});
   EXPECT_EQ(bridge_->wait(), exitedWith(69));

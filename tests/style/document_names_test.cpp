@@ -25,6 +25,11 @@ constexpr NameException kExceptions[] = {
     {"kMinName", "the form of names, in CONTRIBUTING.md"},
     {"INDEX.txt", "a file of libfreenect's recordings"},
     {"--qos-durability", "an option of ROS 2"},
+#ifndef HAPTICD_ROS_PROGRAM
+    {"--domain", "an option of hapticd-ros, which this build has not"},
+    {"--interface", "an option of hapticd-ros, which this build has not"},
+    {"--namespace", "an option of hapticd-ros, which this build has not"},
+#endif
     {"SystemMaxUse", "a setting of journald"},
     {"bInterval", "a field of USB descriptors"},
 };

@@ -44,7 +44,7 @@ RosBridge::RosBridge(Publications publications, BridgeOptions options, int inter
       choice_(options_.rate_hz) {}
 
 void RosBridge::run() {
-  publishState(kBoxAbsent);
+  publishState(kBoxAbsent, rt::realtimeNow_ns());
   for (;;) {
     const auto failure = follow();
     if (!failure) return;
@@ -73,7 +73,8 @@ std::optional<ClientError> RosBridge::followTicks(BoxLink& link) {
     if (!reply) return reply.error();
     if (std::exchange(box_was_said_absent_, false)) say("hapticd answers");
     takeBatch(*reply);
-    if (const auto problem = publications_.takeProblem(); problem && publications_.failed() == 1)
+    if (const auto problem = publications_.takeProblem();
+        problem && !std::exchange(write_problem_was_said_, true))
       say(problem->text());
     if (rt::monotonicNow_ns() < next_report_ns_) continue;
     next_report_ns_ = rt::monotonicNow_ns() + kReportPeriod_ns;
@@ -90,7 +91,7 @@ void RosBridge::takeBatch(const Json& reply) {
 
 void RosBridge::takeTick(const rt::Tick& tick) {
   const OperatingState state = operatingStateOf(tick);
-  if (state != state_) publishState(state);
+  if (state != state_) publishState(state, utc_.utc_ns(tick.planned_ns));
   // not only in chosen ticks: a button may be pressed for less than a period of them
   if (tick.handle.sequence > 0 && (tick.handle.buttons != buttons_ || tick.planned_ns >= next_buttons_ns_))
     publishButtons(tick);
@@ -126,9 +127,9 @@ void RosBridge::publishButtons(const rt::Tick& tick) {
   publications_.buttons(utc_.utc_ns(tick.handle.time_ns), axes, held);
 }
 
-void RosBridge::publishState(const OperatingState& state) {
+void RosBridge::publishState(const OperatingState& state, std::int64_t utc_ns) {
   state_ = state;
-  publications_.operatingState(rt::realtimeNow_ns(), state.state, state.is_homed, state.is_busy);
+  publications_.operatingState(utc_ns, state.state, state.is_homed, state.is_busy);
 }
 
 std::optional<ClientError> RosBridge::reportOncePerSecond(BoxLink& link) {
@@ -160,7 +161,7 @@ void RosBridge::publishFrames(const Json& calibration, const Json& parameters) {
 }
 
 void RosBridge::beAbsent(const ClientError& reason) {
-  if (state_ != kBoxAbsent) publishState(kBoxAbsent);
+  if (state_ != kBoxAbsent) publishState(kBoxAbsent, rt::realtimeNow_ns());
   publishDiagnostics(Json(), reason.what);
   if (std::exchange(box_was_said_absent_, true)) return;
   say(fmt::format("waiting for hapticd: {}", textOf(reason)));

@@ -39,7 +39,7 @@ class RosBridge {
   void takeTick(const rt::Tick& tick);
   void publishMotion(const rt::Tick& tick);
   void publishButtons(const rt::Tick& tick);
-  void publishState(const OperatingState& state);
+  void publishState(const OperatingState& state, std::int64_t utc_ns);
   /// What is due once a second.
   std::optional<ClientError> reportOncePerSecond(BoxLink& link);
   void publishDiagnostics(const Json& status, const std::string& problem);
@@ -59,6 +59,7 @@ class RosBridge {
   std::uint64_t ticks_lost_now_ = 0;     // by this one
   std::int64_t next_report_ns_ = 0;      // CLOCK_MONOTONIC
   bool box_was_said_absent_ = false;
+  bool write_problem_was_said_ = false;
 
   // of the present link to hapticd
   std::optional<OperatingState> state_;
