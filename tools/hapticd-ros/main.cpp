@@ -86,10 +86,12 @@ int run(int argc, char** argv) {
       "With ROS 2: ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ros2 topic echo /hapticd/measured_cp\n"
       "Exit status: 0 done, 64 usage, 69 the network cannot be used.");
   BridgeOptions options;
-  options.socket = config::Settings().control.status_socket;
+  const std::string standard_socket = config::Settings().control.status_socket;
+  const char* const named = std::getenv("HAPTICD_SOCKET");
+  options.socket = named != nullptr && *named != '\0' ? named : standard_socket;
   Network network;
-  app.add_option("--socket", options.socket, "of a running hapticd (" + options.socket + ")")
-      ->envname("HAPTICD_SOCKET")
+  app.add_option("--socket", options.socket,
+                 "of a running hapticd (HAPTICD_SOCKET, else " + standard_socket + ")")
       ->type_name("FILE");
   app.add_option("--namespace", options.name_space, "of the topics and frames (hapticd)")
       ->type_name("NAME")
