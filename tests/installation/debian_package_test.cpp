@@ -7,6 +7,7 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "tests/installation/staged_installation.h"
 #include "tests/support/temporary_folder.h"
@@ -18,6 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kBox = "hapticd";
 constexpr const char* kTools = "hapticd-tools";
+constexpr const char* kRos = "hapticd-ros";
 
 /// Returns the path of a package that ctest has built from this build.
 std::string packagePath(const std::string& package = kBox) {
@@ -100,6 +102,21 @@ TEST(DebianPackage, DependsOnWhatIsAllowedAndOnNothingElse) {
                               "libpng", "libstdc++", "libyaml-cpp", "libzstd"});
 }
 
+TEST(DebianPackage, ForRos2BringsDdsAndAUnitThatNobodyHasEnabled) {
+  if (!HAPTICD_WITH_ROS) GTEST_SKIP() << "this build has no hapticd-ros";
+  expectDependencies(kRos, {"hapticd", "libc6", "libddsc", "libfmt", "libgcc-s", "libnettle", "libstdc++"});
+  EXPECT_EQ(field("Version", kRos), field("Version"));
+  const Unpacked package(kRos);
+  EXPECT_EQ(unitSetting(contentOf(package.path("usr/lib/systemd/system/hapticd-ros.service")), "ExecStart"),
+            "/usr/bin/hapticd-ros --socket /run/hapticd/io.hapticd.Status");
+  EXPECT_FALSE(fs::exists(package.path("DEBIAN/postinst")));
+  const Unpacked box;
+  for (const std::string& file : filesBelow(package.root())) {
+    if (file.starts_with("DEBIAN/")) continue;
+    EXPECT_FALSE(fs::exists(box.path(file))) << file;
+  }
+}
+
 TEST(DebianPackage, OfAnotherVariantOfALibraryIsTakenForAnotherLibrary) {
   EXPECT_EQ(withoutVersion("libyaml-cpp0.7"), withoutVersion("libyaml-cpp0.8"));
   EXPECT_NE(withoutVersion("libusb-1.0-0"), withoutVersion("libusb-mock-1.0-0"));
@@ -170,8 +187,10 @@ TEST(DebianPackage, HoldsProgramsWithoutDebugInformation) {
 
 TEST(DebianPackage, HaveNoErrorThatLintianFinds) {
   HAPTICD_NEEDS("lintian");
-  const Finished checked =
-      runTool("lintian", {"--fail-on", "error", "--allow-root", packagePath(), packagePath(kTools)});
+  std::vector<std::string> arguments{"--fail-on", "error", "--allow-root", packagePath(),
+                                     packagePath(kTools)};
+  if (HAPTICD_WITH_ROS) arguments.push_back(packagePath(kRos));
+  const Finished checked = runTool("lintian", arguments);
   EXPECT_EQ(checked.ending, exitedWith(0)) << checked.output << checked.errors;
 }
 

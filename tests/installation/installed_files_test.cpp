@@ -21,6 +21,7 @@ const std::set<std::string> kPrograms{"usr/bin/haptic-bridge",
                                       "usr/bin/haptic-replay",
                                       "usr/bin/hapticbench",
                                       "usr/bin/hapticctl",
+                                      "usr/bin/hapticd-ros",
                                       "usr/bin/hapticd-view",
                                       "usr/libexec/hapticd/hapticd",
                                       "usr/sbin/hapticd-realtime-setup",
@@ -37,7 +38,7 @@ Finished install(const fs::path& prefix) {
 }
 
 TEST(Installation, PutsEveryFileInItsPlace) {
-  const std::vector<std::string> expected{
+  std::vector<std::string> expected{
       "etc/hapticd/hapticd.yaml",
       "usr/bin/haptic-bridge",
       "usr/bin/haptic-palpate",
@@ -45,10 +46,12 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/bin/haptic-vendor-bridge",
       "usr/bin/hapticbench",
       "usr/bin/hapticctl",
+      "usr/bin/hapticd-ros",
       "usr/bin/hapticd-view",
       "usr/lib/systemd/system/hapticd-control.socket",
       "usr/lib/systemd/system/hapticd-metrics.socket",
       "usr/lib/systemd/system/hapticd-metrics@.service",
+      "usr/lib/systemd/system/hapticd-ros.service",
       "usr/lib/systemd/system/hapticd-status.socket",
       "usr/lib/systemd/system/hapticd-view.service",
       "usr/lib/systemd/system/hapticd-view.socket",
@@ -59,6 +62,8 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/libexec/hapticd/hapticd",
       "usr/sbin/hapticd-realtime-setup",
       "usr/share/bash-completion/completions/hapticctl",
+      "usr/share/doc/hapticd-ros/changelog.Debian.gz",
+      "usr/share/doc/hapticd-ros/copyright",
       "usr/share/doc/hapticd-tools/changelog.Debian.gz",
       "usr/share/doc/hapticd-tools/copyright",
       "usr/share/doc/hapticd-tools/examples/slurm",
@@ -83,6 +88,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/share/doc/hapticd/docs/pareto.svg",
       "usr/share/doc/hapticd/docs/patents.md",
       "usr/share/doc/hapticd/docs/recipes.md",
+      "usr/share/doc/hapticd/docs/ros2.md",
       "usr/share/doc/hapticd/docs/traces.md",
       "usr/share/doc/hapticd/docs/view.png",
       "usr/share/doc/hapticd/docs/viewers.md",
@@ -117,10 +123,13 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/share/man/man5/hapticd.yaml.5.gz",
       "usr/share/man/man7/hapticd-varlink.7.gz",
       "usr/share/man/man8/hapticd-realtime-setup.8.gz",
+      "usr/share/man/man8/hapticd-ros.8.gz",
       "usr/share/man/man8/hapticd-view.8.gz",
       "usr/share/man/man8/hapticd.8.gz",
       "usr/share/zsh/vendor-completions/_hapticctl",
   };
+  if (!HAPTICD_WITH_ROS)
+    std::erase_if(expected, [](const std::string& file) { return file.contains("hapticd-ros"); });
   std::vector<std::string> installed = filesBelow(stagedRoot());
   std::erase_if(installed, isOfThePage);
   EXPECT_EQ(installed, expected);

@@ -130,6 +130,11 @@ TEST(Manual, ShowsEveryOptionOfHapticdView) {
   expectComplete("hapticd-view", "man8/hapticd-view.8.gz");
 }
 
+TEST(Manual, ShowsEveryOptionOfHapticdRos) {
+  if (!HAPTICD_WITH_ROS) GTEST_SKIP() << "this build has no hapticd-ros";
+  expectComplete("hapticd-ros", "man8/hapticd-ros.8.gz");
+}
+
 TEST(Manual, ShowsEveryOptionOfHapticd) {
   expectComplete("hapticd", "man8/hapticd.8.gz");
 }

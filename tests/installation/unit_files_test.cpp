@@ -37,6 +37,7 @@ class UnitCopies {
     }
     for (const std::string tool : {"hapticd-metrics@.service", "hapticd-view.service", "hapticd-view.socket"})
       folder_.write(tool, withStagedTools(unit(tool)));
+    if (HAPTICD_WITH_ROS) folder_.write("hapticd-ros.service", withStagedTools(unit("hapticd-ros.service")));
   }
   std::string path(const std::string& name) const { return folder_.path() / name; }
 
@@ -62,6 +63,20 @@ TEST(Units, HaveNothingThatSystemdComplainsAbout) {
                           copies.path("hapticd-view.socket"), copies.path("hapticd-view.service")});
   EXPECT_EQ(finished.ending, exitedWith(0));
   EXPECT_EQ(finished.output + finished.errors, "");
+}
+
+TEST(Units, ForRos2AreAsTheOthersAndExposeLessThanTwo) {
+  HAPTICD_NEEDS("systemd-analyze");
+  if (!HAPTICD_WITH_ROS) GTEST_SKIP() << "this build has no hapticd-ros";
+  const UnitCopies copies;
+  const Finished verified =
+      runTool("systemd-analyze", {"verify", "--man=no", copies.path("hapticd-status.socket"),
+                                  copies.path("hapticd.service"), copies.path("hapticd-ros.service")});
+  EXPECT_EQ(verified.ending, exitedWith(0));
+  EXPECT_EQ(verified.output + verified.errors, "");
+  const Finished rated = runTool("systemd-analyze", {"security", "--offline=true", "--threshold=19",
+                                                     copies.path("hapticd-ros.service")});
+  EXPECT_EQ(rated.ending, exitedWith(0)) << rated.output << rated.errors;
 }
 
 TEST(Units, ExposeTheServiceLessThanTwo) {

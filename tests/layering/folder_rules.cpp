@@ -71,7 +71,7 @@ const std::vector<FolderRule>& folderRules() {
       "tools/lib/bridge",       "tools/lib/child",   "tools/lib/client",       "tools/lib/depth_noise",
       "tools/lib/offline",      "tools/lib/options", "tools/lib/oracle",       "tools/lib/palpation",
       "tools/lib/parts",        "tools/lib/plot",    "tools/lib/registration", "tools/lib/solids/field",
-      "tools/lib/solids/files", "tools/lib/text",    "tools/lib/truth"};
+      "tools/lib/solids/files", "tools/lib/text",    "tools/lib/ticks",        "tools/lib/truth"};
   static const std::vector<std::string> studies = with(tool_libraries, {"tools/hapticbench/engine"});
   static const std::vector<std::string> commands =
       with(studies, {"tools/hapticbench", "tools/hapticbench/jitter", "tools/hapticbench/strokes",
@@ -162,10 +162,16 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/hapticd-view",
        {"tools/lib/client", "tools/lib/options", "tools/hapticd-view/box_link", "tools/hapticd-view/live",
         "tools/hapticd-view/server"}},
-      {"tools/hapticd-view/box_link", {"tools/lib/client", "tools/hapticd-view/live"}},
+      {"tools/hapticd-view/box_link", {"tools/lib/client", "tools/lib/ticks", "tools/hapticd-view/live"}},
       {"tools/hapticd-view/foxglove", {"tools/lib/client", "tools/hapticd-view/live"}},
       {"tools/hapticd-view/live", {"tools/lib/client"}},
       {"tools/hapticd-view/server", {"tools/hapticd-view/foxglove", "tools/hapticd-view/live"}},
+      {"tools/hapticd-ros",
+       {"tools/lib/client", "tools/lib/options", "tools/lib/ticks", "tools/hapticd-ros/box",
+        "tools/hapticd-ros/dds", "tools/hapticd-ros/messages"}},
+      {"tools/hapticd-ros/box", {"tools/lib/client", "tools/hapticd-ros/messages"}},
+      {"tools/hapticd-ros/dds", {"tools/hapticd-ros/messages"}},
+      {"tools/hapticd-ros/messages", {}},
       {"tools/manual", {}},
 
       // libraries
@@ -183,6 +189,7 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/lib/solids/field", {"tools/lib/solids/files"}},
       {"tools/lib/solids/files", {}},
       {"tools/lib/text", {}},
+      {"tools/lib/ticks", {"tools/lib/client"}},
       {"tools/lib/truth", {}},
   };
   return all;

@@ -151,6 +151,7 @@ std::vector<std::string> wrongIncludes(const fs::path& root) {
 const std::vector<GuardedLibrary>& guardedLibraries() {
   static const std::vector<GuardedLibrary> all{
       {"boost/", {"tools/haptic-vendor-bridge/inverse3", "tools/hapticd-view"}},
+      {"dds/", {"tools/hapticd-ros/dds"}},
       {"gpiod", {"drivers/led/gpiod"}},
       {"hidapi", {"drivers"}},
       {"libfreenect", {"drivers/camera/freenect"}},

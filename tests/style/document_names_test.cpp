@@ -24,6 +24,12 @@ constexpr NameException kExceptions[] = {
     {"kMaxName", "the form of names, in CONTRIBUTING.md"},
     {"kMinName", "the form of names, in CONTRIBUTING.md"},
     {"INDEX.txt", "a file of libfreenect's recordings"},
+    {"--qos-durability", "an option of ROS 2"},
+#ifndef HAPTICD_ROS_PROGRAM
+    {"--domain", "an option of hapticd-ros, which this build has not"},
+    {"--interface", "an option of hapticd-ros, which this build has not"},
+    {"--namespace", "an option of hapticd-ros, which this build has not"},
+#endif
     {"SystemMaxUse", "a setting of journald"},
     {"bInterval", "a field of USB descriptors"},
 };
@@ -37,6 +43,9 @@ struct Known {
     for (const auto& [name, path] : {std::pair{"hapticd", HAPTICD_PROGRAM},
                                      {"hapticctl", HAPTICCTL_PROGRAM},
                                      {"hapticd-view", HAPTICD_VIEW_PROGRAM},
+#ifdef HAPTICD_ROS_PROGRAM
+                                     {"hapticd-ros", HAPTICD_ROS_PROGRAM},
+#endif
                                      {"haptic-bridge", HAPTIC_BRIDGE_PROGRAM},
                                      {"haptic-vendor-bridge", HAPTIC_VENDOR_BRIDGE_PROGRAM},
                                      {"haptic-palpate", HAPTIC_PALPATE_PROGRAM},

@@ -26,6 +26,9 @@ struct Subject {
 const std::vector<Subject> kPrograms{{"hapticd", HAPTICD_PROGRAM, 64},
                                      {"hapticctl", HAPTICCTL_PROGRAM, 2},
                                      {"hapticd-view", HAPTICD_VIEW_PROGRAM, 64},
+#ifdef HAPTICD_ROS_PROGRAM
+                                     {"hapticd-ros", HAPTICD_ROS_PROGRAM, 64},
+#endif
                                      {"haptic-bridge", HAPTIC_BRIDGE_PROGRAM, 64},
                                      {"haptic-vendor-bridge", HAPTIC_VENDOR_BRIDGE_PROGRAM, 64},
                                      {"haptic-palpate", HAPTIC_PALPATE_PROGRAM, 64},

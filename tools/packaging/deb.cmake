@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # The Debian packages, made by CPack of the components of install.cmake: `hapticd` for the box, `hapticd-tools` for what
-# studies it. The test debian_package_test.cpp states which packages
-# each may depend on.
+# studies it, `hapticd-ros` for ROS 2, which brings libraries that a box does not need. The test debian_package_test.cpp
+# states which packages each may depend on.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME hapticd)
 # The project has no mail address; Debian wants the form of one.
@@ -14,8 +14,12 @@ set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
     OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 
 set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(ros_component)
+if(HAPTICD_ROS)
+  set(ros_component ros)
+endif()
 set(CPACK_COMPONENTS_GROUPING IGNORE)
-set(CPACK_COMPONENTS_ALL hapticd tools)
+set(CPACK_COMPONENTS_ALL hapticd tools ${ros_component})
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
@@ -52,4 +56,14 @@ set(CPACK_DEBIAN_TOOLS_PACKAGE_DEPENDS "hapticd (= ${PROJECT_VERSION}-${CPACK_DE
 set(CPACK_DEBIAN_TOOLS_PACKAGE_RECOMMENDS gnuplot-nox)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_SUGGESTS "rt-tests, stress-ng")
 set(CPACK_DEBIAN_TOOLS_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+
+# Without scripts: its unit is there, and an administrator enables it.
+set(CPACK_DEBIAN_ROS_PACKAGE_NAME hapticd-ros)
+set(CPACK_DEBIAN_ROS_PACKAGE_SECTION misc)
+set(CPACK_COMPONENT_ROS_DESCRIPTION "publish what hapticd measures and exerts for ROS 2
+The haptic controller daemon hapticd, seen from ROS 2: position, velocity and
+force of the hand, operating state, buttons, diagnostics and frames, with the
+names of CRTK. It speaks DDS itself and needs no ROS on the box.")
+set(CPACK_DEBIAN_ROS_PACKAGE_DEPENDS "hapticd (= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})")
+set(CPACK_DEBIAN_ROS_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 include(CPack)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # What `cmake --install` puts where. All places are below the prefix, whatever it is, so that an installation
 # into a home folder needs no privileges. The components become packages (deb.cmake): `hapticd` is what a box needs,
-# `tools` is for studies of it, on any machine.
+# `tools` is for studies of it, on any machine, `ros` for those who use ROS 2.
 include(GNUInstallDirs)
 
 # Where systemd and udev look below /usr, on every system with merged folders.
@@ -16,8 +16,13 @@ if(HAPTICD_BENCH)
   set(bench hapticbench)
 endif()
 
+set(ros)
+if(HAPTICD_ROS)
+  set(ros hapticd-ros)
+endif()
+
 # Symbols are resolved at the start: the force thread must not wait for the dynamic linker.
-foreach(program hapticd hapticd-view hapticctl haptic-bridge haptic-vendor-bridge haptic-palpate haptic-replay ${bench})
+foreach(program hapticd hapticd-view hapticctl haptic-bridge haptic-vendor-bridge haptic-palpate haptic-replay ${bench} ${ros})
   target_link_options(${program} PRIVATE LINKER:-z,relro,-z,now)
 endforeach()
 
@@ -71,10 +76,19 @@ endfunction()
 
 install_documents(hapticd hapticd)
 install_documents(tools hapticd-tools)
+if(HAPTICD_ROS)
+  install(TARGETS hapticd-ros RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ros)
+  install_manual_pages(ros 8 hapticd-ros)
+  install_documents(ros hapticd-ros)
+  install(CODE "set(source_folder \"${CMAKE_SOURCE_DIR}\")
+    set(unit_folder \"${unit_folder}\")
+    set(program_folder \"${CMAKE_INSTALL_BINDIR}\")" COMPONENT ros)
+  install(SCRIPT tools/packaging/install_ros_unit.cmake COMPONENT ros)
+endif()
 install(PROGRAMS tools/slurm DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/hapticd-tools/examples COMPONENT tools)
 install(FILES README.md DESTINATION ${doc_folder} COMPONENT hapticd)
 install(FILES ${HAPTICD_GENERATED}/changelog.gz DESTINATION ${doc_folder} COMPONENT hapticd)
-set(documents README architecture cameras cluster control-api faults fixtures glossary handles hardware licensing live-view measurements patents recipes
+set(documents README architecture cameras cluster control-api faults fixtures glossary handles hardware licensing live-view measurements patents recipes ros2
     traces viewers)
 list(TRANSFORM documents PREPEND docs/)
 list(TRANSFORM documents APPEND .md)

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/ros/ros_listener.h"
+
+#include <dds/ddsi/ddsi_serdata.h>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <array>
+
+namespace hapticd::test {
+namespace {
+
+constexpr const char* kAsLocalhost =
+    "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
+    "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
+    "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><Peers><Peer Address=\"localhost\"/></Peers>"
+    "</Discovery></Domain></CycloneDDS>";
+
+std::string userDataOf(const dds_qos_t* qos) {
+  void* data = nullptr;
+  std::size_t size = 0;
+  if (!dds_qget_userdata(qos, &data, &size) || data == nullptr) return "";
+  const std::string text(static_cast<const char*>(data), size);
+  dds_free(data);
+  return text;
+}
+
+WriterSeen seenOf(const dds_builtintopic_endpoint_t& endpoint) {
+  WriterSeen seen{.type = endpoint.type_name, .user_data = userDataOf(endpoint.qos)};
+  dds_reliability_kind_t reliability{};
+  dds_duration_t blocking = 0;
+  seen.reliable =
+      dds_qget_reliability(endpoint.qos, &reliability, &blocking) && reliability == DDS_RELIABILITY_RELIABLE;
+  dds_durability_kind_t durability{};
+  seen.transient_local =
+      dds_qget_durability(endpoint.qos, &durability) && durability == DDS_DURABILITY_TRANSIENT_LOCAL;
+  std::uint32_t count = 0;
+  dds_data_representation_id_t* all = nullptr;
+  if (dds_qget_data_representation(endpoint.qos, &count, &all)) {
+    seen.representations.assign(all, all + count);
+    dds_free(all);
+  }
+  return seen;
+}
+
+/// Calls visit(sample) for all that a reader of a built-in topic knows.
+template <typename Sample>
+void forEachSeen(dds_entity_t reader, auto visit) {
+  constexpr std::size_t kMost = 1000;
+  std::vector<void*> samples(kMost);
+  std::vector<dds_sample_info_t> infos(kMost);
+  const dds_return_t count = dds_read(reader, samples.data(), infos.data(), kMost, kMost);
+  for (std::size_t i = 0; count > 0 && i < static_cast<std::size_t>(count); ++i) {
+    if (infos[i].valid_data && infos[i].instance_state == DDS_ALIVE_INSTANCE_STATE)
+      visit(*static_cast<const Sample*>(samples[i]));
+  }
+  if (count > 0) dds_return_loan(reader, samples.data(), count);
+}
+
+}  // namespace
+
+int ownDomain() {
+  return 20 + ::getpid() % 200;
+}
+
+std::string ownNamespace() {
+  return fmt::format("test_{}/box", ::getpid());
+}
+
+std::string CdrBytes::text() {
+  const auto size = number<std::uint32_t>();  // with the NUL
+  if (size == 0 || size > bytes_.size() - std::min(at_, bytes_.size())) {
+    is_short_ = true;
+    return "";
+  }
+  const std::string text = bytes_.substr(at_, size - 1);
+  at_ += size;
+  return text;
+}
+
+RosListener::RosListener(int domain)
+    // fails where the test publishes in the same process, so that the domain is there already
+    : domain_(dds_create_domain(static_cast<dds_domainid_t>(domain), kAsLocalhost)),
+      participant_(dds_create_participant(static_cast<dds_domainid_t>(domain), nullptr, nullptr)),
+      writers_seen_(dds_create_reader(participant_, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr)),
+      participants_seen_(
+          dds_create_reader(participant_, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, nullptr, nullptr)) {
+  EXPECT_GT(participant_, 0) << dds_strretcode(-participant_);
+}
+
+RosListener::~RosListener() {
+  dds_delete(participant_);
+  if (domain_ > 0) dds_delete(domain_);
+}
+
+void RosListener::subscribe(const std::string& topic, const dds_topic_descriptor_t& type, bool late) {
+  dds_qos_t* const qos = dds_create_qos();
+  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+  dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 10'000);
+  dds_qset_durability(qos, late ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
+  const dds_entity_t entity = dds_create_topic(participant_, &type, topic.c_str(), nullptr, nullptr);
+  const dds_entity_t reader = dds_create_reader(participant_, entity, qos, nullptr);
+  EXPECT_GT(reader, 0) << topic << ": " << dds_strretcode(-reader);
+  dds_delete_qos(qos);
+  readers_[topic] = reader;
+}
+
+bool RosListener::isMatched(const std::string& topic) const {
+  dds_subscription_matched_status_t status{};
+  return dds_get_subscription_matched_status(readers_.at(topic), &status) == DDS_RETCODE_OK &&
+         status.current_count > 0;
+}
+
+std::vector<std::string> RosListener::take(const std::string& topic) {
+  constexpr std::size_t kMost = 10'000;
+  std::vector<ddsi_serdata*> samples(kMost);
+  std::vector<dds_sample_info_t> infos(kMost);
+  const dds_return_t count =
+      dds_takecdr(readers_.at(topic), samples.data(), kMost, infos.data(), DDS_ANY_STATE);
+  std::vector<std::string> messages;
+  for (std::size_t i = 0; count > 0 && i < static_cast<std::size_t>(count); ++i) {
+    if (infos[i].valid_data) {
+      std::string bytes(ddsi_serdata_size(samples[i]), '\0');
+      ddsi_serdata_to_ser(samples[i], 0, bytes.size(), bytes.data());
+      messages.push_back(std::move(bytes));
+    }
+    ddsi_serdata_unref(samples[i]);
+  }
+  return messages;
+}
+
+std::optional<WriterSeen> RosListener::writerOf(const std::string& topic) const {
+  std::optional<WriterSeen> seen;
+  forEachSeen<dds_builtintopic_endpoint_t>(writers_seen_, [&](const dds_builtintopic_endpoint_t& endpoint) {
+    if (endpoint.topic_name != topic) return;
+    seen = seenOf(endpoint);
+    seen->participant_user_data = participantUserData(endpoint.participant_key);
+  });
+  return seen;
+}
+
+std::string RosListener::participantUserData(const dds_guid_t& key) const {
+  std::string user_data;
+  forEachSeen<dds_builtintopic_participant_t>(participants_seen_,
+                                              [&](const dds_builtintopic_participant_t& participant) {
+                                                if (std::memcmp(&participant.key, &key, sizeof key) == 0)
+                                                  user_data = userDataOf(participant.qos);
+                                              });
+  return user_data;
+}
+
+std::string hexOf(const std::string& bytes) {
+  std::string text;
+  for (const char byte : bytes) text += fmt::format("{:02x}", static_cast<unsigned char>(byte));
+  return text;
+}
+
+}  // namespace hapticd::test

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// Hashes and names of types against those that ROS 2 has published.
+#include "tools/hapticd-ros/messages/type_hash.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <string>
+
+#include "ros_messages.h"
+#include "tools/hapticd-ros/messages/message_definitions.h"
+
+namespace hapticd::tools::ros {
+namespace {
+
+/// Of ros2/common_interfaces and geometry2 as of 2024, and crtk_msgs as of 2026.
+const std::map<std::string, std::string> kPublished{
+    {"std_msgs/Header", "f49fb3ae2cf070f793645ff749683ac6b06203e41c891e17701b1cb597ce6a01"},
+    {"geometry_msgs/PoseStamped", "10f3786d7d40fd2b54367835614bff85d4ad3b5dab62bf8bca0cc232d73b4cd8"},
+    {"geometry_msgs/TwistStamped", "5f0fcd4f81d5d06ad9b4c4c63e3ea51b82d6ae4d0558f1d475229b1121db6f64"},
+    {"geometry_msgs/WrenchStamped", "8dc3deaf06b2ab281f9f9a742a8961c328ca7cec16e3fd6586d3a5c83fa78f77"},
+    {"geometry_msgs/TransformStamped", "0a241f87d04668d94099cbb5ba11691d5ad32c2f29682e4eb5653424bd275206"},
+    {"sensor_msgs/Joy", "0d356c79cad3401e35ffeb75a96a96e08be3ef896b8b83841d73e890989372c5"},
+    {"diagnostic_msgs/DiagnosticArray", "5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e"},
+    {"tf2_msgs/TFMessage", "e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087"},
+    {"crtk_msgs/OperatingState", "5cc57eea589b217fe5194bf2735b91d4a7f2dd5ac1245ae657f7ea7590c2c80e"},
+    {"crtk_msgs/StringStamped", "83efb802e6596e03f69ac322e3231037329946f2bd13ed48874d97f5b8f5db1d"}};
+
+TEST(RosTypes, HaveTheHashesThatWerePublished) {
+  for (const auto& [name, hash] : kPublished) EXPECT_EQ(typeHash(name), "RIHS01_" + hash) << name;
+}
+
+TEST(RosTypes, HaveTheNamesThatRos2GivesThemInDds) {
+  const std::map<std::string, const dds_topic_descriptor_t*> types{
+      {"geometry_msgs/PoseStamped", &geometry_msgs_msg_dds__PoseStamped__desc},
+      {"geometry_msgs/TwistStamped", &geometry_msgs_msg_dds__TwistStamped__desc},
+      {"geometry_msgs/WrenchStamped", &geometry_msgs_msg_dds__WrenchStamped__desc},
+      {"sensor_msgs/Joy", &sensor_msgs_msg_dds__Joy__desc},
+      {"diagnostic_msgs/DiagnosticArray", &diagnostic_msgs_msg_dds__DiagnosticArray__desc},
+      {"tf2_msgs/TFMessage", &tf2_msgs_msg_dds__TFMessage__desc},
+      {"crtk_msgs/OperatingState", &crtk_msgs_msg_dds__OperatingState__desc},
+      {"crtk_msgs/StringStamped", &crtk_msgs_msg_dds__StringStamped__desc}};
+  for (const auto& [name, type] : types) {
+    EXPECT_EQ(ddsTypeName(name), type->m_typename);
+    EXPECT_EQ(type->type_information.sz, 0U) << name << " describes its type";
+    EXPECT_EQ(type->m_nkeys, 0U) << name;
+  }
+  EXPECT_EQ(ddsTypeName("geometry_msgs/PoseStamped"), "geometry_msgs::msg::dds_::PoseStamped_");
+}
+
+TEST(RosTypes, AreCompleteWithAllThatIsInsideThem) {
+  EXPECT_EQ(completeDefinition("sensor_msgs/Joy"),
+            "std_msgs/Header header\nfloat32[] axes\nint32[] buttons\n" + std::string(80, '=') +
+                "\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n" + std::string(80, '=') +
+                "\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n");
+  for (const MessageDefinition& message : messageDefinitions()) {
+    EXPECT_NO_THROW((void)typeHash(message.name)) << message.name;
+    EXPECT_FALSE(fieldsOf(message).empty()) << message.name;
+  }
+}
+
+}  // namespace
+}  // namespace hapticd::tools::ros

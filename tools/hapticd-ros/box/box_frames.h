@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/hapticd-ros/messages/contents.h"
+#include "tools/lib/client/varlink_client.h"
+
+namespace hapticd::tools::ros {
+
+/// The parameters that say where the handle's frame is.
+Json handleFrameParameters();
+
+/// The frames of camera and handle in the world, as far as the replies tell: a member that is missing or no
+/// number leaves its frame out.
+/// calibration: reply of GetCalibration; parameters: of GetParameters with those above; prefix: of the names
+/// of the frames, "hapticd/".
+std::vector<FixedFrame> fixedFrames(const Json& calibration, const Json& parameters,
+                                    const std::string& prefix);
+
+}  // namespace hapticd::tools::ros

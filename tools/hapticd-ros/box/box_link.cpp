@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/hapticd-ros/box/box_link.h"
+
+#include <utility>
+
+namespace hapticd::tools::ros {
+namespace {
+
+Json tickFields() {
+  return Json::array({"number", "planned_ns", "mode", "cause", "handle_position_m_in_world",
+                      "handle_velocity_m_per_s_in_world", "handle_sequence", "handle_time_ns",
+                      "handle_condition", "handle_buttons", "handle_has_orientation", "handle_has_gripper",
+                      "handle_orientation_in_world_x", "handle_orientation_in_world_y",
+                      "handle_orientation_in_world_z", "handle_orientation_in_world_w", "handle_gripper_rad",
+                      "command_force_n_in_world"});
+}
+
+}  // namespace
+
+ClientResult<BoxLink> BoxLink::open(const std::string& socket, int interval_ms, int interrupt) {
+  auto ticks = VarlinkClient::connect(socket);
+  if (!ticks) return std::unexpected(ticks.error());
+  auto calls = VarlinkClient::connect(socket);
+  if (!calls) return std::unexpected(calls.error());
+  ticks->interruptBy(interrupt);
+  calls->interruptBy(interrupt);
+  const auto subscribed =
+      ticks->subscribe("io.hapticd.Status.Ticks", {{"fields", tickFields()}, {"intervalMs", interval_ms}});
+  if (!subscribed) return std::unexpected(subscribed.error());
+  return BoxLink(std::move(*ticks), std::move(*calls));
+}
+
+ClientResult<Json> BoxLink::call(const std::string& method, const Json& parameters) {
+  return calls_.call("io.hapticd.Status." + method, parameters, kSilence);
+}
+
+}  // namespace hapticd::tools::ros

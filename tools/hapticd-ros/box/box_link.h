@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <utility>
+
+#include "tools/lib/client/varlink_client.h"
+
+namespace hapticd::tools::ros {
+
+/// A running hapticd: the stream of its ticks, and calls beside it. Every wait has a time limit, and ends
+/// when the descriptor for interruption becomes readable. Thread: one at a time.
+class BoxLink {
+ public:
+  /// interval_ms: between two batches of ticks, 5..1000.
+  static ClientResult<BoxLink> open(const std::string& socket, int interval_ms, int interrupt);
+
+  /// The next reply of io.hapticd.Status.Ticks, with the fields that hapticd-ros reads.
+  ClientResult<Json> nextTicks() { return ticks_.next(kSilence); }
+  /// Of the interface io.hapticd.Status.
+  ClientResult<Json> call(const std::string& method, const Json& parameters = Json::object());
+
+ private:
+  /// After which hapticd hangs: ticks come in batches without end, and calls are answered at once.
+  static constexpr std::chrono::milliseconds kSilence{3000};
+
+  BoxLink(VarlinkClient ticks, VarlinkClient calls) : ticks_(std::move(ticks)), calls_(std::move(calls)) {}
+
+  VarlinkClient ticks_;
+  VarlinkClient calls_;
+};
+
+}  // namespace hapticd::tools::ros

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <dds/dds.h>
+
+#include <string>
+#include <utility>
+
+#include "config/base/error.h"
+
+namespace hapticd::tools::ros {
+
+/// Where the participant is in the network.
+struct Network {
+  int domain = 0;         ///< 0..232, as ROS_DOMAIN_ID
+  std::string interface;  ///< name or address; empty: the loopback interface
+};
+
+/// An entity of Cyclone DDS, deleted with what belongs to it.  Thread: one at a time.
+class DdsEntity {
+ public:
+  explicit DdsEntity(dds_entity_t entity = 0) noexcept : entity_(entity) {}
+  DdsEntity(DdsEntity&& other) noexcept : entity_(std::exchange(other.entity_, 0)) {}
+  DdsEntity& operator=(DdsEntity&&) = delete;
+  ~DdsEntity() {
+    if (entity_ > 0) dds_delete(entity_);
+  }
+  dds_entity_t get() const noexcept { return entity_; }
+
+ private:
+  dds_entity_t entity_;
+};
+
+/// A program in a DDS domain, at one interface of this computer and at no other one. What Cyclone DDS has to
+/// say goes to standard error. CYCLONEDDS_URI is not read: it could open other interfaces.
+/// Thread: one at a time. Cyclone DDS starts threads of its own, which inherit the signal mask.
+class Participant {
+ public:
+  /// Errors: an interface that does not exist or is down, and what Cyclone DDS reports.
+  static base::Result<Participant> join(const Network& network);
+
+  dds_entity_t get() const noexcept { return participant_.get(); }
+  /// The name of the interface.
+  const std::string& interface() const noexcept { return interface_; }
+
+ private:
+  Participant(DdsEntity domain, DdsEntity participant, std::string interface)
+      : domain_(std::move(domain)), participant_(std::move(participant)), interface_(std::move(interface)) {}
+
+  DdsEntity domain_;
+  DdsEntity participant_;
+  std::string interface_;
+};
+
+}  // namespace hapticd::tools::ros

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "rt/base/rigid_pose.h"
+#include "rt/base/vec3.h"
+#include "tools/hapticd-ros/dds/participant.h"
+#include "tools/hapticd-ros/messages/contents.h"
+
+namespace hapticd::tools::ros {
+
+/// What is published, in the order of the table in publications.cpp.
+enum class Topic : std::uint8_t {
+  measured_cp,
+  measured_cv,
+  setpoint_cf,
+  operating_state,
+  buttons,
+  diagnostics,
+  tf_static,
+};
+inline constexpr std::size_t kTopicCount = 7;
+
+/// The topics of one box, each as ROS 2 expects it: reliable, without a key, in XCDR1, with the hash of its
+/// type. Times are UTC in nanoseconds since 1970, positions metres, forces newtons.
+/// A message that cannot be written is counted; the first reason is kept.
+/// Thread: one at a time.  RT: not safe: a write takes up to kMaxBlocking_ms.
+class Publications {
+ public:
+  static constexpr int kMaxBlocking_ms = 100;
+
+  /// name_space: of the topics, "hapticd" or "left/hapticd". `frame`: id of the frame of all poses,
+  /// velocities and forces.
+  static base::Result<Publications> open(Participant participant, const std::string& name_space,
+                                         std::string frame);
+
+  void measuredPose(std::int64_t time_ns, const rt::RigidPose& T_world_tool);
+  /// The angular velocity is sent as zero.
+  void measuredVelocity(std::int64_t time_ns, const rt::Vec3& linear_m_per_s_in_world);
+  /// The torque is sent as zero.
+  void setpointForce(std::int64_t time_ns, const rt::Vec3& force_n_in_world);
+  void operatingState(std::int64_t time_ns, std::string_view state, bool is_homed, bool is_busy);
+  void buttons(std::int64_t time_ns, std::span<float> axes, std::span<std::int32_t> buttons);
+  void diagnostics(std::int64_t time_ns, std::span<const Diagnostic> parts);
+  void fixedFrames(std::int64_t time_ns, std::span<const FixedFrame> frames);
+
+  std::uint64_t written() const noexcept { return written_; }
+  std::uint64_t failed() const noexcept { return failed_; }
+  /// Why the first message since the last call could not be written; nothing: all could.
+  std::optional<base::Error> takeProblem() { return std::exchange(problem_, std::nullopt); }
+  const std::string& interface() const noexcept { return participant_.interface(); }
+
+ private:
+  Publications(Participant participant, std::string frame)
+      : participant_(std::move(participant)), frame_(std::move(frame)) {}
+
+  base::Result<void> addWriters(const std::string& name_space);
+  void write(Topic topic, const void* sample);
+
+  Participant participant_;  // which the writers belong to
+  std::array<dds_entity_t, kTopicCount> writers_{};
+  std::string frame_;
+  std::uint64_t written_ = 0;
+  std::uint64_t failed_ = 0;
+  std::optional<base::Error> problem_;
+};
+
+}  // namespace hapticd::tools::ros

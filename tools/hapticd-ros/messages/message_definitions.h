@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// The messages of ROS 2 that hapticd-ros knows: the one list of their fields, of which the type hashes are
+/// made.
+namespace hapticd::tools::ros {
+
+struct MessageDefinition {
+  std::string_view name;    ///< "geometry_msgs/PoseStamped"
+  std::string_view fields;  ///< in the syntax of .msg files: a type and a name a line, in their order
+};
+
+/// A field of a message.
+struct MessageField {
+  std::string_view type;  ///< "float64", "std_msgs/Header"; of a list that of an element
+  std::string_view name;
+  bool is_list = false;  ///< of any length
+};
+
+/// Thread: any.  RT: not safe.
+std::span<const MessageDefinition> messageDefinitions();
+
+/// The definition with this name; it must be one of the list.
+const MessageDefinition& messageDefinition(std::string_view name);
+
+std::vector<MessageField> fieldsOf(const MessageDefinition& definition);
+
+/// All messages that this one consists of, directly or not, sorted by name and each once.
+std::vector<std::string_view> messagesInside(std::string_view name);
+
+/// The definition with those of all messages inside it, each under a line of "=" and its name, as MCAP files
+/// hold them and readers of .msg files take them.
+std::string completeDefinition(std::string_view name);
+
+/// The name of the type in DDS: "geometry_msgs::msg::dds_::PoseStamped_".
+std::string ddsTypeName(std::string_view name);
+
+}  // namespace hapticd::tools::ros

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/hapticd-ros/ros_bridge.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "rt/base/clock.h"
+#include "tools/hapticd-ros/box/box_frames.h"
+#include "tools/lib/client/reply_reader.h"
+#include "tools/lib/ticks/tick_batch.h"
+
+namespace hapticd::tools::ros {
+namespace {
+
+constexpr std::int64_t kReportPeriod_ns = rt::kNsPerSecond;
+/// What is older when it comes, after a standstill of this program or of hapticd, is of no use to anybody who
+/// follows the box live.
+constexpr std::int64_t kOldestTick_ns = 200'000'000;
+constexpr int kPauseMs = 1000;
+
+/// hapticd sends no faster.
+constexpr int kShortestIntervalMs = 5;
+
+void say(const std::string& text) {
+  fmt::print(stderr, "hapticd-ros: {}\n", text);
+}
+
+std::string textOf(const ClientError& error) {
+  return error.remedy.empty() ? error.what : fmt::format("{} ({})", error.what, error.remedy);
+}
+
+}  // namespace
+
+RosBridge::RosBridge(Publications publications, BridgeOptions options, int interrupt)
+    : publications_(std::move(publications)),
+      options_(std::move(options)),
+      interrupt_(interrupt),
+      choice_(options_.rate_hz) {}
+
+void RosBridge::run() {
+  publishState(kBoxAbsent, rt::realtimeNow_ns());
+  for (;;) {
+    const auto failure = follow();
+    if (!failure) return;
+    beAbsent(*failure);
+    if (!pause()) return;
+  }
+}
+
+std::optional<ClientError> RosBridge::follow() {
+  const int interval_ms = std::max(kShortestIntervalMs, 1000 / options_.rate_hz);
+  auto link = BoxLink::open(options_.socket, interval_ms, interrupt_);
+  if (!link) return link.error();
+  measurement_ = 0;
+  buttons_.reset();
+  frames_.clear();
+  next_report_ns_ = 0;
+  const auto failure = followTicks(*link);
+  ticks_lost_before_ += std::exchange(ticks_lost_now_, 0);
+  if (failure && failure->kind == ClientError::Kind::interrupted) return std::nullopt;
+  return failure;
+}
+
+std::optional<ClientError> RosBridge::followTicks(BoxLink& link) {
+  for (;;) {
+    const auto reply = link.nextTicks();
+    if (!reply) return reply.error();
+    if (std::exchange(box_was_said_absent_, false)) say("hapticd answers");
+    takeBatch(*reply);
+    if (const auto problem = publications_.takeProblem();
+        problem && !std::exchange(write_problem_was_said_, true))
+      say(problem->text());
+    if (rt::monotonicNow_ns() < next_report_ns_) continue;
+    next_report_ns_ = rt::monotonicNow_ns() + kReportPeriod_ns;
+    if (auto failure = reportOncePerSecond(link)) return failure;
+  }
+}
+
+void RosBridge::takeBatch(const Json& reply) {
+  const double lost = numberAt(reply, "lostCount");
+  if (lost >= 0 && lost < 1e18) ticks_lost_now_ = static_cast<std::uint64_t>(lost);
+  utc_.measure();
+  forEachTick(reply, [this](const rt::Tick& tick) { takeTick(tick); });
+}
+
+void RosBridge::takeTick(const rt::Tick& tick) {
+  const OperatingState state = operatingStateOf(tick);
+  if (state != state_) publishState(state, utc_.utc_ns(tick.planned_ns));
+  // not only in chosen ticks: a button may be pressed for less than a period of them
+  if (tick.handle.sequence > 0 && (tick.handle.buttons != buttons_ || tick.planned_ns >= next_buttons_ns_))
+    publishButtons(tick);
+  if (!choice_.takes(tick.planned_ns)) return;
+  if (rt::monotonicNow_ns() - tick.planned_ns > kOldestTick_ns) {
+    ++counters_.ticks_late;
+    return;
+  }
+  publishMotion(tick);
+}
+
+void RosBridge::publishMotion(const rt::Tick& tick) {
+  if (isFinite(tick.command_force_n_in_world))
+    publications_.setpointForce(utc_.utc_ns(tick.planned_ns), tick.command_force_n_in_world);
+  const rt::HandleState& handle = tick.handle;
+  // each measurement once: a handle that is gone, or slower than the ticks, has no new one
+  if (handle.sequence == measurement_ || !isMeasured(tick)) return;
+  measurement_ = handle.sequence;
+  const std::int64_t time_ns = utc_.utc_ns(handle.time_ns);
+  const rt::Quaternion orientation = handle.has_orientation ? handle.orientation_in_world : rt::Quaternion{};
+  publications_.measuredPose(time_ns, {handle.position_m_in_world, orientation});
+  publications_.measuredVelocity(time_ns, handle.velocity_m_per_s_in_world);
+}
+
+void RosBridge::publishButtons(const rt::Tick& tick) {
+  buttons_ = tick.handle.buttons;
+  next_buttons_ns_ = tick.planned_ns + kReportPeriod_ns;
+  button_count_ = std::max(button_count_, static_cast<std::size_t>(std::bit_width(tick.handle.buttons)));
+  std::vector<std::int32_t> held(button_count_);
+  for (std::size_t i = 0; i < held.size(); ++i) held[i] = (tick.handle.buttons >> i) & 1U ? 1 : 0;
+  std::vector<float> axes;
+  if (tick.handle.has_gripper) axes.push_back(static_cast<float>(tick.handle.gripper_rad));
+  publications_.buttons(utc_.utc_ns(tick.handle.time_ns), axes, held);
+}
+
+void RosBridge::publishState(const OperatingState& state, std::int64_t utc_ns) {
+  state_ = state;
+  publications_.operatingState(utc_ns, state.state, state.is_homed, state.is_busy);
+}
+
+std::optional<ClientError> RosBridge::reportOncePerSecond(BoxLink& link) {
+  const auto status = link.call("GetStatus");
+  if (!status) return status.error();
+  const Json* const content = fieldAt(*status, "status");
+  publishDiagnostics(content != nullptr ? *content : Json::object(), "");
+  const auto calibration = link.call("GetCalibration");
+  if (!calibration) return calibration.error();
+  const auto parameters = link.call("GetParameters", handleFrameParameters());
+  if (!parameters) return parameters.error();
+  publishFrames(*calibration, *parameters);
+  return std::nullopt;
+}
+
+void RosBridge::publishDiagnostics(const Json& status, const std::string& problem) {
+  counters_.messages = publications_.written();
+  counters_.messages_failed = publications_.failed();
+  counters_.ticks_lost = ticks_lost_before_ + ticks_lost_now_;
+  publications_.diagnostics(rt::realtimeNow_ns(),
+                            diagnosticsOf(status, problem, counters_, options_.name_space));
+}
+
+void RosBridge::publishFrames(const Json& calibration, const Json& parameters) {
+  std::vector<FixedFrame> frames = fixedFrames(calibration, parameters, framePrefix());
+  if (frames.empty() || frames == frames_) return;
+  frames_ = std::move(frames);
+  publications_.fixedFrames(rt::realtimeNow_ns(), frames_);
+}
+
+void RosBridge::beAbsent(const ClientError& reason) {
+  if (state_ != kBoxAbsent) publishState(kBoxAbsent, rt::realtimeNow_ns());
+  publishDiagnostics(Json(), reason.what);
+  if (std::exchange(box_was_said_absent_, true)) return;
+  say(fmt::format("waiting for hapticd: {}", textOf(reason)));
+}
+
+bool RosBridge::pause() const {
+  pollfd interrupt{interrupt_, POLLIN, 0};
+  return ::poll(&interrupt, 1, kPauseMs) <= 0;
+}
+
+}  // namespace hapticd::tools::ros

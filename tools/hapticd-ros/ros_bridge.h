@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rt/loop/loop_state.h"
+#include "tools/hapticd-ros/box/box_diagnostics.h"
+#include "tools/hapticd-ros/box/box_link.h"
+#include "tools/hapticd-ros/box/operating_state.h"
+#include "tools/hapticd-ros/box/tick_choice.h"
+#include "tools/hapticd-ros/dds/publications.h"
+
+namespace hapticd::tools::ros {
+
+struct BridgeOptions {
+  std::string socket;
+  std::string name_space = "hapticd";
+  int rate_hz = 250;  ///< of positions, velocities and forces, 1..1000
+};
+
+/// Reads a hapticd that may come and go, and publishes what it does.
+/// Thread: main.
+class RosBridge {
+ public:
+  /// interrupt: a descriptor that becomes readable when the bridge is to end.
+  RosBridge(Publications publications, BridgeOptions options, int interrupt);
+
+  /// Returns when it is to end.
+  void run();
+
+ private:
+  /// Publishes until the link fails; the reason, or nothing when the bridge is to end.
+  std::optional<ClientError> follow();
+  std::optional<ClientError> followTicks(BoxLink& link);
+  void takeBatch(const Json& reply);
+  void takeTick(const rt::Tick& tick);
+  void publishMotion(const rt::Tick& tick);
+  void publishButtons(const rt::Tick& tick);
+  void publishState(const OperatingState& state, std::int64_t utc_ns);
+  /// What is due once a second.
+  std::optional<ClientError> reportOncePerSecond(BoxLink& link);
+  void publishDiagnostics(const Json& status, const std::string& problem);
+  void publishFrames(const Json& calibration, const Json& parameters);
+  void beAbsent(const ClientError& reason);
+  /// Returns false when the bridge is to end.
+  bool pause() const;
+  std::string framePrefix() const { return options_.name_space + "/"; }
+
+  Publications publications_;
+  BridgeOptions options_;
+  int interrupt_;
+  TickChoice choice_;
+  UtcClock utc_;
+  BridgeCounters counters_;
+  std::uint64_t ticks_lost_before_ = 0;  // by streams that have ended
+  std::uint64_t ticks_lost_now_ = 0;     // by this one
+  std::int64_t next_report_ns_ = 0;      // CLOCK_MONOTONIC
+  bool box_was_said_absent_ = false;
+  bool write_problem_was_said_ = false;
+
+  // of the present link to hapticd
+  std::optional<OperatingState> state_;
+  std::uint64_t measurement_ = 0;  // the newest that was published
+  std::optional<std::uint32_t> buttons_;
+  std::int64_t next_buttons_ns_ = 0;
+  std::size_t button_count_ = kFewestButtons;
+  std::vector<FixedFrame> frames_;
+
+  static constexpr std::size_t kFewestButtons = 4;
+};
+
+}  // namespace hapticd::tools::ros
