@@ -233,6 +233,10 @@ bool RunningBox::feedPose(const rt::FramePose& pose) {
   return true;
 }
 
+void RunningBox::feedForce(const rt::ExternalForce& force) {
+  control_->external_force.write(force);
+}
+
 rt::LiveParameters RunningBox::live() const {
   return !settings_.live.force.law ? config::liveWith(settings_, law_decision_) : settings_.effectiveLive();
 }

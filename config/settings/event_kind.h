@@ -27,12 +27,13 @@ enum class EventKind {
   region,   ///< a tissue region likewise, or an estimator began to feed it
   breach,   ///< the HIP has been inside a forbidden region
   frame,    ///< a moving frame was lost, came back or jumped, or its rules were changed
+  force,    ///< another program began to feed forces
 };
 
 constexpr auto wordsOf(EventKind) {
   return rt::words<EventKind>("mode", "camera", "handle", "warning", "engage", "disengage", "clear_fault",
                               "parameter", "profile", "calibration", "trace", "mark", "configuration",
-                              "reload", "stop", "fixture", "region", "breach", "frame");
+                              "reload", "stop", "fixture", "region", "breach", "frame", "force");
 }
 
 }  // namespace hapticd::config

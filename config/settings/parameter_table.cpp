@@ -88,6 +88,10 @@ constexpr auto kForceToSafety = std::to_array<Parameter>({
         "largest distance of the HIP from the world's origin; beyond it there is no force", higher),
     HAPTICD_PARAMETER(live.safety.max_handle_speed_m_per_s, "m/s", {0, 100}, "",
         "faster motion of the hand is treated as a fault of the handle; 0: no limit", higher_or_zero),
+    HAPTICD_PARAMETER(live.safety.max_external_force_n, "N", {0, 10}, "",
+        "largest force that another program may add by FeedForce; 0: none", higher),
+    HAPTICD_PARAMETER(live.safety.max_external_power_w, "W", {0, 5}, "",
+        "power that this force may give to the hand for longer than a moment", higher),
 });
 
 constexpr auto kCameraDriverRows = std::to_array<Parameter>({

@@ -91,6 +91,7 @@ ControlService::ControlService(Box& box, const ControlServiceOptions& options)
       parameters_(context_),
       additions_(context_),
       frames_(context_),
+      forces_(context_),
       traces_(context_),
       profiles_(context_, worker_),
       calibration_(context_, worker_, options.calibration),
@@ -99,8 +100,8 @@ ControlService::ControlService(Box& box, const ControlServiceOptions& options)
       undo_(context_) {
   for (auto&& theme : {serviceMethods(), monitors_.methods(), ticks_.methods(), events_.methods(),
                        snapshots_.methods(), depth_.methods(), parameters_.methods(), additions_.methods(),
-                       frames_.methods(), traces_.methods(), profiles_.methods(), calibration_.methods(),
-                       reloads_.methods(), solids_.methods(), undo_.methods()}) {
+                       frames_.methods(), forces_.methods(), traces_.methods(), profiles_.methods(),
+                       calibration_.methods(), reloads_.methods(), solids_.methods(), undo_.methods()}) {
     methods_.insert(methods_.end(), theme.begin(), theme.end());
   }
 }

@@ -70,6 +70,7 @@ class ControlService final : public CallHandler {
   ParameterMethods parameters_;
   AdditionMethods additions_;
   FrameMethods frames_;
+  ForceMethods forces_;
   TraceMethods traces_;
   ProfileMethods profiles_;
   CalibrationMethods calibration_;

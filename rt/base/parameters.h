@@ -100,6 +100,8 @@ struct SafetyParameters {
   int overrun_burst = 5;  ///< number of late ticks among the last 64 that counts as a burst; 65: never
   double workspace_radius_m = 20;       ///< around the world's origin; no force beyond it
   double max_handle_speed_m_per_s = 5;  ///< of the hand; faster motion is treated as a fault; 0: no limit
+  double max_external_force_n = 0;      ///< that another program may add; 0: none
+  double max_external_power_w = 0.2;    ///< that this force may give to the hand, beyond EnergyBudget
 };
 
 /// Distances at which people are warned of a forbidden region; the core does not read them.

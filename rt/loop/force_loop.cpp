@@ -60,6 +60,7 @@ void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
   channels_.control.directive.refresh();
   channels_.control.fixtures.refresh();
   channels_.control.tissue.refresh();
+  channels_.control.external_force.refresh();
   const HandleState& handle = channels_.handle_state.front();
   Directive directive = channels_.control.directive.front();
   if (stopping_) directive.engage = false;
@@ -69,17 +70,19 @@ void ForceLoop::tick(std::int64_t planned_ns, std::int64_t woke_ns) HAPTICD_RT {
   std::array<FramePose, kMaxPosesPerTick> poses;
   std::size_t pose_count = 0;
   while (pose_count < poses.size() && channels_.control.frame_poses.pop(poses[pose_count])) ++pose_count;
-  Tick tick = core_.step({.now_ns = woke_ns,
-                          .period_s = period_s_,
-                          .scene = channels_.scenes.front(),
-                          .handle = handle,
-                          .directive = directive,
-                          .start = start_,
-                          .overran = overran_,
-                          .release = release,
-                          .fixtures = &channels_.control.fixtures.front(),
-                          .tissue = &channels_.control.tissue.front(),
-                          .poses = std::span(poses).first(pose_count)});
+  Tick tick =
+      core_.step({.now_ns = woke_ns,
+                  .period_s = period_s_,
+                  .scene = channels_.scenes.front(),
+                  .handle = handle,
+                  .directive = directive,
+                  .start = start_,
+                  .overran = overran_,
+                  .release = release,
+                  .fixtures = &channels_.control.fixtures.front(),
+                  .tissue = &channels_.control.tissue.front(),
+                  .poses = std::span(poses).first(pose_count),
+                  .external_n_in_world = externalForceAt(channels_.control.external_force.front(), woke_ns)});
   tick.number = state_.counters.ticks + 1;
   tick.stopping = stopping_;
   tick.planned_ns = planned_ns;

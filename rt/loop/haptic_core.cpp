@@ -406,6 +406,7 @@ SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervi
   motion.max_damping_n_s_per_m = rules.largest_damping_n_s_per_m - slowing_n_s_per_m -
                                  (input.handle.damps ? 0 : tick.contact_damping_n_s_per_m);
   motion.cue_n_in_world = tick.cue_force_n_in_world = cue(input, evaluation, tick) + knock(input);
+  motion.external_n_in_world = mode_gain * input.external_n_in_world;
   tick.hidden_latency_s = state_.latency.hidden_s();
   return state_.safety.apply(tick.scaled_force_n_in_world, parameters.safety, input.period_s, motion);
 }
@@ -417,6 +418,7 @@ Tick HapticCore::step(const Input& input) HAPTICD_RT {
   tick.fixture_proxy_m_in_world = tick.hip_m_in_world;
   tick.stiffness_n_per_m = state_.stiffness.begin(input.directive.parameters);
   tick.handle = input.handle;
+  tick.external_force_n_in_world = input.external_n_in_world;
   tick.directive_generation = input.directive.generation;
   tick.after_overrun = input.overran;
   tick.tissue_generation = input.tissue == nullptr ? 0 : input.tissue->generation;

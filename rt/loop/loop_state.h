@@ -14,6 +14,7 @@
 #include "rt/base/parameters.h"
 #include "rt/base/vec3.h"
 #include "rt/base/words.h"
+#include "rt/channels/external_force.h"
 #include "rt/channels/handle_channel.h"
 #include "rt/channels/spsc_ring.h"
 #include "rt/channels/triple_buffer.h"
@@ -150,6 +151,7 @@ struct Tick {
   std::uint64_t tissue_generation = 0;
   std::int32_t tissue_region = -1;
   Vec3 cue_force_n_in_world;
+  Vec3 external_force_n_in_world;
   double stiffness_n_per_m = 0;
   StiffnessBound stiffness_bound = StiffnessBound::configured;
   double surface_noise_m = 0;
@@ -276,6 +278,9 @@ constexpr auto fieldsOf(std::type_identity<Status>) {
           .hidden(),
       HAPTICD_FIELD(cue_force_n_in_world,
                     "The palpation cue at the hand, newtons, world frame; added after the low-pass"),
+      HAPTICD_FIELD(external_force_n_in_world,
+                    "Force at the hand that another program wishes to add, newtons, world frame; its budgets "
+                    "may let less of it act"),
       HAPTICD_FIELD(stiffness_n_per_m,
                     "Stiffness of the surface in effect, newtons per metre: configured or automatic")
           .gauge("tick_stiffness_newtons_per_metre"),
@@ -377,15 +382,16 @@ using TraceRing = SpscRing<Tick, kTraceRingCapacity>;
 
 /// Channels between the force thread and the control thread.
 struct ControlChannels {
-  TripleBuffer<Directive> directive;  ///< written by the control thread
-  TripleBuffer<LoopState> state;      ///< written by the force thread
-  TickRing ticks;                     ///< pushed by the force thread
-  TraceRing trace;                    ///< the same ticks, pushed by the force thread for the trace thread
-  LatencyHistogram wakeup_latency;    ///< filled by the force thread
-  LatencyHistogram compute_time;      ///< filled by the force thread
-  FixtureChannel fixtures;            ///< written by the control thread
-  FramePoseRing frame_poses;          ///< pushed by the control thread
-  TissueChannel tissue;               ///< written by the control thread
+  TripleBuffer<Directive> directive;    ///< written by the control thread
+  TripleBuffer<LoopState> state;        ///< written by the force thread
+  TickRing ticks;                       ///< pushed by the force thread
+  TraceRing trace;                      ///< the same ticks, pushed by the force thread for the trace thread
+  LatencyHistogram wakeup_latency;      ///< filled by the force thread
+  LatencyHistogram compute_time;        ///< filled by the force thread
+  FixtureChannel fixtures;              ///< written by the control thread
+  FramePoseRing frame_poses;            ///< pushed by the control thread
+  TissueChannel tissue;                 ///< written by the control thread
+  ExternalForceChannel external_force;  ///< written by the control thread
 };
 
 /// Real-time privileges that the loop obtained. Written once, before the first tick.

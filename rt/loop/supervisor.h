@@ -40,6 +40,7 @@ class Supervisor {
     const FixtureSet* fixtures = nullptr;  ///< null: none
     const TissueMap* tissue = nullptr;     ///< null: none
     std::span<const FramePose> poses{};    ///< of moving frames, that have arrived since the previous tick
+    Vec3 external_n_in_world{};            ///< at the hand, see externalForceAt(); zero: none
   };
 
   /// Reason against exerting a force that is known before the law is evaluated.

@@ -5,13 +5,18 @@
 #include "rt/base/realtime_safe.h"
 #include "rt/base/vec3.h"
 #include "rt/safety/command_history.h"
+#include "rt/safety/energy_budget.h"
 #include "rt/safety/force_limit.h"
 #include "rt/safety/passivity.h"
 
 namespace hapticd::rt {
 
 /// Stages that every force passes from the law to the device, after the scene blend. Their order is fixed:
-/// passivity control, low-pass, palpation cue, slew limit, magnitude clamp (peak and thermal), finite check.
+/// passivity control, low-pass, palpation cue and external force, slew limit, magnitude clamp (peak and
+/// thermal), finite check.
+///
+/// An external force is kept out of the balance of passivity control, which knows what the springs of the box
+/// store, and has an energy budget of its own.
 ///
 /// For any input, the output is finite, no longer than the magnitude limit, and differs from the previous
 /// output by no more than the slew limit allows. A release reaches zero in kReleaseTicks equal steps, which
@@ -36,6 +41,7 @@ class SafetyChain {
     double max_damping_n_s_per_m = 1e9;  ///< at the hand; limit for damping with this delay
     bool known = false;                  ///< the hand's motion was measured
     Vec3 cue_n_in_world{};               ///< palpation cue, added after the low-pass
+    Vec3 external_n_in_world{};          ///< external force at the hand, added there too
     double stored_j = 0;                 ///< see Passivity::Input
   };
 
@@ -72,12 +78,19 @@ class SafetyChain {
   double energy_j() const noexcept { return passivity_.energy_j(); }
 
  private:
-  void command(const Vec3& force_n, const SafetyParameters& parameters, double period_s) HAPTICD_RT;
+  /// Returns as much of the external force as its limits allow.
+  Vec3 allowedExternal_n(const SafetyParameters& parameters, double period_s,
+                         const Motion& motion) HAPTICD_RT;
+  /// `external_n`: part of the force.
+  void command(const Vec3& force_n, const Vec3& external_n, const SafetyParameters& parameters,
+               double period_s) HAPTICD_RT;
 
   Passivity passivity_;
   LowPass low_pass_;
   ThermalLimit thermal_;
-  CommandHistory commands_;
+  EnergyBudget external_budget_;
+  CommandHistory commands_;           // without the external force
+  CommandHistory external_commands_;  // the external force alone
   Vec3 last_;
   Vec3 release_step_;
   int release_ticks_left_ = 0;

@@ -134,6 +134,7 @@ void setAdditions(rt::Tick& tick, Random& random) {
   tick.tissue_generation = any;
   tick.tissue_region = any;
   tick.cue_force_n_in_world = anyVector(random);
+  tick.external_force_n_in_world = anyVector(random);
   tick.stiffness_n_per_m = anyDouble(random);
   tick.stiffness_bound = anyOf<rt::StiffnessBound>(random, 6);
   tick.surface_noise_m = anyDouble(random);

@@ -201,6 +201,7 @@ void expectAdditions(Members& members, const rt::Tick& tick) {
   members.number("tissue_generation", tick.tissue_generation);
   members.number("tissue_region", tick.tissue_region);
   members.vector("cue_force_n_in_world", tick.cue_force_n_in_world);
+  members.vector("external_force_n_in_world", tick.external_force_n_in_world);
   members.number("stiffness_n_per_m", tick.stiffness_n_per_m);
   members.enumerator("stiffness_bound", tick.stiffness_bound);
   members.number("surface_noise_m", tick.surface_noise_m);

@@ -206,7 +206,8 @@ base::Result<void> TraceReplay::replay(const rt::Tick& tick, const OnTick& on_ti
                                          .release = tick.stopping && tick.released,
                                          .fixtures = &additions_->fixtures(),
                                          .tissue = &additions_->tissue(),
-                                         .poses = *poses});
+                                         .poses = *poses,
+                                         .external_n_in_world = tick.external_force_n_in_world});
   compare(tick, computed);
   if (on_tick) on_tick(tick, computed);
   last_tick_ = tick.number;

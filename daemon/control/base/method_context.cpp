@@ -38,6 +38,14 @@ Field<bool> flagField(const Call& call, const char* name) {
   return json->get<bool>();
 }
 
+Field<double> numberField(const Call& call, const char* name) {
+  const Json* const json = field(call, name);
+  if (!json) return std::nullopt;
+  if (!json->is_number() || !std::isfinite(json->get<double>()))
+    return std::unexpected(invalidParameter(name));
+  return json->get<double>();
+}
+
 Field<std::vector<std::string>> textsField(const Call& call, const char* name, std::size_t most) {
   const Json* const json = field(call, name);
   if (!json) return std::nullopt;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <chrono>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <expected>
@@ -50,6 +52,23 @@ Field<std::string> textField(const Call& call, const char* name);
 Field<bool> flagField(const Call& call, const char* name);
 /// A list of texts. Errors: InvalidParameter, also for more than `most` texts.
 Field<std::vector<std::string>> textsField(const Call& call, const char* name, std::size_t most);
+/// Errors: InvalidParameter, also for a number that is not finite.
+Field<double> numberField(const Call& call, const char* name);
+/// A list of so many finite numbers; nothing if it is absent. Errors: InvalidParameter.
+template <std::size_t kCount>
+Field<std::array<double, kCount>> numbersField(const Call& call, const char* name) {
+  const Json* const json = field(call, name);
+  if (!json) return std::nullopt;
+  if (!json->is_array() || json->size() != kCount) return std::unexpected(invalidParameter(name));
+  std::array<double, kCount> numbers{};
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const Json& number = (*json)[i];
+    if (!number.is_number() || !std::isfinite(number.get<double>()))
+      return std::unexpected(invalidParameter(name));
+    numbers[i] = number.get<double>();
+  }
+  return numbers;
+}
 /// A required field. Errors: InvalidParameter, also if it is absent.
 std::expected<std::string, Reply> requiredText(const Call& call, const char* name);
 

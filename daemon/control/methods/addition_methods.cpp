@@ -53,15 +53,6 @@ std::expected<std::vector<Json>, Reply> listField(const Call& call, const char* 
   return json->get<std::vector<Json>>();
 }
 
-/// A finite number; nothing if it is absent. Errors: InvalidParameter.
-Field<double> numberField(const Call& call, const char* name) {
-  const Json* const json = field(call, name);
-  if (!json) return std::nullopt;
-  if (!json->is_number() || !std::isfinite(json->get<double>()))
-    return std::unexpected(invalidParameter(name));
-  return json->get<double>();
-}
-
 std::expected<double, Reply> requiredNumber(const Call& call, const char* name) {
   const auto number = numberField(call, name);
   if (!number) return std::unexpected(number.error());

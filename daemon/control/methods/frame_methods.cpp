@@ -23,22 +23,6 @@ constexpr std::chrono::seconds kPause{10};
 /// Older poses say nothing about where the frame is now.
 constexpr double kMaxAge_s = 1000;
 
-/// A list of so many finite numbers; nothing if it is absent. Errors: InvalidParameter.
-template <std::size_t kCount>
-Field<std::array<double, kCount>> numbersField(const Call& call, const char* name) {
-  const Json* const json = field(call, name);
-  if (!json) return std::nullopt;
-  if (!json->is_array() || json->size() != kCount) return std::unexpected(invalidParameter(name));
-  std::array<double, kCount> numbers{};
-  for (std::size_t i = 0; i < kCount; ++i) {
-    const Json& number = (*json)[i];
-    if (!number.is_number() || !std::isfinite(number.get<double>()))
-      return std::unexpected(invalidParameter(name));
-    numbers[i] = number.get<double>();
-  }
-  return numbers;
-}
-
 /// When the frame was there: its time, or now less its age, or now. Errors: InvalidParameter.
 std::expected<std::int64_t, Reply> timeOf(const Call& call, std::int64_t now_ns) {
   const Json* const time = field(call, "timeNs");

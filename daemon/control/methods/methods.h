@@ -77,6 +77,26 @@ class FrameMethods {
   std::map<std::string, std::uint64_t, std::less<>> limited_;
 };
 
+/// The method by which another program adds a force to that of the laws.
+/// Thread: control thread only.
+class ForceMethods {
+ public:
+  using Clock = std::chrono::steady_clock;
+  static constexpr int kMaxPerSecond = 2000;
+
+  explicit ForceMethods(MethodContext& context) : context_(context) {}
+  std::vector<Method> methods();
+
+ private:
+  void feedForce(const Call&, const Caller&, Replies&);
+  Reply take(const rt::Vec3& force_n_in_world, double age_s, const Caller& caller);
+
+  MethodContext& context_;
+  RateLimit rate_{kMaxPerSecond};
+  ConnectionId sender_ = kNoConnection;  // of the newest force
+  Clock::time_point newest_;
+};
+
 /// The camera's pose at the start of the daemon.
 struct CalibrationAtStart {
   rt::PoseParameters configured_T_world_camera;

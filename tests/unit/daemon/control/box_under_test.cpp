@@ -103,6 +103,11 @@ bool BoxUnderTest::feedPose(const rt::FramePose& pose) {
   return box_->feedPose(pose);
 }
 
+void BoxUnderTest::feedForce(const rt::ExternalForce& force) {
+  const std::lock_guard lock(mutex_);
+  box_->feedForce(force);
+}
+
 std::uint64_t BoxUnderTest::engage(bool engaged, bool inside) {
   const std::lock_guard lock(mutex_);
   return counted(box_->engage(engaged, inside));

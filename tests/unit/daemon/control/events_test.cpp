@@ -113,7 +113,7 @@ TEST_F(EventsTest, RefusesAnUnknownKindAndNamesAllThatThereAre) {
                         {"allowed",
                          "any of mode, camera, handle, warning, engage, disengage, clear_fault, parameter, "
                          "profile, calibration, trace, mark, configuration, reload, stop, fixture, region, "
-                         "breach, frame"}}),
+                         "breach, frame, force"}}),
             client.json());
 }
 
