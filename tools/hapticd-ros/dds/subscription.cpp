@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/hapticd-ros/dds/subscription.h"
+
+#include <fmt/format.h>
+
+#include "tools/hapticd-ros/messages/type_hash.h"
+
+namespace hapticd::tools::ros {
+namespace {
+
+base::Error failure(const std::string& topic, dds_return_t code) {
+  return {"topic " + topic, fmt::format("cannot be subscribed to: {}", dds_strretcode(-code)),
+          "another --domain may do"};
+}
+
+}  // namespace
+
+base::Result<Subscription> Subscription::open(const Participant& participant, const std::string& topic,
+                                              std::string_view message, const dds_topic_descriptor_t& type,
+                                              int depth) {
+  dds_qos_t* const qos = dds_create_qos();
+  dds_qset_reliability(qos, DDS_RELIABILITY_BEST_EFFORT, 0);
+  dds_qset_durability(qos, DDS_DURABILITY_VOLATILE);
+  dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, depth);
+  const dds_data_representation_id_t plain_cdr = DDS_DATA_REPRESENTATION_XCDR1;
+  dds_qset_data_representation(qos, 1, &plain_cdr);
+  const dds_entity_t entity =
+      dds_create_topic(participant.get(), &type, ("rt/" + topic).c_str(), nullptr, nullptr);
+  const std::string user_data = fmt::format("typehash={};", typeHash(message));
+  dds_qset_userdata(qos, user_data.data(), user_data.size());
+  const dds_entity_t reader =
+      entity < 0 ? entity : dds_create_reader(participant.get(), entity, qos, nullptr);
+  dds_delete_qos(qos);
+  if (reader < 0) return std::unexpected(failure(topic, reader));
+  dds_set_status_mask(reader, DDS_DATA_AVAILABLE_STATUS);
+  return Subscription(reader);
+}
+
+int Subscription::publishers() const {
+  dds_subscription_matched_status_t status{};
+  if (dds_get_subscription_matched_status(reader_, &status) != DDS_RETCODE_OK) return 0;
+  return static_cast<int>(status.current_count);
+}
+
+MessageWait::MessageWait(const Participant& participant)
+    : waitset_(dds_create_waitset(participant.get())), ending_(dds_create_guardcondition(participant.get())) {
+  dds_waitset_attach(waitset_.get(), ending_.get(), 0);
+}
+
+void MessageWait::add(const Subscription& subscription) {
+  dds_waitset_attach(waitset_.get(), subscription.reader(), 0);
+}
+
+void MessageWait::wait(std::chrono::nanoseconds at_most) {
+  dds_waitset_wait(waitset_.get(), nullptr, 0, at_most.count());
+}
+
+void MessageWait::end() {
+  dds_set_guardcondition(ending_.get(), true);
+}
+
+bool MessageWait::ended() const {
+  bool ended = false;
+  dds_read_guardcondition(ending_.get(), &ended);
+  return ended;
+}
+
+}  // namespace hapticd::tools::ros
