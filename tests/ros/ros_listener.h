@@ -80,6 +80,28 @@ class RosListener {
   std::map<std::string, dds_entity_t> readers_;
 };
 
+/// A program of DDS with writers, as ROS 2 makes them. Made after a RosListener of the same domain, whose
+/// settings it shares.
+class RosTalker {
+ public:
+  explicit RosTalker(int domain);
+  ~RosTalker();
+  RosTalker(const RosTalker&) = delete;
+  RosTalker& operator=(const RosTalker&) = delete;
+
+  /// Announces a topic, with "rt/".
+  void advertise(const std::string& topic, const dds_topic_descriptor_t& type);
+  /// Whether a reader of the topic is matched.
+  bool isMatched(const std::string& topic) const;
+  /// sample: of the type that was announced. `sent_utc_ns`: when it pretends to be written; nothing: now.
+  void publish(const std::string& topic, const void* sample,
+               std::optional<std::int64_t> sent_utc_ns = {}) const;
+
+ private:
+  dds_entity_t participant_;
+  std::map<std::string, dds_entity_t> writers_;
+};
+
 /// Bytes as hexadecimal digits.
 std::string hexOf(const std::string& bytes);
 

@@ -21,7 +21,13 @@ struct Origin {
   std::int64_t sent_utc_ns = 0;  ///< when it was written, by the clock of its computer
 };
 
-/// A reader of one topic of ROS 2. It is best effort, so that publishers of either kind match, and volatile.
+/// What a reader is to get.
+enum class Delivery : std::uint8_t {
+  newest,  ///< best effort, for what is soon replaced; matches publishers of either kind
+  each,    ///< reliable, for what is sent once; matches reliable publishers, as ROS 2 makes them by default
+};
+
+/// A reader of one topic of ROS 2, volatile.
 /// Thread: one at a time.
 class Subscription {
  public:
@@ -30,16 +36,16 @@ class Subscription {
   /// newest stay.
   static base::Result<Subscription> open(const Participant& participant, const std::string& topic,
                                          std::string_view message, const dds_topic_descriptor_t& type,
-                                         int depth);
+                                         int depth, Delivery delivery = Delivery::newest);
 
   /// Calls take(message, origin) for all messages that have come, oldest first. They are valid during the
   /// call; their texts are never null.
   template <typename Message>
   void takeAll(auto take) {
     constexpr std::size_t kAtOnce = 16;
-    std::array<void*, kAtOnce> samples{};
     std::array<dds_sample_info_t, kAtOnce> infos{};
     for (;;) {
+      std::array<void*, kAtOnce> samples{};  // null: of DDS
       const dds_return_t count = dds_take(reader_, samples.data(), infos.data(), kAtOnce, kAtOnce);
       if (count <= 0) return;
       for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
