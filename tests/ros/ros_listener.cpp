@@ -11,12 +11,6 @@
 namespace hapticd::test {
 namespace {
 
-constexpr const char* kAsLocalhost =
-    "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
-    "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
-    "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><Peers><Peer Address=\"localhost\"/></Peers>"
-    "</Discovery></Domain></CycloneDDS>";
-
 std::string userDataOf(const dds_qos_t* qos) {
   void* data = nullptr;
   std::size_t size = 0;
@@ -79,9 +73,9 @@ std::string CdrBytes::text() {
   return text;
 }
 
-RosListener::RosListener(int domain)
+RosListener::RosListener(int domain, const char* settings)
     // fails where the test publishes in the same process, so that the domain is there already
-    : domain_(dds_create_domain(static_cast<dds_domainid_t>(domain), kAsLocalhost)),
+    : domain_(dds_create_domain(static_cast<dds_domainid_t>(domain), settings)),
       participant_(dds_create_participant(static_cast<dds_domainid_t>(domain), nullptr, nullptr)),
       writers_seen_(dds_create_reader(participant_, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr)),
       participants_seen_(

@@ -42,6 +42,14 @@ class CdrBytes {
   bool is_short_ = false;
 };
 
+/// Settings of Cyclone DDS for a program that looks for others as ROS 2 does with the discovery range
+/// LOCALHOST: at the ports of the first participants of this computer, without multicast.
+inline constexpr const char* kAsLocalhost =
+    "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
+    "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
+    "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><Peers><Peer Address=\"localhost\"/></Peers>"
+    "</Discovery></Domain></CycloneDDS>";
+
 /// What discovery tells of a writer.
 struct WriterSeen {
   std::string type = {};
@@ -52,11 +60,10 @@ struct WriterSeen {
   std::vector<int> representations = {};
 };
 
-/// A program of DDS with readers, which takes the bytes as they came. It looks for others as ROS 2 does with
-/// the discovery range LOCALHOST: at the ports of the first participants of this computer, without multicast.
+/// A program of DDS with readers, which takes the bytes as they came.
 class RosListener {
  public:
-  explicit RosListener(int domain);
+  explicit RosListener(int domain, const char* settings = kAsLocalhost);
   ~RosListener();
   RosListener(const RosListener&) = delete;
   RosListener& operator=(const RosListener&) = delete;
