@@ -6,18 +6,6 @@
 #include "rt/safety/force_limit.h"
 
 namespace hapticd::rt {
-namespace {
-
-/// Returns the part of an external force in the force that came out of slew limit and clamp, whose other part
-/// was to be `rest_n`: at most all of it.
-Vec3 externalPart_n(const Vec3& force_n, const Vec3& rest_n, const Vec3& external_n) HAPTICD_RT {
-  const double length2 = dot(external_n, external_n);
-  if (!(length2 > 0)) return {};
-  return std::clamp(dot(force_n - rest_n, external_n) / length2, 0.0, 1.0) * external_n;
-}
-
-}  // namespace
-
 SafetyChain::Output SafetyChain::apply(const Vec3& force_n_in_world, const SafetyParameters& parameters,
                                        double period_s, const Motion& motion) HAPTICD_RT {
   Output out;
@@ -40,19 +28,23 @@ SafetyChain::Output SafetyChain::apply(const Vec3& force_n_in_world, const Safet
   const bool has_cue = !(motion.cue_n_in_world == Vec3{}) && !out.not_finite;
   if (has_cue) aim += motion.cue_n_in_world;  // a sum with zero would change the sign of -0
 
-  const Vec3 rest = aim;
+  const Vec3 own_aim = aim;
   const Vec3 external = allowedExternal_n(parameters, period_s, motion);
   const bool has_external = !(external == Vec3{}) && !out.not_finite;
   if (has_external) aim += external;
 
   const double allowed_n = thermal_.limit_n(parameters.max_force_n, parameters.continuous_force_n);
-  const LimitedForce limited = limitForce(last_, aim, parameters.max_slew_n_per_s * period_s, allowed_n);
+  const double step_n = parameters.max_slew_n_per_s * period_s;
+  const LimitedForce limited = limitForce(last_, aim, step_n, allowed_n);
   out.slewed_n_in_world = limited.slewed_force_n;
   out.slew_limited = limited.slewed;
   out.magnitude_clamped = limited.clamped;
   out.thermally_limited = allowed_n < parameters.max_force_n;
   const Vec3 force = isFinite(limited.force_n) ? limited.force_n : Vec3{};
-  command(force, has_external ? externalPart_n(force, rest, external) : Vec3{}, parameters, period_s);
+  // What would be commanded without the external force, which is the rest.
+  const bool is_own = !has_external && last_own_ == last_;
+  const Vec3 own = is_own ? force : limitForce(last_own_, own_aim, step_n, allowed_n).force_n;
+  command(force, isFinite(own) ? own : Vec3{}, parameters, period_s);
   out.force_n_in_world = last_;
   return out;
 }
@@ -75,10 +67,13 @@ SafetyChain::Output SafetyChain::release(const SafetyParameters& parameters, dou
     releasing_ = true;
     release_ticks_left_ = kReleaseTicks;
     release_step_ = (1.0 / kReleaseTicks) * last_;
+    own_release_step_ = (1.0 / kReleaseTicks) * last_own_;
   }
   --release_ticks_left_;
   low_pass_.apply({}, 0, period_s);
-  command(release_ticks_left_ > 0 ? last_ - release_step_ : Vec3{}, {}, parameters, period_s);
+  const bool goes_on = release_ticks_left_ > 0;
+  command(goes_on ? last_ - release_step_ : Vec3{}, goes_on ? last_own_ - own_release_step_ : Vec3{},
+          parameters, period_s);
   release_ticks_left_ = std::max(release_ticks_left_, 0);
   Output out;
   out.slewed_n_in_world = out.force_n_in_world = last_;
@@ -87,17 +82,19 @@ SafetyChain::Output SafetyChain::release(const SafetyParameters& parameters, dou
 
 void SafetyChain::restart() HAPTICD_RT {
   last_ = {};
+  last_own_ = {};
   low_pass_.apply({}, 0, 1);
   commands_ = {};
   external_commands_ = {};
   releasing_ = false;
 }
 
-void SafetyChain::command(const Vec3& force_n, const Vec3& external_n, const SafetyParameters& parameters,
+void SafetyChain::command(const Vec3& force_n, const Vec3& own_n, const SafetyParameters& parameters,
                           double period_s) HAPTICD_RT {
   last_ = force_n;
-  commands_.add(force_n - external_n);
-  external_commands_.add(external_n);
+  last_own_ = own_n;
+  commands_.add(own_n);
+  external_commands_.add(force_n - own_n);
   thermal_.heat(norm(force_n), parameters.thermal_time_s, period_s);
 }
 

@@ -81,18 +81,20 @@ class SafetyChain {
   /// Returns as much of the external force as its limits allow.
   Vec3 allowedExternal_n(const SafetyParameters& parameters, double period_s,
                          const Motion& motion) HAPTICD_RT;
-  /// `external_n`: part of the force.
-  void command(const Vec3& force_n, const Vec3& external_n, const SafetyParameters& parameters,
+  /// `own_n`: the part of the force that is not external.
+  void command(const Vec3& force_n, const Vec3& own_n, const SafetyParameters& parameters,
                double period_s) HAPTICD_RT;
 
   Passivity passivity_;
   LowPass low_pass_;
   ThermalLimit thermal_;
   EnergyBudget external_budget_;
-  CommandHistory commands_;           // without the external force
-  CommandHistory external_commands_;  // the external force alone
+  CommandHistory commands_;           // without the external part
+  CommandHistory external_commands_;  // the external part alone
   Vec3 last_;
+  Vec3 last_own_;  // its part that is not external
   Vec3 release_step_;
+  Vec3 own_release_step_;
   int release_ticks_left_ = 0;
   bool releasing_ = false;
 };

@@ -95,11 +95,22 @@ TEST(ParameterTable, EveryRowIsComplete) {
 
 // A dimensional number has its unit at the end of its name.
 TEST(ParameterTable, TheUnitIsAtTheEndOfTheName) {
-  const std::map<std::string_view, std::string_view> endings{
-      {"N/m", "_n_per_m"}, {"m", "_m"},       {"N", "_n"},         {"N/s", "_n_per_s"},
-      {"s", "_s"},         {"1/m", "_per_m"}, {"px", "_px"},       {"rad", "_rad"},
-      {"Hz", "_hz"},       {"kg", "_kg"},     {"m/s", "_m_per_s"}, {"N s/m", "_n_s_per_m"},
-      {"MB", "_mb"},       {"um", "_um"},     {"us", "_us"}};
+  const std::map<std::string_view, std::string_view> endings{{"N/m", "_n_per_m"},
+                                                             {"m", "_m"},
+                                                             {"N", "_n"},
+                                                             {"N/s", "_n_per_s"},
+                                                             {"W", "_w"},
+                                                             {"s", "_s"},
+                                                             {"1/m", "_per_m"},
+                                                             {"px", "_px"},
+                                                             {"rad", "_rad"},
+                                                             {"Hz", "_hz"},
+                                                             {"kg", "_kg"},
+                                                             {"m/s", "_m_per_s"},
+                                                             {"N s/m", "_n_s_per_m"},
+                                                             {"MB", "_mb"},
+                                                             {"um", "_um"},
+                                                             {"us", "_us"}};
   for (const Parameter& parameter : allParameters()) {
     if (parameter.unit.empty()) continue;
     const auto ending = endings.find(parameter.unit);
