@@ -17,10 +17,11 @@ base::Error failure(const std::string& topic, dds_return_t code) {
 
 base::Result<Subscription> Subscription::open(const Participant& participant, const std::string& topic,
                                               std::string_view message, const dds_topic_descriptor_t& type,
-                                              int depth) {
+                                              int depth, Late late) {
+  const bool gets_last = late == Late::gets_last;
   dds_qos_t* const qos = dds_create_qos();
-  dds_qset_reliability(qos, DDS_RELIABILITY_BEST_EFFORT, 0);
-  dds_qset_durability(qos, DDS_DURABILITY_VOLATILE);
+  dds_qset_reliability(qos, gets_last ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT, 0);
+  dds_qset_durability(qos, gets_last ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
   dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, depth);
   const dds_data_representation_id_t plain_cdr = DDS_DATA_REPRESENTATION_XCDR1;
   dds_qset_data_representation(qos, 1, &plain_cdr);

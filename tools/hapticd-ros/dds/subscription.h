@@ -21,7 +21,13 @@ struct Origin {
   std::int64_t sent_utc_ns = 0;  ///< when it was written, by the clock of its computer
 };
 
-/// A reader of one topic of ROS 2. It is best effort, so that publishers of either kind match, and volatile.
+/// What a reader gets that was written before it came.
+enum class Late : std::uint8_t {
+  gets_nothing,  ///< best effort and volatile, so that publishers of either kind match
+  gets_last,     ///< reliable and transient local, which only publishers that keep the last message match
+};
+
+/// A reader of one topic of ROS 2.
 /// Thread: one at a time.
 class Subscription {
  public:
@@ -30,7 +36,7 @@ class Subscription {
   /// newest stay.
   static base::Result<Subscription> open(const Participant& participant, const std::string& topic,
                                          std::string_view message, const dds_topic_descriptor_t& type,
-                                         int depth);
+                                         int depth, Late late = Late::gets_nothing);
 
   /// Calls take(message, origin) for all messages that have come, oldest first. They are valid during the
   /// call; their texts are never null.

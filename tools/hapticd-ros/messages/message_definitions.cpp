@@ -39,6 +39,10 @@ constexpr std::array kDefinitions{
     MessageDefinition{"crtk_msgs/OperatingState",
                       "std_msgs/Header header\nstring state\nbool is_homed\nbool is_busy\n"},
     MessageDefinition{"crtk_msgs/StringStamped", "std_msgs/Header header\nstring string\n"},
+    MessageDefinition{"std_msgs/Bool", "bool data\n"},
+    MessageDefinition{"sensor_msgs/JointState",
+                      "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\n"
+                      "float64[] effort\n"},
 };
 
 /// Types of the language itself have no package.
