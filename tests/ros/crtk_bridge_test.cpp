@@ -7,6 +7,7 @@
 #include <csignal>
 #include <optional>
 
+#include "ros_messages.h"
 #include "rt/base/clock.h"
 #include "tests/ros/ros_listener.h"
 #include "tests/ros/simulated_crtk_arm.h"
@@ -42,7 +43,7 @@ class CrtkBridge : public ::testing::Test {
                                      "--domain",
                                      std::to_string(ownDomain()),
                                      "--peer",
-                                     peer_.address(),
+                                     peer_->address(),
                                      "--max-force",
                                      "100"};
     command.insert(command.end(), more.begin(), more.end());
@@ -50,7 +51,7 @@ class CrtkBridge : public ::testing::Test {
   }
   /// Starts, commands the force, and waits until the arm exerts it.
   void startPushing(const std::vector<std::string>& more = {}) {
-    peer_.command({.force_n = kForce_n});
+    peer_->command({.force_n = kForce_n});
     start(more);
     ASSERT_TRUE(exerts(true)) << program_->errors();
   }
@@ -67,15 +68,20 @@ class CrtkBridge : public ::testing::Test {
     EXPECT_TRUE(exerts(false)) << program_->errors();
     return static_cast<double>(arm_->record().last_exerted_ns - since_ns) * 1e-6;
   }
+  /// Waits until nothing but zero has been commanded for a while.
+  bool commandsZero() {
+    constexpr std::uint64_t kInARow = 20;
+    return becomesTrue([&] { return arm_->record().zeros_in_a_row >= kInARow; });
+  }
   bool handleIs(bool calibrated, bool fault) {
     return becomesTrue([&] {
-      const drivers::udp::StatePacket state = peer_.state();
+      const drivers::udp::StatePacket state = peer_->state();
       return state.header.sequence > 0 && state.calibrated == calibrated && state.fault == fault;
     });
   }
 
   CrtkArmSettings settings_;
-  Peer peer_;
+  std::optional<Peer> peer_{std::in_place};
   std::optional<SimulatedCrtkArm> arm_;
   std::optional<Program> program_;
 };
@@ -114,7 +120,7 @@ TEST_P(CrtkWrench, ComesWithThePositionInMetresAndTheOrientationOfTheTool) {
   makeArm();
   start({"--wrench", GetParam().convention});
   ASSERT_TRUE(handleIs(true, false)) << program_->errors();
-  const drivers::udp::StatePacket state = peer_.state();
+  const drivers::udp::StatePacket state = peer_->state();
   const rt::Vec3 start_m = settings_.hand.start_m_in_world;
   const rt::RigidPose& base = settings_.T_base_local;
   const rt::Vec3 expected_m =
@@ -125,7 +131,7 @@ TEST_P(CrtkWrench, ComesWithThePositionInMetresAndTheOrientationOfTheTool) {
   EXPECT_FALSE(state.velocity_valid) << "hapticd takes it from the positions";
   EXPECT_FALSE(state.drives_torque);
   arm_->setGripper(0.75);
-  EXPECT_TRUE(becomesTrue([&] { return peer_.state().gripper_rad == 0.75; }));
+  EXPECT_TRUE(becomesTrue([&] { return peer_->state().gripper_rad == 0.75; }));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, CrtkWrench,
@@ -135,6 +141,239 @@ INSTANTIATE_TEST_SUITE_P(All, CrtkWrench,
                            return one.param.convention == "body-absolute" ? "bodyAbsolute"
                                                                           : one.param.convention;
                          });
+
+TEST_F(CrtkBridge, LeavesTheArmWithZeroForcesOnSigtermAndCtrlC) {
+  for (const int signal : {SIGTERM, SIGINT}) {
+    makeArm();
+    startPushing();
+    const std::int64_t since_ns = rt::monotonicNow_ns();
+    program_->signal(signal);
+    EXPECT_EQ(program_->wait(), exitedWith(0)) << program_->errors();
+    RecordProperty("zero_ms", std::to_string(zeroAfter_ms(since_ns)));
+    EXPECT_TRUE(commandsZero());
+    EXPECT_EQ(program_->errors().find("did not acknowledge"), std::string::npos) << program_->errors();
+    EXPECT_NE(program_->output().find("strongest force, N            1.871"), std::string::npos)
+        << program_->output();
+  }
+}
+
+TEST_F(CrtkBridge, LetsGoWhenHapticdIsGoneOrCommandsZeroAndPushesAgain) {
+  makeArm();
+  startPushing();
+  peer_->command({});
+  EXPECT_TRUE(exerts(false));
+  peer_->command({.force_n = kForce_n});
+  ASSERT_TRUE(exerts(true));
+  peer_.reset();
+  EXPECT_TRUE(exerts(false)) << "the dead man of 20 ms";
+  EXPECT_TRUE(commandsZero()) << "and it goes on with zero, since the arm would keep the last force";
+  program_->signal(SIGTERM);
+  EXPECT_EQ(program_->wait(), exitedWith(0));
+}
+
+// Nothing is left that could send a zero.
+TEST_F(CrtkBridge, LeavesTheLastForceToAnArmWithoutWatchdogWhenItIsKilledUntilItIsStartedAgain) {
+  makeArm();
+  startPushing();
+  program_->signal(SIGKILL);
+  (void)program_->wait();
+  peer_->command({});
+  const std::int64_t killed_ns = rt::monotonicNow_ns();
+  ASSERT_TRUE(becomesTrue([&] { return arm_->record().last_exerted_ns - killed_ns > 300'000'000; }))
+      << "the force goes on";
+  start();
+  EXPECT_TRUE(exerts(false)) << program_->errors();
+}
+
+TEST_F(CrtkBridge, LeavesItToTheWatchdogOfAnArmToDropTheForceWhenItIsKilled) {
+  CrtkArmSettings settings = turnedArm();
+  settings.watchdog_ns = 50'000'000;
+  makeArm(settings);
+  startPushing();
+  program_->signal(SIGKILL);
+  (void)program_->wait();
+  ASSERT_TRUE(exerts(false));
+  const CrtkArmRecord record = arm_->record();
+  EXPECT_LE(record.last_exerted_ns - record.last_wrench_ns, settings.watchdog_ns + 2 * settings.period_ns);
+  start();
+  EXPECT_TRUE(exerts(true)) << program_->errors();
+}
+
+TEST_F(CrtkBridge, GivesNoForceInAStateWithoutOneAndSaysIt) {
+  struct StateCase {
+    const char* state;
+    bool is_homed;
+    bool calibrated;
+    bool fault;
+  };
+  makeArm();
+  startPushing();
+  for (const StateCase& one :
+       {StateCase{"PAUSED", true, false, false}, StateCase{"DISABLED", true, false, false},
+        StateCase{"ENABLED", false, false, false}, StateCase{"FAULT", true, false, true},
+        StateCase{"something new", true, false, false}}) {
+    arm_->setState(one.state, one.is_homed);
+    EXPECT_TRUE(commandsZero()) << one.state;
+    EXPECT_TRUE(handleIs(one.calibrated, one.fault)) << one.state;
+    EXPECT_TRUE(says(fmt::format("is {}{}", one.state, one.is_homed ? "" : ", not homed")));
+    // zero for a while, and then nothing: servo_cf would take the arm from whoever moves it
+    EXPECT_TRUE(
+        becomesTrue([&] { return rt::monotonicNow_ns() - arm_->record().last_wrench_ns > 200'000'000; }));
+    arm_->setState("ENABLED", true);
+    EXPECT_TRUE(exerts(true)) << one.state << program_->errors();
+  }
+}
+
+TEST_F(CrtkBridge, GivesNoForceWithoutSoundMeasurementsAndNamesWhatIsWrong) {
+  struct NamedFault {
+    std::uint32_t faults;
+    const char* text;
+  };
+  makeArm();
+  startPushing();
+  for (const NamedFault& one :
+       {NamedFault{kCrtkSilent, "no measurement for 20 ms: no force"},
+        NamedFault{kCrtkNotFinite, "a measurement was rejected: its position is not finite"},
+        NamedFault{kCrtkNotUnit, "rejected: the quaternion of its orientation has not the length 1"},
+        NamedFault{kCrtkZeroStamp, "rejected: its stamp is zero, by which CRTK marks invalid data"}}) {
+    const std::int64_t since_ns = rt::monotonicNow_ns();
+    arm_->setFaults(one.faults);
+    const double zero_ms = zeroAfter_ms(since_ns);
+    RecordProperty(one.text, std::to_string(zero_ms));
+    EXPECT_TRUE(commandsZero()) << one.text;
+    EXPECT_TRUE(becomesTrue([&] { return peer_->state().fault; })) << one.text;
+    says(one.text);
+    arm_->setFaults(0);
+    EXPECT_TRUE(exerts(true)) << one.text << program_->errors();
+  }
+  EXPECT_NEAR(arm_->record().most_exerted_n, norm(kForce_n), 1e-9);
+}
+
+TEST_F(CrtkBridge, GivesNoForceForTheTimeOfTheDeadManWhereThePositionJumps) {
+  makeArm();
+  startPushing();
+  const std::uint64_t zeros = arm_->record().zeros;
+  arm_->setFaults(kCrtkJump);
+  EXPECT_TRUE(says("it jumped farther than a hand moves"));
+  EXPECT_TRUE(becomesTrue([&] { return arm_->record().zeros > zeros; }));
+  EXPECT_TRUE(exerts(true)) << "at the new place, which hapticd engages anew";
+}
+
+TEST_F(CrtkBridge, LooksForTheArmAgainWhenItHasBeenSilentForASecond) {
+  makeArm();
+  startPushing();
+  arm_->setFaults(kCrtkSilent);
+  EXPECT_TRUE(says("no measurement has come for 1 s"));
+  EXPECT_TRUE(commandsZero());
+  arm_->setFaults(0);
+  EXPECT_TRUE(exerts(true)) << program_->errors();
+}
+
+TEST_F(CrtkBridge, GivesNoForceInAnotherFrameThanTheFirst) {
+  makeArm();
+  startPushing();
+  arm_->setFaults(kCrtkOtherFrame);
+  EXPECT_TRUE(exerts(false));
+  EXPECT_TRUE(says("its frame_id is \"elsewhere\" and not \"base\": no force"));
+  EXPECT_TRUE(becomesTrue([&] { return peer_->state().fault; }));
+  const std::uint64_t wrenches = arm_->record().wrenches;
+  // looked for again, and refused again
+  EXPECT_TRUE(peer_->states() > 0 &&
+              becomesTrue([&, until = peer_->states() + 2500] { return peer_->states() > until; }));
+  EXPECT_LE(arm_->record().wrenches, wrenches + 100) << "zeros of the end";
+  EXPECT_GE(arm_->record().zeros_in_a_row, 20U);
+  arm_->setFaults(0);
+  EXPECT_TRUE(exerts(true)) << program_->errors();
+}
+
+TEST_F(CrtkBridge, RefusesAFrameThatIsNotTheWantedOne) {
+  makeArm();
+  peer_->command({.force_n = kForce_n});
+  start({"--frame", "stereo_display"});
+  EXPECT_TRUE(says("its frame_id is \"base\" and not \"stereo_display\""));
+  EXPECT_EQ(arm_->record().wrenches, 0U);
+}
+
+TEST_F(CrtkBridge, RefusesAnArmThatDoesNotTakeTheAxesOfForces) {
+  CrtkArmSettings settings = turnedArm();
+  settings.has_absolute = false;
+  makeArm(settings);
+  peer_->command({.force_n = kForce_n});
+  start();
+  EXPECT_TRUE(says("body/set_cf_orientation_absolute: nobody subscribes to it"));
+  EXPECT_EQ(arm_->record().wrenches, 0U);
+  startPushing({"--wrench", "body"});
+}
+
+TEST_F(CrtkBridge, WaitsForAnArmAndForItsState) {
+  peer_->command({.force_n = kForce_n});
+  start();
+  EXPECT_TRUE(says("servo_cf: nobody subscribes to it"));
+  EXPECT_TRUE(handleIs(false, true));
+  CrtkArmSettings settings = turnedArm();
+  settings.keeps_state = false;  // and it was told before the bridge was matched
+  makeArm(settings);
+  EXPECT_TRUE(says("operating_state: no state has come"));
+  EXPECT_EQ(arm_->record().wrenches, 0U);
+  arm_->setState("ENABLED", true);
+  EXPECT_TRUE(exerts(true)) << program_->errors();
+}
+
+TEST_F(CrtkBridge, TurnsGravityCompensationOnWhereItIsAskedTo) {
+  makeArm();
+  startPushing({"--gravity-compensation"});
+  EXPECT_TRUE(arm_->record().gravity_compensation);
+}
+
+/// A program of DDS that publishes to the arm, too.
+class Rival {
+ public:
+  Rival()
+      : participant_(dds_create_participant(static_cast<dds_domainid_t>(ownDomain()), nullptr, nullptr)) {}
+  ~Rival() { dds_delete(participant_); }
+  Rival(const Rival&) = delete;
+  Rival& operator=(const Rival&) = delete;
+
+  dds_entity_t writer(const std::string& topic, const dds_topic_descriptor_t& type) {
+    const std::string name = "rt/" + ownNamespace() + "/" + topic;
+    dds_qos_t* const qos = dds_create_qos();
+    dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_MSECS(100));
+    const dds_entity_t made = dds_create_writer(
+        participant_, dds_create_topic(participant_, &type, name.c_str(), nullptr, nullptr), qos, nullptr);
+    dds_delete_qos(qos);
+    return made;
+  }
+
+ private:
+  dds_entity_t participant_;
+};
+
+TEST_F(CrtkBridge, GivesNoForceWhileAnotherProgramCommandsTheArm) {
+  makeArm();
+  startPushing();
+  {
+    Rival rival;
+    rival.writer("body/servo_cf", geometry_msgs_msg_dds__WrenchStamped__desc);
+    EXPECT_TRUE(says("another program publishes it, too"));
+    EXPECT_TRUE(exerts(false));
+  }
+  EXPECT_TRUE(exerts(true)) << program_->errors();
+}
+
+TEST_F(CrtkBridge, SetsTheAxesAgainWhereAnotherProgramHasChangedThem) {
+  makeArm();
+  startPushing();
+  Rival rival;
+  const dds_entity_t setting = rival.writer("body/set_cf_orientation_absolute", std_msgs_msg_dds__Bool__desc);
+  const std_msgs_msg_dds__Bool_ no{false};
+  EXPECT_TRUE(becomesTrue([&] {
+    dds_write(setting, &no);
+    return program_->errors().find("another program has set the axes") != std::string::npos;
+  }));
+  EXPECT_TRUE(exerts(false));
+  EXPECT_TRUE(exerts(true)) << program_->errors();
+  EXPECT_TRUE(arm_->record().absolute);
+}
 
 }  // namespace
 }  // namespace hapticd::test

@@ -162,11 +162,10 @@ void SimulatedCrtkArm::hearWrenches(dds_entity_t reader, bool spatial) {
     const std::int64_t sent_ns = sent_utc_ns + monotonic_ahead_ns;
     const rt::Vec3 force_n{f.x, f.y, f.z};
     wrenches_.push_back({sent_ns + settings_.driving_delay_ns, force_n, {t.x, t.y, t.z}, spatial});
-    const bool is_on = state_ == "ENABLED" && is_homed_;
     ++record_.wrenches;
+    if (norm(force_n) == 0) ++record_.zeros;
     record_.last_wrench_ns = rt::monotonicNow_ns();
     record_.zeros_in_a_row = norm(force_n) > 0 ? 0 : record_.zeros_in_a_row + 1;
-    if (!is_on && norm(force_n) > 0) ++record_.forces_while_off;
   });
 }
 

@@ -49,8 +49,8 @@ struct CrtkArmRecord {
   std::int64_t last_exerted_ns = 0;
   std::int64_t last_wrench_ns = 0;  ///< when one was taken last
   std::uint64_t wrenches = 0;
-  std::uint64_t zeros_in_a_row = 0;    ///< of those taken last
-  std::uint64_t forces_while_off = 0;  ///< wrenches with a force while it was not enabled and homed
+  std::uint64_t zeros = 0;           ///< of these without a force
+  std::uint64_t zeros_in_a_row = 0;  ///< of those taken last
   bool absolute = false;
   bool gravity_compensation = false;
   rt::Vec3 position_m;  ///< in the frame of measured_cp

@@ -21,7 +21,7 @@ constexpr std::int64_t kLook_ns = 100'000'000;
 /// How long wrenches of zero are sent where the arm must exert nothing.
 constexpr std::int64_t kLastZeros_ns = 100'000'000;
 constexpr int kZerosAtTheEnd = 20;
-constexpr std::chrono::milliseconds kZeroPatience{100};
+constexpr std::chrono::milliseconds kZeroPatience{500};
 
 }  // namespace
 

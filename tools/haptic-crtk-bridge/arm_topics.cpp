@@ -198,8 +198,7 @@ std::optional<base::Error> ArmTopics::problem() const {
   }
   if (options_.gravity_compensation && gravity_.subscribers() == 0)
     return unheard(kGravityName, "leave --gravity-compensation out for an arm without it");
-  // one is this program's own
-  if (wrenches_seen_.publishers() > 1) {
+  if (wrenches_seen_.publishers() > 0) {
     return base::Error{wrenchTopicOf(options_), "another program publishes it, too",
                        "end the other one: whichever is last would move the hand"};
   }

@@ -27,7 +27,7 @@ enum class Late : std::uint8_t {
   gets_last,     ///< reliable and transient local, which only publishers that keep the last message match
 };
 
-/// A reader of one topic of ROS 2.
+/// A reader of one topic of ROS 2, which neither hears nor counts the participant's own publishers.
 /// Thread: one at a time.
 class Subscription {
  public:
