@@ -12,6 +12,7 @@
 #include "tests/ros/ros_listener.h"
 #include "tests/ros/simulated_crtk_arm.h"
 #include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/vendor_devices/peer.h"
 
 namespace hapticd::test {
@@ -269,6 +270,17 @@ TEST_F(CrtkBridge, LooksForTheArmAgainWhenItHasBeenSilentForASecond) {
   EXPECT_TRUE(exerts(true)) << program_->errors();
 }
 
+TEST_F(CrtkBridge, SetsTheAxesAgainForAnArmThatWasStartedAgain) {
+  makeArm();
+  startPushing();
+  arm_.reset();
+  EXPECT_TRUE(says("nobody subscribes to it"));
+  makeArm();
+  EXPECT_TRUE(exerts(true)) << program_->errors();
+  EXPECT_NEAR(arm_->record().most_exerted_n, norm(kForce_n), 1e-9);
+  EXPECT_TRUE(arm_->record().absolute);
+}
+
 TEST_F(CrtkBridge, GivesNoForceInAnotherFrameThanTheFirst) {
   makeArm();
   startPushing();
@@ -323,6 +335,64 @@ TEST_F(CrtkBridge, TurnsGravityCompensationOnWhereItIsAskedTo) {
   makeArm();
   startPushing({"--gravity-compensation"});
   EXPECT_TRUE(arm_->record().gravity_compensation);
+}
+
+/// What is built into the arm, from a motion to its force: the ways, half a period until the next
+/// measurement, and half a period until the next force and half a one that it acts.
+std::int64_t builtIn_ns(const CrtkArmSettings& settings) {
+  return settings.measuring_delay_ns + settings.driving_delay_ns + 3 * settings.period_ns / 2;
+}
+
+// What is above the delay of the arm is the bridge's loop and thread, at most a tick of 1 ms for each, and
+// what the machine does to them.
+TEST_F(CrtkBridge, TellsHapticdNoLessThanTheDelayThatIsBuiltIntoTheArm) {
+  constexpr std::int64_t kMs = 1'000'000;
+  for (const std::int64_t period_ns : {kMs, 2 * kMs}) {
+    for (const std::int64_t way_ns : {0 * kMs, 1 * kMs, 5 * kMs}) {
+      CrtkArmSettings settings = turnedArm();
+      settings.period_ns = period_ns;
+      settings.measuring_delay_ns = settings.driving_delay_ns = way_ns;
+      makeArm(settings);
+      startPushing();
+      // the estimates are of the last 256 measurements
+      EXPECT_TRUE(becomesTrue([&, until = peer_->states() + 1500] { return peer_->states() > until; }));
+      const std::int64_t told_ns = peer_->state().device_latency_ns;
+      EXPECT_GE(told_ns, builtIn_ns(settings) - kMs / 20) << "less the precision of the period's estimate";
+      EXPECT_EQ(program_->errors().find("do not go with this computer's clock"), std::string::npos);
+      fmt::print("period {} ms, built in {:.2f} ms, told {:.2f} ms\n", period_ns / kMs,
+                 1e-6 * static_cast<double>(builtIn_ns(settings)), 1e-6 * static_cast<double>(told_ns));
+    }
+  }
+}
+
+TEST_F(CrtkBridge, AssumesALongDelayWhereTheArmHasAnotherClockAndSaysIt) {
+  for (const std::int64_t ahead_ns : {50'000'000LL, -3'600'000'000'000LL}) {
+    CrtkArmSettings settings = turnedArm();
+    settings.clock_ahead_ns = ahead_ns;
+    makeArm(settings);
+    startPushing();
+    EXPECT_TRUE(says("its stamps do not go with this computer's clock, so 10 ms are taken"));
+    EXPECT_GE(peer_->state().device_latency_ns, 20'000'000 + builtIn_ns(settings) - 50'000);
+  }
+}
+
+TEST_F(CrtkBridge, ChecksAnArmForAPersonAndWritesALog) {
+  makeArm();
+  const TemporaryFolder folder;
+  const std::string log = (folder.path() / "check.json").string();
+  // the person, who is the end of a file, gives up at the first question
+  const Finished check = runToEnd({HAPTIC_CRTK_BRIDGE_PROGRAM, "check", "--arm", ownNamespace(), "--domain",
+                                   std::to_string(ownDomain()), "--log", log});
+  EXPECT_EQ(check.ending, exitedWith(69)) << check.errors;
+  EXPECT_NE(check.output.find("Hold the handle in the middle of its reach"), std::string::npos);
+  const Finished read = runToEnd({HAPTIC_CRTK_BRIDGE_PROGRAM, "check", "--read", log});
+  EXPECT_EQ(read.ending, exitedWith(0)) << read.errors;
+  EXPECT_NE(read.output.find("crtk-arm: /" + ownNamespace() + " (frame"), std::string::npos) << read.output;
+  EXPECT_NE(read.output.find("measures position, orientation, gripper"), std::string::npos) << read.output;
+  EXPECT_EQ(arm_->record().most_exerted_n, 0);
+  const Finished unnamed = runToEnd({HAPTIC_CRTK_BRIDGE_PROGRAM, "check"});
+  EXPECT_EQ(unnamed.ending, exitedWith(64));
+  EXPECT_NE(unnamed.errors.find("--arm"), std::string::npos) << unnamed.errors;
 }
 
 /// A program of DDS that publishes to the arm, too.

@@ -94,12 +94,8 @@ void SimulatedCrtkArm::setState(const std::string& state, bool is_homed) {
   const std::lock_guard lock(mutex_);
   state_ = state;
   is_homed_ = is_homed;
+  state_ns_ = rt::monotonicNow_ns();
   publishState();
-}
-
-void SimulatedCrtkArm::hold(const rt::Vec3& position_m) {
-  const std::lock_guard lock(mutex_);
-  held_m_ = position_m;
 }
 
 void SimulatedCrtkArm::publishState() {
@@ -110,7 +106,7 @@ void SimulatedCrtkArm::publishState() {
 }
 
 rt::RigidPose SimulatedCrtkArm::tip() const {
-  return {held_m_.value_or(hand_.position_m_in_world()), settings_.turned * hand_.orientation_in_world()};
+  return {hand_.position_m_in_world(), settings_.turned * hand_.orientation_in_world()};
 }
 
 void SimulatedCrtkArm::run() {
@@ -135,9 +131,11 @@ void SimulatedCrtkArm::cycle(std::int64_t now_ns) {
   const std::int64_t kMostBehind_ns = 50'000'000;
   moved_to_ns_ = std::max(moved_to_ns_, now_ns - kMostBehind_ns);
   for (; now_ns - moved_to_ns_ >= kStep_ns; moved_to_ns_ += kStep_ns) {
+    if (settings_.hand_waits && !begun_) continue;
     hand_.step(record_.exerted_n);
     record_.energy_j +=
         dot(record_.exerted_n, hand_.velocity_m_per_s_in_world()) * static_cast<double>(kStep_ns) * 1e-9;
+    record_.most_given_j = std::max(record_.most_given_j, record_.energy_j);
   }
   hear();
   drive(now_ns);
@@ -162,6 +160,8 @@ void SimulatedCrtkArm::hearWrenches(dds_entity_t reader, bool spatial) {
     const std::int64_t sent_ns = sent_utc_ns + monotonic_ahead_ns;
     const rt::Vec3 force_n{f.x, f.y, f.z};
     wrenches_.push_back({sent_ns + settings_.driving_delay_ns, force_n, {t.x, t.y, t.z}, spatial});
+    const bool is_on = state_ == "ENABLED" && is_homed_;
+    if (!is_on && norm(force_n) > 0 && sent_ns - state_ns_ > 50'000'000) ++record_.late_forces;
     ++record_.wrenches;
     if (norm(force_n) == 0) ++record_.zeros;
     record_.last_wrench_ns = rt::monotonicNow_ns();

@@ -37,6 +37,7 @@ struct CrtkArmSettings {
   bool keeps_state = true;              ///< operating_state is kept for those who come later
   rt::RigidPose T_base_local = {};      ///< from local/measured_cp to measured_cp
   rt::Quaternion turned = {};           ///< of the tool in the hand
+  bool hand_waits = false;              ///< for begin()
   drivers::SimulatedHandleSettings hand;  ///< in the frame of local/measured_cp
 };
 
@@ -53,8 +54,10 @@ struct CrtkArmRecord {
   std::uint64_t zeros_in_a_row = 0;  ///< of those taken last
   bool absolute = false;
   bool gravity_compensation = false;
-  rt::Vec3 position_m;  ///< in the frame of measured_cp
-  double energy_j = 0;  ///< given to the hand
+  rt::Vec3 position_m;            ///< in the frame of measured_cp
+  double energy_j = 0;            ///< given to the hand, or taken from it
+  double most_given_j = 0;        ///< the largest energy that it had given at any time
+  std::uint64_t late_forces = 0;  ///< that were commanded over 50 ms after it was disabled or no longer homed
 };
 
 /// An arm that speaks CRTK as a dVRK MTM does, in a person's hand and in real time, on a thread of the test,
@@ -73,10 +76,10 @@ class SimulatedCrtkArm {
   CrtkArmRecord record() const;
   void setFaults(std::uint32_t faults) { faults_ = faults; }
   void setState(const std::string& state, bool is_homed);
+  /// The hand that waits begins.
+  void begin() { begun_ = true; }
   /// The gripper opens that far.
   void setGripper(double opening_rad) { gripper_rad_ = opening_rad; }
-  /// Where the tool is, from now on, in place of the hand: `position_m` in the frame of local/measured_cp.
-  void hold(const rt::Vec3& position_m);
 
  private:
   struct Timed {
@@ -127,9 +130,10 @@ class SimulatedCrtkArm {
   CrtkArmRecord record_;
   std::string state_ = "ENABLED";
   bool is_homed_ = true;
-  std::optional<rt::Vec3> held_m_;
+  std::int64_t state_ns_ = 0;  // when it changed last
   std::atomic<double> gripper_rad_{0.3};
   std::atomic<std::uint32_t> faults_{0};
+  std::atomic<bool> begun_{false};
   std::atomic<bool> ends_{false};
   std::thread thread_;
 };
