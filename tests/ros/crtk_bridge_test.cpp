@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <optional>
 
 #include "ros_messages.h"
@@ -14,6 +16,8 @@
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/vendor_devices/peer.h"
+#include "tools/haptic-crtk-bridge/arm_delay.h"
+#include "tools/haptic-crtk-bridge/arm_topics.h"
 
 namespace hapticd::test {
 namespace {
@@ -341,6 +345,41 @@ TEST_F(CrtkBridge, TurnsGravityCompensationOnWhereItIsAskedTo) {
 /// measurement, and half a period until the next force and half a one that it acts.
 std::int64_t builtIn_ns(const CrtkArmSettings& settings) {
   return settings.measuring_delay_ns + settings.driving_delay_ns + 3 * settings.period_ns / 2;
+}
+
+// A machine that is busy is late by more, truly; one calm stretch of 256 measurements is enough.
+TEST(CrtkArmDelay, IsMeasuredOverDdsToHalfAMillisecond) {
+  using tools::crtk::ArmTopics;
+  constexpr std::int64_t kMs = 1'000'000;
+  auto topics =
+      ArmTopics::open({.domain = ownDomain(), .interface = ""}, {.arm = ownNamespace(), .frame = ""});
+  ASSERT_TRUE(topics) << topics.error().text();
+  for (const std::int64_t period_ns : {kMs, 2 * kMs}) {
+    for (const std::int64_t way_ns : {0 * kMs, 1 * kMs, 5 * kMs}) {
+      CrtkArmSettings settings = turnedArm();
+      settings.period_ns = period_ns;
+      settings.measuring_delay_ns = settings.driving_delay_ns = way_ns;
+      const SimulatedCrtkArm arm(ownDomain(), ownNamespace(), settings);
+      tools::crtk::ArmDelay delay;
+      const auto error_ns = [&] { return delay.latency_ns() - builtIn_ns(settings); };
+      int count = 0;
+      EXPECT_TRUE(becomesTrue(
+          [&] {
+            topics->wait(std::chrono::milliseconds(5));
+            (void)topics->takeState();  // else the next wait would end at once
+            topics->takePoses([&](const tools::crtk::MeasuredPose& pose) {
+              delay.add(pose.stamp_utc_ns, rt::realtimeNow_ns());
+              ++count;
+            });
+            return count > 300 && delay.trustsStamps() && std::abs(error_ns()) < kMs / 2;
+          },
+          std::chrono::milliseconds(0)))
+          << 1e-6 * static_cast<double>(error_ns()) << " ms off";
+      fmt::print("period {} ms, built in {:.2f} ms, measured {:.2f} ms\n", period_ns / kMs,
+                 1e-6 * static_cast<double>(builtIn_ns(settings)),
+                 1e-6 * static_cast<double>(delay.latency_ns()));
+    }
+  }
 }
 
 // What is above the delay of the arm is the bridge's loop and thread, at most a tick of 1 ms for each, and
