@@ -12,83 +12,11 @@
 #include "ros_messages.h"
 #include "rt/base/clock.h"
 #include "rt/base/vec3.h"
-#include "tests/ros/ros_listener.h"
-#include "tests/support/program.h"
-#include "tests/system/support/daemon_under_test.h"
+#include "tests/ros/box_on_the_wire.h"
 #include "tools/lib/client/varlink_client.h"
 
 namespace hapticd::test {
 namespace {
-
-/// A wall that the hand presses against, so that there is a force from the first second on.
-const std::string kEngagedYaml = std::string(kWallYaml) + "control: {engage_at_start: true}\n";
-
-struct Header {
-  std::int64_t time_ns = 0;
-  std::string frame;
-};
-Header headerFrom(CdrBytes& bytes) {
-  const std::int64_t seconds = bytes.number<std::int32_t>();
-  const std::int64_t rest_ns = bytes.number<std::uint32_t>();
-  return {seconds * rt::kNsPerSecond + rest_ns, bytes.text()};
-}
-rt::Vec3 vectorFrom(CdrBytes& bytes) {
-  const double x = bytes.number<double>();
-  const double y = bytes.number<double>();
-  return {x, y, bytes.number<double>()};
-}
-
-struct State {
-  std::string state;
-  bool is_homed = false;
-  bool is_busy = false;
-};
-
-class BoxOnTheWire : public ::testing::Test {
- protected:
-  void startBridge(const std::vector<std::string>& more = {}) {
-    std::vector<std::string> command{
-        HAPTICD_ROS_PROGRAM, "--socket", home_.statusSocket(), "--domain", std::to_string(domain_),
-        "--namespace",       namespace_};
-    command.insert(command.end(), more.begin(), more.end());
-    bridge_.emplace(command);
-  }
-  std::string topic(const std::string& name) const { return "rt/" + namespace_ + "/" + name; }
-  bool says(const std::string& text) {
-    return becomesTrue([&] { return bridge_->errors().find(text) != std::string::npos; });
-  }
-  std::size_t timesSaid(const std::string& text) const {
-    const std::string all = bridge_->errors();
-    std::size_t times = 0;
-    for (std::size_t at = all.find(text); at != all.npos; at = all.find(text, at + 1)) ++times;
-    return times;
-  }
-  void listenToState() {
-    listener_.subscribe(topic("operating_state"), crtk_msgs_msg_dds__OperatingState__desc, /*late=*/true);
-  }
-  bool stateBecomes(const std::string& state) {
-    return becomesTrue([&] {
-      for (const std::string& message : listener_.take(topic("operating_state"))) {
-        CdrBytes bytes(message);
-        EXPECT_EQ(headerFrom(bytes).frame, namespace_ + "/world");
-        state_.state = bytes.text();
-        state_.is_homed = bytes.number<std::uint8_t>() != 0;
-        state_.is_busy = bytes.number<std::uint8_t>() != 0;
-      }
-      return state_.state == state;
-    });
-  }
-  bool hears(const std::string& name) {
-    return becomesTrue([&] { return !listener_.take(topic(name)).empty(); });
-  }
-
-  int domain_ = ownDomain();
-  std::string namespace_ = ownNamespace();
-  DaemonHome home_;
-  RosListener listener_{domain_};
-  std::optional<Program> bridge_;
-  State state_;
-};
 
 TEST_F(BoxOnTheWire, IsAnnouncedAsRos2ExpectsIt) {
   startBridge();

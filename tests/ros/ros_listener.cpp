@@ -11,12 +11,6 @@
 namespace hapticd::test {
 namespace {
 
-constexpr const char* kAsLocalhost =
-    "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
-    "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
-    "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><Peers><Peer Address=\"localhost\"/></Peers>"
-    "</Discovery></Domain></CycloneDDS>";
-
 std::string userDataOf(const dds_qos_t* qos) {
   void* data = nullptr;
   std::size_t size = 0;
@@ -79,9 +73,9 @@ std::string CdrBytes::text() {
   return text;
 }
 
-RosListener::RosListener(int domain)
+RosListener::RosListener(int domain, const char* settings)
     // fails where the test publishes in the same process, so that the domain is there already
-    : domain_(dds_create_domain(static_cast<dds_domainid_t>(domain), kAsLocalhost)),
+    : domain_(dds_create_domain(static_cast<dds_domainid_t>(domain), settings)),
       participant_(dds_create_participant(static_cast<dds_domainid_t>(domain), nullptr, nullptr)),
       writers_seen_(dds_create_reader(participant_, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr)),
       participants_seen_(
@@ -148,6 +142,39 @@ std::string RosListener::participantUserData(const dds_guid_t& key) const {
                                                   user_data = userDataOf(participant.qos);
                                               });
   return user_data;
+}
+
+RosTalker::RosTalker(int domain)
+    : participant_(dds_create_participant(static_cast<dds_domainid_t>(domain), nullptr, nullptr)) {
+  EXPECT_GT(participant_, 0) << dds_strretcode(-participant_);
+}
+
+RosTalker::~RosTalker() {
+  dds_delete(participant_);
+}
+
+void RosTalker::advertise(const std::string& topic, const dds_topic_descriptor_t& type) {
+  dds_qos_t* const qos = dds_create_qos();
+  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+  dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 10);
+  const dds_entity_t entity = dds_create_topic(participant_, &type, topic.c_str(), nullptr, nullptr);
+  const dds_entity_t writer = dds_create_writer(participant_, entity, qos, nullptr);
+  EXPECT_GT(writer, 0) << topic << ": " << dds_strretcode(-writer);
+  dds_delete_qos(qos);
+  writers_[topic] = writer;
+}
+
+bool RosTalker::isMatched(const std::string& topic) const {
+  dds_publication_matched_status_t status{};
+  return dds_get_publication_matched_status(writers_.at(topic), &status) == DDS_RETCODE_OK &&
+         status.current_count > 0;
+}
+
+void RosTalker::publish(const std::string& topic, const void* sample,
+                        std::optional<std::int64_t> sent_utc_ns) const {
+  const dds_return_t result = sent_utc_ns ? dds_write_ts(writers_.at(topic), sample, *sent_utc_ns)
+                                          : dds_write(writers_.at(topic), sample);
+  EXPECT_EQ(result, DDS_RETCODE_OK) << topic << ": " << dds_strretcode(-result);
 }
 
 std::string hexOf(const std::string& bytes) {

@@ -42,6 +42,14 @@ class CdrBytes {
   bool is_short_ = false;
 };
 
+/// Settings of Cyclone DDS for a program that looks for others as ROS 2 does with the discovery range
+/// LOCALHOST: at the ports of the first participants of this computer, without multicast.
+inline constexpr const char* kAsLocalhost =
+    "<CycloneDDS><Domain><General><Interfaces><NetworkInterface address=\"127.0.0.1\"/></Interfaces>"
+    "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
+    "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex><Peers><Peer Address=\"localhost\"/></Peers>"
+    "</Discovery></Domain></CycloneDDS>";
+
 /// What discovery tells of a writer.
 struct WriterSeen {
   std::string type = {};
@@ -52,11 +60,10 @@ struct WriterSeen {
   std::vector<int> representations = {};
 };
 
-/// A program of DDS with readers, which takes the bytes as they came. It looks for others as ROS 2 does with
-/// the discovery range LOCALHOST: at the ports of the first participants of this computer, without multicast.
+/// A program of DDS with readers, which takes the bytes as they came.
 class RosListener {
  public:
-  explicit RosListener(int domain);
+  explicit RosListener(int domain, const char* settings = kAsLocalhost);
   ~RosListener();
   RosListener(const RosListener&) = delete;
   RosListener& operator=(const RosListener&) = delete;
@@ -78,6 +85,28 @@ class RosListener {
   dds_entity_t writers_seen_;
   dds_entity_t participants_seen_;
   std::map<std::string, dds_entity_t> readers_;
+};
+
+/// A program of DDS with writers, as ROS 2 makes them. Made after a RosListener of the same domain, whose
+/// settings it shares.
+class RosTalker {
+ public:
+  explicit RosTalker(int domain);
+  ~RosTalker();
+  RosTalker(const RosTalker&) = delete;
+  RosTalker& operator=(const RosTalker&) = delete;
+
+  /// Announces a topic, with "rt/".
+  void advertise(const std::string& topic, const dds_topic_descriptor_t& type);
+  /// Whether a reader of the topic is matched.
+  bool isMatched(const std::string& topic) const;
+  /// sample: of the type that was announced. `sent_utc_ns`: when it pretends to be written; nothing: now.
+  void publish(const std::string& topic, const void* sample,
+               std::optional<std::int64_t> sent_utc_ns = {}) const;
+
+ private:
+  dds_entity_t participant_;
+  std::map<std::string, dds_entity_t> writers_;
 };
 
 /// Bytes as hexadecimal digits.

@@ -30,8 +30,8 @@ class Opening {
 
   base::Result<ros::Subscription> subscribe(const std::string& name, std::string_view message,
                                             const dds_topic_descriptor_t& type, int depth,
-                                            ros::Late late = ros::Late::gets_nothing) {
-    return kept(ros::Subscription::open(participant_, prefix_ + name, message, type, depth, late));
+                                            ros::Delivery delivery = ros::Delivery::newest) {
+    return kept(ros::Subscription::open(participant_, prefix_ + name, message, type, depth, delivery));
   }
   base::Result<ros::Publisher> publish(const std::string& name, std::string_view message,
                                        const dds_topic_descriptor_t& type, ros::Publisher::Late late) {
@@ -102,13 +102,14 @@ base::Result<ArmTopics> ArmTopics::open(const ros::Network& network, const ArmOp
   const auto poses = opening.subscribe(poseName(options), "geometry_msgs/PoseStamped",
                                        geometry_msgs_msg_dds__PoseStamped__desc, kPosesKept);
   const auto states = opening.subscribe("operating_state", "crtk_msgs/OperatingState",
-                                        crtk_msgs_msg_dds__OperatingState__desc, 10);
+                                        crtk_msgs_msg_dds__OperatingState__desc, 10, ros::Delivery::each);
   const auto last_states =
       opening.subscribe("operating_state", "crtk_msgs/OperatingState",
-                        crtk_msgs_msg_dds__OperatingState__desc, 10, ros::Late::gets_last);
+                        crtk_msgs_msg_dds__OperatingState__desc, 10, ros::Delivery::last);
   const auto grippers = opening.subscribe("gripper/measured_js", "sensor_msgs/JointState",
                                           sensor_msgs_msg_dds__JointState__desc, 1);
-  const auto settings = opening.subscribe(kAbsoluteName, "std_msgs/Bool", std_msgs_msg_dds__Bool__desc, 10);
+  const auto settings = opening.subscribe(kAbsoluteName, "std_msgs/Bool", std_msgs_msg_dds__Bool__desc, 10,
+                                          ros::Delivery::each);
   const auto seen = opening.subscribe(wrenchName(options), "geometry_msgs/WrenchStamped",
                                       geometry_msgs_msg_dds__WrenchStamped__desc, 1);
   const auto wrenches = opening.publish(wrenchName(options), "geometry_msgs/WrenchStamped",

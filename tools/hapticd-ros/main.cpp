@@ -7,14 +7,18 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "config/base/descriptor.h"
 #include "config/base/error.h"
 #include "config/base/program.h"
+#include "config/base/value_text.h"
 #include "config/settings/settings.h"
+#include "tools/hapticd-ros/commands/command_inputs.h"
 #include "tools/hapticd-ros/dds/participant.h"
 #include "tools/hapticd-ros/dds/publications.h"
 #include "tools/hapticd-ros/messages/ros_name.h"
@@ -23,6 +27,32 @@
 
 namespace hapticd::tools::ros {
 namespace {
+
+constexpr std::string_view kFramePrefix = "frame:";
+
+/// Returns what is wrong with a value of --take; empty: nothing is.
+std::string inputProblem(const std::string& name) {
+  if (name == "state_command" || name == "servo_cf" || name == "servo_ci") return "";
+  if (name.starts_with(kFramePrefix) && name.size() > kFramePrefix.size()) {
+    std::string frame = name.substr(kFramePrefix.size());
+    if (namespaceProblem(frame).empty() && !frame.contains('/')) return "";
+  }
+  return fmt::format(
+      "{} must be state_command, servo_cf, servo_ci, or frame: and the name of a moving frame of hapticd, of "
+      "letters, digits and underscores",
+      base::inQuotes(name));
+}
+
+AllowedInputs allowedInputs(const std::vector<std::string>& names) {
+  AllowedInputs allowed;
+  for (const std::string& name : names) {
+    allowed.state_command |= name == "state_command";
+    allowed.servo_cf |= name == "servo_cf";
+    allowed.servo_ci |= name == "servo_ci";
+    if (name.starts_with(kFramePrefix)) allowed.frames.push_back(name.substr(kFramePrefix.size()));
+  }
+  return allowed;
+}
 
 /// A descriptor that becomes readable at SIGTERM and SIGINT; threads that begin later do not get them.
 base::Descriptor takeEndingSignals() {
@@ -37,6 +67,16 @@ base::Descriptor takeEndingSignals() {
 int fail(const base::Error& error, int status) {
   fmt::print(stderr, "hapticd-ros: {}\n", error.text());
   return status;
+}
+
+base::Error forbiddenCommands(const Participant& participant) {
+  return {
+      "--take",
+      fmt::format("DDS asks nobody who they are: every computer that reaches {} could command the box, and "
+                  "move the hand of a person",
+                  participant.interface()),
+      "leave --interface out, so that only programs of this computer can; or, if you trust all computers "
+      "there, add --whole-network-may-command"};
 }
 
 void sayWhere(const Publications& publications, const Network& network, const std::string& name_space) {
@@ -55,7 +95,7 @@ void sayWhere(const Publications& publications, const Network& network, const st
 int run(int argc, char** argv) {
   CLI::App app{
       "hapticd-ros: publishes what a running hapticd measures and exerts, for ROS 2 and CRTK, over DDS.\n"
-      "ROS is not needed on this computer. It only reads from hapticd, and takes nothing from the network."};
+      "ROS is not needed on this computer. It takes from the network only what --take names."};
   app.footer(
       "SIGTERM or Ctrl-C ends it. Where hapticd is not running it waits.\n"
       "With ROS 2: ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST ros2 topic echo /hapticd/measured_cp\n"
@@ -81,6 +121,23 @@ int run(int argc, char** argv) {
   app.add_option("--rate", options.rate_hz, "of positions, velocities and forces (250)")
       ->type_name("HZ")
       ->check(within(1, 1000));
+  std::vector<std::string> inputs;
+  app.add_option("--take", inputs,
+                 "a topic by which programs in the network may command the box: state_command, servo_cf, "
+                 "servo_ci or frame:NAME; may be given several times (none)")
+      ->type_name("TOPIC")
+      ->allow_extra_args(false)
+      ->check(CLI::Validator(inputProblem, ""));
+  const std::string standard_control = config::Settings().control.control_socket;
+  std::string control_socket = standard_control;
+  app.add_option("--control-socket", control_socket,
+                 "of the same hapticd, for what --take names (" + standard_control + ")")
+      ->type_name("FILE");
+  bool whole_network_may_command = false;
+  app.add_flag(
+      "--whole-network-may-command", whole_network_may_command,
+      "allow --take also at an interface that other computers reach, each of which may then move the "
+      "hand of a person");
   app.set_version_flag("-V,--version", std::string("hapticd-ros ") + HAPTICD_VERSION);
   try {
     app.parse(argc, argv);
@@ -88,13 +145,21 @@ int run(int argc, char** argv) {
     return base::endWithoutWork(app, error, EX_USAGE);
   }
   const base::Descriptor signals = takeEndingSignals();
-  auto participant = Participant::join(network);
-  if (!participant) return fail(participant.error(), EX_UNAVAILABLE);
-  auto publications =
-      Publications::open(std::move(*participant), options.name_space, options.name_space + "/world");
+  auto joined = Participant::join(network);
+  if (!joined) return fail(joined.error(), EX_UNAVAILABLE);
+  auto publications = Publications::open(*joined, options.name_space, options.name_space + "/world");
   if (!publications) return fail(publications.error(), EX_UNAVAILABLE);
+  BoxState box;
+  std::unique_ptr<CommandInputs> commands;
+  if (const AllowedInputs allowed = allowedInputs(inputs); allowed.any()) {
+    if (!joined->isLoopback() && !whole_network_may_command)
+      return fail(forbiddenCommands(*joined), EX_USAGE);
+    auto opened = CommandInputs::open(*joined, allowed, options.name_space, control_socket, box);
+    if (!opened) return fail(opened.error(), EX_UNAVAILABLE);
+    commands = std::move(*opened);
+  }
   sayWhere(*publications, network, options.name_space);
-  RosBridge(std::move(*publications), options, signals.get()).run();
+  RosBridge(std::move(*publications), options, box, signals.get()).run();
   return EX_OK;
 }
 

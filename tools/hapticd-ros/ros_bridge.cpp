@@ -37,9 +37,10 @@ std::string textOf(const ClientError& error) {
 
 }  // namespace
 
-RosBridge::RosBridge(Publications publications, BridgeOptions options, int interrupt)
+RosBridge::RosBridge(Publications publications, BridgeOptions options, BoxState& box, int interrupt)
     : publications_(std::move(publications)),
       options_(std::move(options)),
+      box_(box),
       interrupt_(interrupt),
       choice_(options_.rate_hz) {}
 
@@ -90,7 +91,7 @@ void RosBridge::takeBatch(const Json& reply) {
 }
 
 void RosBridge::takeTick(const rt::Tick& tick) {
-  const OperatingState state = operatingStateOf(tick);
+  const OperatingState state = stateAt(tick);
   if (state != state_) publishState(state, utc_.utc_ns(tick.planned_ns));
   // not only in chosen ticks: a button may be pressed for less than a period of them
   if (tick.handle.sequence > 0 && (tick.handle.buttons != buttons_ || tick.planned_ns >= next_buttons_ns_))
@@ -101,6 +102,20 @@ void RosBridge::takeTick(const rt::Tick& tick) {
     return;
   }
   publishMotion(tick);
+}
+
+/// A pause ends also where somebody else engages the box after it.
+OperatingState RosBridge::stateAt(const rt::Tick& tick) {
+  box_.mode = tick.mode;
+  OperatingState state = operatingStateOf(tick);
+  std::int64_t since_ns = box_.paused_since_ns;
+  if (since_ns == 0 || tick.planned_ns < since_ns) return state;
+  if (tick.mode == rt::Mode::idle) {
+    state.state = kPaused;
+  } else {
+    box_.paused_since_ns.compare_exchange_strong(since_ns, 0);
+  }
+  return state;
 }
 
 void RosBridge::publishMotion(const rt::Tick& tick) {
@@ -161,6 +176,8 @@ void RosBridge::publishFrames(const Json& calibration, const Json& parameters) {
 }
 
 void RosBridge::beAbsent(const ClientError& reason) {
+  box_.mode = rt::Mode::starting;
+  box_.paused_since_ns = 0;
   if (state_ != kBoxAbsent) publishState(kBoxAbsent, rt::realtimeNow_ns());
   publishDiagnostics(Json(), reason.what);
   if (std::exchange(box_was_said_absent_, true)) return;

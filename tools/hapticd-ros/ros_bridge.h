@@ -11,6 +11,7 @@
 #include "tools/hapticd-ros/box/box_link.h"
 #include "tools/hapticd-ros/box/operating_state.h"
 #include "tools/hapticd-ros/box/tick_choice.h"
+#include "tools/hapticd-ros/commands/box_commands.h"
 #include "tools/hapticd-ros/dds/publications.h"
 
 namespace hapticd::tools::ros {
@@ -25,8 +26,9 @@ struct BridgeOptions {
 /// Thread: main.
 class RosBridge {
  public:
-  /// interrupt: a descriptor that becomes readable when the bridge is to end.
-  RosBridge(Publications publications, BridgeOptions options, int interrupt);
+  /// box: kept up to date; it outlives the bridge. interrupt: a descriptor that becomes readable when the
+  /// bridge is to end.
+  RosBridge(Publications publications, BridgeOptions options, BoxState& box, int interrupt);
 
   /// Returns when it is to end.
   void run();
@@ -37,6 +39,7 @@ class RosBridge {
   std::optional<ClientError> followTicks(BoxLink& link);
   void takeBatch(const Json& reply);
   void takeTick(const rt::Tick& tick);
+  OperatingState stateAt(const rt::Tick& tick);
   void publishMotion(const rt::Tick& tick);
   void publishButtons(const rt::Tick& tick);
   void publishState(const OperatingState& state, std::int64_t utc_ns);
@@ -51,6 +54,7 @@ class RosBridge {
 
   Publications publications_;
   BridgeOptions options_;
+  BoxState& box_;
   int interrupt_;
   TickChoice choice_;
   UtcClock utc_;

@@ -62,6 +62,8 @@ constexpr Limit kLimits[] = {
     {"safety.workspace_radius_m", "1", "2"},
     {"safety.max_handle_speed_m_per_s", "1", "2"},
     {"safety.max_handle_speed_m_per_s", "1", "0"},
+    {"safety.max_external_force_n", "0", "1"},
+    {"safety.max_external_power_w", "0.2", "0.5"},
 };
 
 TEST(Loosening, OfALimitIsTheLooserValueAndNotTheTighterOne) {

@@ -17,6 +17,9 @@ struct OperatingState {
   friend bool operator==(const OperatingState&, const OperatingState&) = default;
 };
 
+/// Of a box that was paused over the network.
+inline constexpr std::string_view kPaused = "PAUSED";
+
 /// While hapticd does not answer.
 inline constexpr OperatingState kBoxAbsent{"DISABLED", false, false};
 

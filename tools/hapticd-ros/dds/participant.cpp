@@ -137,7 +137,8 @@ base::Result<Participant> Participant::join(const Network& network) {
     return std::unexpected(failureOf("no participant can be made", network, participant.get(), said));
   if (!said.empty())
     fmt::print(stderr, "{}: Cyclone DDS: {}\n", program_invocation_short_name, base::printable(said));
-  return Participant(std::move(domain), std::move(participant), interface->name);
+  return Participant(std::make_shared<Joined>(std::move(domain), std::move(participant), interface->name,
+                                              interface->is_loopback));
 }
 
 }  // namespace hapticd::tools::ros

@@ -3,6 +3,7 @@
 
 #include <dds/dds.h>
 
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -35,23 +36,28 @@ class DdsEntity {
 
 /// A program in a DDS domain, at one interface of this computer and at no other one. What Cyclone DDS has to
 /// say goes to standard error. CYCLONEDDS_URI is not read: it could open other interfaces.
+/// Copies are the same participant, which ends with the last of them.
 /// Thread: one at a time. Cyclone DDS starts threads of its own, which inherit the signal mask.
 class Participant {
  public:
   /// Errors: an interface that does not exist or is down, and what Cyclone DDS reports.
   static base::Result<Participant> join(const Network& network);
 
-  dds_entity_t get() const noexcept { return participant_.get(); }
+  dds_entity_t get() const noexcept { return joined_->participant.get(); }
   /// The name of the interface.
-  const std::string& interface() const noexcept { return interface_; }
+  const std::string& interface() const noexcept { return joined_->interface; }
+  bool isLoopback() const noexcept { return joined_->is_loopback; }
 
  private:
-  Participant(DdsEntity domain, DdsEntity participant, std::string interface)
-      : domain_(std::move(domain)), participant_(std::move(participant)), interface_(std::move(interface)) {}
+  struct Joined {
+    DdsEntity domain;
+    DdsEntity participant;  // is deleted before the domain
+    std::string interface;
+    bool is_loopback;
+  };
+  explicit Participant(std::shared_ptr<const Joined> joined) : joined_(std::move(joined)) {}
 
-  DdsEntity domain_;
-  DdsEntity participant_;
-  std::string interface_;
+  std::shared_ptr<const Joined> joined_;
 };
 
 }  // namespace hapticd::tools::ros

@@ -17,11 +17,12 @@ base::Error failure(const std::string& topic, dds_return_t code) {
 
 base::Result<Subscription> Subscription::open(const Participant& participant, const std::string& topic,
                                               std::string_view message, const dds_topic_descriptor_t& type,
-                                              int depth, Late late) {
-  const bool gets_last = late == Late::gets_last;
+                                              int depth, Delivery delivery) {
   dds_qos_t* const qos = dds_create_qos();
-  dds_qset_reliability(qos, gets_last ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT, 0);
-  dds_qset_durability(qos, gets_last ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
+  dds_qset_reliability(
+      qos, delivery == Delivery::newest ? DDS_RELIABILITY_BEST_EFFORT : DDS_RELIABILITY_RELIABLE, 0);
+  dds_qset_durability(qos,
+                      delivery == Delivery::last ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
   dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, depth);
   dds_qset_ignorelocal(qos, DDS_IGNORELOCAL_PARTICIPANT);
   const dds_data_representation_id_t plain_cdr = DDS_DATA_REPRESENTATION_XCDR1;

@@ -21,10 +21,11 @@ struct Origin {
   std::int64_t sent_utc_ns = 0;  ///< when it was written, by the clock of its computer
 };
 
-/// What a reader gets that was written before it came.
-enum class Late : std::uint8_t {
-  gets_nothing,  ///< best effort and volatile, so that publishers of either kind match
-  gets_last,     ///< reliable and transient local, which only publishers that keep the last message match
+/// What a reader is to get.
+enum class Delivery : std::uint8_t {
+  newest,  ///< best effort, for what is soon replaced; matches publishers of either kind
+  each,    ///< reliable, for what is sent once; matches reliable publishers, as ROS 2 makes them by default
+  last,    ///< also what was written last before it came; matches only publishers that keep that
 };
 
 /// A reader of one topic of ROS 2, which neither hears nor counts the participant's own publishers.
@@ -36,16 +37,16 @@ class Subscription {
   /// newest stay.
   static base::Result<Subscription> open(const Participant& participant, const std::string& topic,
                                          std::string_view message, const dds_topic_descriptor_t& type,
-                                         int depth, Late late = Late::gets_nothing);
+                                         int depth, Delivery delivery = Delivery::newest);
 
   /// Calls take(message, origin) for all messages that have come, oldest first. They are valid during the
   /// call; their texts are never null.
   template <typename Message>
   void takeAll(auto take) {
     constexpr std::size_t kAtOnce = 16;
-    std::array<void*, kAtOnce> samples{};
     std::array<dds_sample_info_t, kAtOnce> infos{};
     for (;;) {
+      std::array<void*, kAtOnce> samples{};  // null: of DDS
       const dds_return_t count = dds_take(reader_, samples.data(), infos.data(), kAtOnce, kAtOnce);
       if (count <= 0) return;
       for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {

@@ -39,6 +39,17 @@ constexpr std::array kDefinitions{
     MessageDefinition{"crtk_msgs/OperatingState",
                       "std_msgs/Header header\nstring state\nbool is_homed\nbool is_busy\n"},
     MessageDefinition{"crtk_msgs/StringStamped", "std_msgs/Header header\nstring string\n"},
+    MessageDefinition{"crtk_msgs/CartesianImpedanceHalfPlaneGains",
+                      "geometry_msgs/Vector3 p\ngeometry_msgs/Vector3 d\ngeometry_msgs/Vector3 bias\n"
+                      "geometry_msgs/Vector3 deadband\n"},
+    MessageDefinition{"crtk_msgs/CartesianImpedance",
+                      "std_msgs/Header header\n"
+                      "geometry_msgs/Quaternion force_orientation\ngeometry_msgs/Vector3 force_position\n"
+                      "geometry_msgs/Quaternion torque_orientation\n"
+                      "crtk_msgs/CartesianImpedanceHalfPlaneGains position_positive\n"
+                      "crtk_msgs/CartesianImpedanceHalfPlaneGains position_negative\n"
+                      "crtk_msgs/CartesianImpedanceHalfPlaneGains orientation_positive\n"
+                      "crtk_msgs/CartesianImpedanceHalfPlaneGains orientation_negative\n"},
     MessageDefinition{"std_msgs/Bool", "bool data\n"},
     MessageDefinition{"sensor_msgs/JointState",
                       "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\n"

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/hapticd-ros/commands/box_commands.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "rt/base/clock.h"
+#include "tools/hapticd-ros/commands/impedance_fixtures.h"
+#include "tools/lib/client/reply_reader.h"
+
+namespace hapticd::tools::ros {
+namespace {
+
+std::string textOf(const ClientError& error) {
+  if (error.kind != ClientError::Kind::error_reply)
+    return error.remedy.empty() ? error.what : fmt::format("{} ({})", error.what, error.remedy);
+  for (const char* const explanation : {"reason", "cause"}) {
+    const Json* const found = fieldAt(error.parameters, explanation);
+    if (found != nullptr && found->is_string())
+      return fmt::format("hapticd refuses it: {}", found->get<std::string>());
+  }
+  return fmt::format("hapticd refuses it: {}", error.what);
+}
+
+std::string textAt(const Json& reply, const char* name) {
+  const Json* const found = fieldAt(reply, name);
+  return found != nullptr && found->is_string() ? found->get<std::string>() : "";
+}
+
+bool isActive(rt::Mode mode) {
+  return mode == rt::Mode::engaged || mode == rt::Mode::holding;
+}
+
+}  // namespace
+
+std::expected<Json, std::string> BoxCommands::call(const std::string& method, const Json& parameters) {
+  if (!client_) {
+    auto connected = VarlinkClient::connect(control_socket_);
+    if (!connected) return std::unexpected(textOf(connected.error()));
+    client_.emplace(std::move(*connected));
+  }
+  auto reply = client_->call("io.hapticd." + method, parameters, kLimit);
+  if (reply) return *reply;
+  // A late reply would be taken for that to the next call.
+  if (reply.error().kind != ClientError::Kind::error_reply) {
+    client_.reset();
+    fixtures_.reset();  // hapticd may be another one next time
+  }
+  return std::unexpected(textOf(reply.error()));
+}
+
+BoxCommands::Refusal BoxCommands::done(const std::expected<Json, std::string>& reply) const {
+  return reply ? std::nullopt : Refusal(reply.error());
+}
+
+BoxCommands::Refusal BoxCommands::changeState(std::string_view command) {
+  const bool paused = state_.paused_since_ns != 0;
+  if (command == "enable") {
+    if (paused) return "the state is PAUSED, which resume ends";
+    return enable();
+  }
+  if (command == "resume") {
+    if (!paused) return "the state is not PAUSED";
+    if (auto refusal = enable()) return refusal;
+    state_.paused_since_ns = 0;
+    return std::nullopt;
+  }
+  if (command == "pause") return pause();
+  if (command != "disable") return "the commands are enable, disable, pause and resume";
+  state_.paused_since_ns = 0;
+  return done(call("Control.Disengage"));
+}
+
+BoxCommands::Refusal BoxCommands::enable() {
+  auto reply = call("Control.Engage");
+  if (reply && textAt(*reply, "mode") == rt::wordOf(rt::Mode::faulted)) {
+    if (auto cleared = call("Control.ClearFault"); !cleared) return cleared.error();
+    reply = call("Control.Engage");
+  }
+  return done(reply);
+}
+
+BoxCommands::Refusal BoxCommands::pause() {
+  if (!isActive(state_.mode)) return "the state is not ENABLED";
+  const auto reply = call("Control.Disengage");
+  if (reply) state_.paused_since_ns = rt::monotonicNow_ns();
+  return done(reply);
+}
+
+BoxCommands::Refusal BoxCommands::addForce(const rt::Vec3& force_n_in_world, double age_s) {
+  const rt::Vec3& f = force_n_in_world;
+  return done(call("Control.FeedForce", {{"forceNInWorld", {f.x, f.y, f.z}}, {"ageS", age_s}}));
+}
+
+BoxCommands::Refusal BoxCommands::setImpedance(const Impedance& impedance) {
+  const auto fixtures = fixturesOf(impedance);
+  if (!fixtures) return fixtures.error();
+  if (fixtures_ == *fixtures) return std::nullopt;
+  const auto known = call("Status.ListFixtures");
+  if (!known) return known.error();
+  Json remove = Json::array();
+  const std::vector<std::string> own = impedanceFixtureNames();
+  if (const Json* const list = fieldAt(*known, "fixtures"); list != nullptr && list->is_array()) {
+    for (const Json& fixture : *list) {
+      if (std::ranges::find(own, textAt(fixture, "name")) != own.end())
+        remove.push_back(textAt(fixture, "name"));
+    }
+  }
+  if (auto refusal = done(call("Control.ChangeFixtures", {{"remove", remove}, {"add", *fixtures}})))
+    return refusal;
+  fixtures_ = *fixtures;
+  return std::nullopt;
+}
+
+BoxCommands::Refusal BoxCommands::feedPose(const std::string& frame, const rt::RigidPose& T_world_frame,
+                                           double age_s) {
+  const rt::Vec3& p = T_world_frame.position_m_in_world;
+  const rt::Quaternion& q = T_world_frame.orientation;
+  return done(call("Control.FeedPose", {{"frame", frame},
+                                        {"positionM", {p.x, p.y, p.z}},
+                                        {"orientationXyzw", {q.x, q.y, q.z, q.w}},
+                                        {"ageS", age_s}}));
+}
+
+}  // namespace hapticd::tools::ros

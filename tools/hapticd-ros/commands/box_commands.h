@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "rt/base/rigid_pose.h"
+#include "rt/base/vec3.h"
+#include "rt/loop/loop_state.h"
+#include "tools/hapticd-ros/messages/contents.h"
+#include "tools/lib/client/varlink_client.h"
+
+namespace hapticd::tools::ros {
+
+/// What the two threads of hapticd-ros know of the box. hapticd has no pause that lasts: a box that was
+/// paused over the network is disengaged, and resumes by being engaged again. Thread: any.
+struct BoxState {
+  std::atomic<rt::Mode> mode{rt::Mode::starting};  ///< set by the one that reads ticks
+  std::atomic<std::int64_t> paused_since_ns{0};    ///< CLOCK_MONOTONIC; 0: not paused
+};
+
+/// Does in hapticd what messages ask for, over its control socket. Every function returns why it was not
+/// done; nothing: it was. A call takes at most kLimit. Thread: one.
+class BoxCommands {
+ public:
+  static constexpr std::chrono::milliseconds kLimit{1000};
+
+  /// `control_socket`: of hapticd, which may come and go.
+  BoxCommands(std::string control_socket, BoxState& state)
+      : control_socket_(std::move(control_socket)), state_(state) {}
+
+  using Refusal = std::optional<std::string>;
+  /// A state_command of CRTK: enable, disable, pause or resume.
+  Refusal changeState(std::string_view command);
+  Refusal addForce(const rt::Vec3& force_n_in_world, double age_s);
+  /// Replaces the fixtures of the impedance before.
+  Refusal setImpedance(const Impedance& impedance);
+  Refusal feedPose(const std::string& frame, const rt::RigidPose& T_world_frame, double age_s);
+
+ private:
+  Refusal enable();
+  Refusal pause();
+  /// Calls a method and returns the parameters of its reply, or why there is none.
+  std::expected<Json, std::string> call(const std::string& method, const Json& parameters = Json::object());
+  Refusal done(const std::expected<Json, std::string>& reply) const;
+
+  std::string control_socket_;
+  BoxState& state_;
+  std::optional<VarlinkClient> client_;
+  std::optional<Json> fixtures_;  // of the newest impedance, as they were sent
+};
+
+}  // namespace hapticd::tools::ros

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/hapticd-ros/commands/command_inputs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "config/base/value_text.h"
+#include "ros_messages.h"
+#include "rt/base/clock.h"
+#include "tools/hapticd-ros/commands/message_gate.h"
+#include "tools/hapticd-ros/dds/subscription.h"
+
+namespace hapticd::tools::ros {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using namespace std::chrono_literals;
+
+constexpr auto kLogPeriod = 10s;
+/// Longest wait for messages: after it publishers are counted again.
+constexpr auto kWait = 200ms;
+
+std::int64_t timeOf(const builtin_interfaces_msg_dds__Time_& time) {
+  return time.sec * rt::kNsPerSecond + time.nanosec;
+}
+MessageHead headOf(const std_msgs_msg_dds__Header_& header, const Origin& origin) {
+  return {origin.publisher, timeOf(header.stamp), origin.sent_utc_ns, header.frame_id};
+}
+rt::Vec3 vectorOf(const geometry_msgs_msg_dds__Vector3_& v) {
+  return {v.x, v.y, v.z};
+}
+rt::Quaternion quaternionOf(const geometry_msgs_msg_dds__Quaternion_& q) {
+  return {q.x, q.y, q.z, q.w};
+}
+ImpedanceSide sideOf(const crtk_msgs_msg_dds__CartesianImpedanceHalfPlaneGains_& gains) {
+  return {vectorOf(gains.p), vectorOf(gains.d), vectorOf(gains.bias), vectorOf(gains.deadband)};
+}
+double age_s(const MessageHead& head, std::int64_t utc_ns) {
+  return static_cast<double>(std::max<std::int64_t>(0, utc_ns - head.made_utc_ns())) * 1e-9;
+}
+
+struct InputTopic {
+  std::string name;
+  std::string_view message;
+  const dds_topic_descriptor_t& type;
+  int depth;
+  Delivery delivery;
+};
+
+}  // namespace
+
+/// The topics, and the loop that reads them.
+class CommandInputs::Inputs {
+ public:
+  Inputs(const Participant& participant, std::string name_space, const std::string& control_socket,
+         BoxState& state)
+      : participant_(participant),
+        name_space_(std::move(name_space)),
+        box_(control_socket, state),
+        wait_(participant) {}
+
+  base::Result<void> addAll(const AllowedInputs& allowed);
+  /// Until end() is called.
+  void run();
+  void end() { wait_.end(); }
+  std::vector<InputStatus> status() const;
+
+ private:
+  using Refusal = BoxCommands::Refusal;
+  struct Input {
+    Subscription subscription;
+    MessageGate gate;
+    std::function<void(Input&)> take;
+    InputStatus status;  // under the mutex
+    Clock::time_point next_log = {};
+  };
+
+  /// Adds a topic whose messages the gate examines and `act` carries out.
+  template <typename Message>
+  base::Result<void> add(const InputTopic& topic, GateRules rules,
+                         std::function<Refusal(const Message&, const MessageHead&)> act);
+  void note(Input& input, const Refusal& refusal);
+  Refusal force(const geometry_msgs_msg_dds__WrenchStamped_& message, const MessageHead& head);
+  Refusal impedance(const crtk_msgs_msg_dds__CartesianImpedance_& message);
+  Refusal pose(const std::string& frame, const geometry_msgs_msg_dds__PoseStamped_& message,
+               const MessageHead& head);
+
+  const Participant& participant_;
+  std::string name_space_;
+  BoxCommands box_;
+  MessageWait wait_;
+  std::vector<std::unique_ptr<Input>> inputs_;
+  mutable std::mutex mutex_;
+};
+
+template <typename Message>
+base::Result<void> CommandInputs::Inputs::add(
+    const InputTopic& topic, GateRules rules,
+    std::function<Refusal(const Message&, const MessageHead&)> act) {
+  const std::string name = name_space_ + "/" + topic.name;
+  auto subscription =
+      Subscription::open(participant_, name, topic.message, topic.type, topic.depth, topic.delivery);
+  if (!subscription) return std::unexpected(subscription.error());
+  wait_.add(*subscription);
+  const auto take = [this, act = std::move(act)](Input& input) {
+    input.subscription.takeAll<Message>([&](const Message& sample, const Origin& origin) {
+      const MessageHead head = headOf(sample.header, origin);
+      Refusal refusal = input.gate.refusal(head, rt::realtimeNow_ns(), Clock::now());
+      if (!refusal) refusal = act(sample, head);
+      note(input, refusal);
+    });
+  };
+  inputs_.push_back(
+      std::make_unique<Input>(Input{std::move(*subscription), MessageGate(std::move(rules)), take,
+                                    InputStatus{.topic = "/" + name, .type = std::string(topic.message)}}));
+  return {};
+}
+
+base::Result<void> CommandInputs::Inputs::addAll(const AllowedInputs& allowed) {
+  const std::string world = name_space_ + "/world";
+  base::Result<void> added;
+  if (allowed.state_command) {
+    added = add<crtk_msgs_msg_dds__StringStamped_>(
+        {"state_command", "crtk_msgs/StringStamped", crtk_msgs_msg_dds__StringStamped__desc, 10,
+         Delivery::each},
+        {.most_per_second = 10, .oldest = 1s},
+        [this](const auto& message, const MessageHead&) { return box_.changeState(message.string); });
+  }
+  if (added && allowed.servo_cf) {
+    // Of the forces that have come meanwhile only the newest counts.
+    added = add<geometry_msgs_msg_dds__WrenchStamped_>(
+        {"servo_cf", "geometry_msgs/WrenchStamped", geometry_msgs_msg_dds__WrenchStamped__desc, 1,
+         Delivery::newest},
+        {.most_per_second = 2000, .oldest = 20ms, .one_publisher = true, .frame = world},
+        [this](const auto& message, const MessageHead& head) { return force(message, head); });
+  }
+  if (added && allowed.servo_ci) {
+    added = add<crtk_msgs_msg_dds__CartesianImpedance_>(
+        {"servo_ci", "crtk_msgs/CartesianImpedance", crtk_msgs_msg_dds__CartesianImpedance__desc, 1,
+         Delivery::each},
+        {.most_per_second = 10, .oldest = 1s, .one_publisher = true, .frame = world},
+        [this](const auto& message, const MessageHead&) { return impedance(message); });
+  }
+  for (const std::string& frame : allowed.frames) {
+    if (!added) break;
+    added = add<geometry_msgs_msg_dds__PoseStamped_>(
+        {"frames/" + frame, "geometry_msgs/PoseStamped", geometry_msgs_msg_dds__PoseStamped__desc, 10,
+         Delivery::newest},
+        {.most_per_second = 500, .oldest = 200ms, .one_publisher = true, .frame = world},
+        [this, frame](const auto& message, const MessageHead& head) { return pose(frame, message, head); });
+  }
+  return added;
+}
+
+void CommandInputs::Inputs::run() {
+  while (!wait_.ended()) {
+    for (const auto& input : inputs_) {
+      input->take(*input);
+      const std::lock_guard lock(mutex_);
+      input->status.publishers = input->subscription.publishers();
+    }
+    wait_.wait(kWait);
+  }
+}
+
+void CommandInputs::Inputs::note(Input& input, const Refusal& refusal) {
+  {
+    const std::lock_guard lock(mutex_);
+    ++(refusal ? input.status.refused : input.status.taken);
+    if (refusal) input.status.last_refusal = *refusal;
+  }
+  if (!refusal || Clock::now() < input.next_log) return;
+  input.next_log = Clock::now() + kLogPeriod;
+  fmt::print(stderr, "hapticd-ros: {}: a message is refused: {}\n", input.status.topic,
+             base::printable(*refusal));
+}
+
+std::vector<InputStatus> CommandInputs::Inputs::status() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<InputStatus> all;
+  for (const auto& input : inputs_) all.push_back(input->status);
+  return all;
+}
+
+CommandInputs::Inputs::Refusal CommandInputs::Inputs::force(
+    const geometry_msgs_msg_dds__WrenchStamped_& message, const MessageHead& head) {
+  const rt::Vec3 force_n = vectorOf(message.wrench.force);
+  const rt::Vec3 torque_n_m = vectorOf(message.wrench.torque);
+  if (!isFinite(force_n) || !isFinite(torque_n_m)) return "the wrench is not finite";
+  if (!(torque_n_m == rt::Vec3{})) return "the box exerts no torques (set wrench.torque to 0)";
+  return box_.addForce(force_n, age_s(head, rt::realtimeNow_ns()));
+}
+
+CommandInputs::Inputs::Refusal CommandInputs::Inputs::impedance(
+    const crtk_msgs_msg_dds__CartesianImpedance_& message) {
+  return box_.setImpedance({quaternionOf(message.force_orientation), vectorOf(message.force_position),
+                            sideOf(message.position_positive), sideOf(message.position_negative),
+                            sideOf(message.orientation_positive), sideOf(message.orientation_negative)});
+}
+
+CommandInputs::Inputs::Refusal CommandInputs::Inputs::pose(const std::string& frame,
+                                                           const geometry_msgs_msg_dds__PoseStamped_& message,
+                                                           const MessageHead& head) {
+  const auto& p = message.pose.position;
+  const rt::RigidPose T_world_frame{{p.x, p.y, p.z}, quaternionOf(message.pose.orientation)};
+  const rt::Quaternion& q = T_world_frame.orientation;
+  if (!isFinite(T_world_frame.position_m_in_world) || !std::isfinite(dot(q, q)))
+    return "the pose is not finite";
+  return box_.feedPose(frame, T_world_frame, age_s(head, rt::realtimeNow_ns()));
+}
+
+base::Result<std::unique_ptr<CommandInputs>> CommandInputs::open(const Participant& participant,
+                                                                 const AllowedInputs& allowed,
+                                                                 const std::string& name_space,
+                                                                 const std::string& control_socket,
+                                                                 BoxState& state) {
+  auto inputs = std::make_unique<Inputs>(participant, name_space, control_socket, state);
+  if (auto added = inputs->addAll(allowed); !added) return std::unexpected(added.error());
+  return std::unique_ptr<CommandInputs>(new CommandInputs(std::move(inputs)));
+}
+
+CommandInputs::CommandInputs(std::unique_ptr<Inputs> inputs)
+    : inputs_(std::move(inputs)), thread_([this] { inputs_->run(); }) {}
+
+CommandInputs::~CommandInputs() {
+  inputs_->end();
+  thread_.join();
+}
+
+std::vector<InputStatus> CommandInputs::status() const {
+  return inputs_->status();
+}
+
+}  // namespace hapticd::tools::ros
