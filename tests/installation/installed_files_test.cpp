@@ -16,6 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::set<std::string> kPrograms{"usr/bin/haptic-bridge",
+                                      "usr/bin/haptic-crtk-bridge",
                                       "usr/bin/haptic-vendor-bridge",
                                       "usr/bin/haptic-palpate",
                                       "usr/bin/haptic-replay",
@@ -41,6 +42,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
   std::vector<std::string> expected{
       "etc/hapticd/hapticd.yaml",
       "usr/bin/haptic-bridge",
+      "usr/bin/haptic-crtk-bridge",
       "usr/bin/haptic-palpate",
       "usr/bin/haptic-replay",
       "usr/bin/haptic-vendor-bridge",
@@ -115,6 +117,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/share/doc/hapticd/udp-protocol.md",
       "usr/share/fish/vendor_completions.d/hapticctl.fish",
       "usr/share/man/man1/haptic-bridge.1.gz",
+      "usr/share/man/man1/haptic-crtk-bridge.1.gz",
       "usr/share/man/man1/haptic-palpate.1.gz",
       "usr/share/man/man1/haptic-replay.1.gz",
       "usr/share/man/man1/haptic-vendor-bridge.1.gz",
@@ -129,7 +132,9 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/share/zsh/vendor-completions/_hapticctl",
   };
   if (!HAPTICD_WITH_ROS)
-    std::erase_if(expected, [](const std::string& file) { return file.contains("hapticd-ros"); });
+    std::erase_if(expected, [](const std::string& file) {
+      return file.contains("hapticd-ros") || file.contains("haptic-crtk-bridge");
+    });
   std::vector<std::string> installed = filesBelow(stagedRoot());
   std::erase_if(installed, isOfThePage);
   EXPECT_EQ(installed, expected);

@@ -133,6 +133,7 @@ TEST(Manual, ShowsEveryOptionOfHapticdView) {
 TEST(Manual, ShowsEveryOptionOfHapticdRos) {
   if (!HAPTICD_WITH_ROS) GTEST_SKIP() << "this build has no hapticd-ros";
   expectComplete("hapticd-ros", "man8/hapticd-ros.8.gz");
+  expectComplete("haptic-crtk-bridge", "man1/haptic-crtk-bridge.1.gz");
 }
 
 TEST(Manual, ShowsEveryOptionOfHapticd) {

@@ -68,10 +68,11 @@ void follow(const std::vector<FolderRule>& rules, std::vector<std::string>& path
 
 const std::vector<FolderRule>& folderRules() {
   static const std::vector<std::string> tool_libraries{
-      "tools/lib/bridge",       "tools/lib/child",   "tools/lib/client",       "tools/lib/depth_noise",
-      "tools/lib/offline",      "tools/lib/options", "tools/lib/oracle",       "tools/lib/palpation",
-      "tools/lib/parts",        "tools/lib/plot",    "tools/lib/registration", "tools/lib/solids/field",
-      "tools/lib/solids/files", "tools/lib/text",    "tools/lib/ticks",        "tools/lib/truth"};
+      "tools/lib/bridge",       "tools/lib/child",        "tools/lib/client",       "tools/lib/depth_noise",
+      "tools/lib/device",       "tools/lib/device_check", "tools/lib/offline",      "tools/lib/options",
+      "tools/lib/oracle",       "tools/lib/palpation",    "tools/lib/parts",        "tools/lib/plot",
+      "tools/lib/registration", "tools/lib/solids/field", "tools/lib/solids/files", "tools/lib/text",
+      "tools/lib/ticks",        "tools/lib/truth"};
   static const std::vector<std::string> studies = with(tool_libraries, {"tools/hapticbench/engine"});
   static const std::vector<std::string> commands =
       with(studies, {"tools/hapticbench", "tools/hapticbench/jitter", "tools/hapticbench/strokes",
@@ -174,6 +175,9 @@ const std::vector<FolderRule>& folderRules() {
        {"tools/lib/client", "tools/hapticd-ros/dds", "tools/hapticd-ros/messages"}},
       {"tools/hapticd-ros/dds", {"tools/hapticd-ros/messages"}},
       {"tools/hapticd-ros/messages", {}},
+      {"tools/haptic-crtk-bridge",
+       {"tools/lib/bridge", "tools/lib/device", "tools/lib/device_check", "tools/lib/options",
+        "tools/hapticd-ros/dds", "tools/hapticd-ros/messages"}},
       {"tools/manual", {}},
 
       // libraries
@@ -181,6 +185,8 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/lib/child", {}},
       {"tools/lib/client", {}},
       {"tools/lib/depth_noise", {}},
+      {"tools/lib/device", {"tools/lib/bridge"}},
+      {"tools/lib/device_check", {"tools/lib/bridge", "tools/lib/child", "tools/lib/device"}},
       {"tools/lib/offline", {}},
       {"tools/lib/options", {}},
       {"tools/lib/palpation", {}},

@@ -223,6 +223,24 @@ TEST_F(MessageBytes, MeanInEachMemberWhatWasPublished) {
   decoder.expect("crtk_msgs/StringStamped",
                  bytesOfSample(domain_, crtk_msgs_msg_dds__StringStamped__desc, &sample),
                  {{"header", headerJson("base")}, {"string", "enable"}});
+  const std_msgs_msg_dds__Bool_ yes{true};
+  decoder.expect("std_msgs/Bool", bytesOfSample(domain_, std_msgs_msg_dds__Bool__desc, &yes),
+                 {{"data", true}});
+  std::string joint = "gripper";
+  std::vector<char*> joints{joint.data()};
+  std::vector<double> opening{0.25, 0.5}, speed{-1.5};
+  const sensor_msgs_msg_dds__JointState_ joint_sample{{{1, 2}, frame.data()},
+                                                      {1, 1, joints.data(), false},
+                                                      {2, 2, opening.data(), false},
+                                                      {1, 1, speed.data(), false},
+                                                      {}};
+  decoder.expect("sensor_msgs/JointState",
+                 bytesOfSample(domain_, sensor_msgs_msg_dds__JointState__desc, &joint_sample),
+                 {{"header", headerJson("base")},
+                  {"name", {"gripper"}},
+                  {"position", opening},
+                  {"velocity", speed},
+                  {"effort", Json::array()}});
   decoder.compare();
 }
 

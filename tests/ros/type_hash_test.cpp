@@ -25,7 +25,9 @@ const std::map<std::string, std::string> kPublished{
     {"tf2_msgs/TFMessage", "e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087"},
     {"crtk_msgs/OperatingState", "5cc57eea589b217fe5194bf2735b91d4a7f2dd5ac1245ae657f7ea7590c2c80e"},
     {"crtk_msgs/StringStamped", "83efb802e6596e03f69ac322e3231037329946f2bd13ed48874d97f5b8f5db1d"},
-    {"crtk_msgs/CartesianImpedance", "9b4e8adf1c59d8045d9bab6c639f8851ec89024ff8bc744fb5b3965143dde7d0"}};
+    {"crtk_msgs/CartesianImpedance", "9b4e8adf1c59d8045d9bab6c639f8851ec89024ff8bc744fb5b3965143dde7d0"},
+    {"std_msgs/Bool", "feb91e995ff9ebd09c0cb3d2aed18b11077585839fb5db80193b62d74528f6c9"},
+    {"sensor_msgs/JointState", "a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e"}};
 
 TEST(RosTypes, HaveTheHashesThatWerePublished) {
   for (const auto& [name, hash] : kPublished) EXPECT_EQ(typeHash(name), "RIHS01_" + hash) << name;
@@ -41,7 +43,9 @@ TEST(RosTypes, HaveTheNamesThatRos2GivesThemInDds) {
       {"tf2_msgs/TFMessage", &tf2_msgs_msg_dds__TFMessage__desc},
       {"crtk_msgs/OperatingState", &crtk_msgs_msg_dds__OperatingState__desc},
       {"crtk_msgs/StringStamped", &crtk_msgs_msg_dds__StringStamped__desc},
-      {"crtk_msgs/CartesianImpedance", &crtk_msgs_msg_dds__CartesianImpedance__desc}};
+      {"crtk_msgs/CartesianImpedance", &crtk_msgs_msg_dds__CartesianImpedance__desc},
+      {"std_msgs/Bool", &std_msgs_msg_dds__Bool__desc},
+      {"sensor_msgs/JointState", &sensor_msgs_msg_dds__JointState__desc}};
   for (const auto& [name, type] : types) {
     EXPECT_EQ(ddsTypeName(name), type->m_typename);
     EXPECT_EQ(type->type_information.sz, 0U) << name << " describes its type";

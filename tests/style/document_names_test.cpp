@@ -29,6 +29,10 @@ constexpr NameException kExceptions[] = {
     {"--domain", "an option of hapticd-ros, which this build has not"},
     {"--interface", "an option of hapticd-ros, which this build has not"},
     {"--namespace", "an option of hapticd-ros, which this build has not"},
+    {"--arm", "an option of haptic-crtk-bridge, which this build has not"},
+    {"--frame", "an option of haptic-crtk-bridge, which this build has not"},
+    {"--gravity-compensation", "an option of haptic-crtk-bridge, which this build has not"},
+    {"--wrench", "an option of haptic-crtk-bridge, which this build has not"},
 #endif
     {"SystemMaxUse", "a setting of journald"},
     {"bInterval", "a field of USB descriptors"},
@@ -45,6 +49,7 @@ struct Known {
                                      {"hapticd-view", HAPTICD_VIEW_PROGRAM},
 #ifdef HAPTICD_ROS_PROGRAM
                                      {"hapticd-ros", HAPTICD_ROS_PROGRAM},
+                                     {"haptic-crtk-bridge", HAPTIC_CRTK_BRIDGE_PROGRAM},
 #endif
                                      {"haptic-bridge", HAPTIC_BRIDGE_PROGRAM},
                                      {"haptic-vendor-bridge", HAPTIC_VENDOR_BRIDGE_PROGRAM},

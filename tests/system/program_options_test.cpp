@@ -28,6 +28,7 @@ const std::vector<Subject> kPrograms{{"hapticd", HAPTICD_PROGRAM, 64},
                                      {"hapticd-view", HAPTICD_VIEW_PROGRAM, 64},
 #ifdef HAPTICD_ROS_PROGRAM
                                      {"hapticd-ros", HAPTICD_ROS_PROGRAM, 64},
+                                     {"haptic-crtk-bridge", HAPTIC_CRTK_BRIDGE_PROGRAM, 64},
 #endif
                                      {"haptic-bridge", HAPTIC_BRIDGE_PROGRAM, 64},
                                      {"haptic-vendor-bridge", HAPTIC_VENDOR_BRIDGE_PROGRAM, 64},
@@ -36,12 +37,13 @@ const std::vector<Subject> kPrograms{{"hapticd", HAPTICD_PROGRAM, 64},
                                      {"hapticbench", HAPTICBENCH_PROGRAM, 64}};
 
 /// The words in help that stand for values other than numbers: text.
-const std::set<std::string> kTexts{
-    "ADDRESS:PORT",   "AGE",        "CHANNEL", "CMD",      "CSV",      "DEVICE",
-    "DIR_OR_PGM",     "FIELD ...",  "FILE",    "FILE ...", "FOLDER",   "FORMAT",
-    "KIND ...",       "LABEL",      "DIR",     "NAME",     "NAME ...", "ORIGIN ...",
-    "NAME=VALUE ...", "NAME=VALUE", "PATH",    "POINTS",   "PROFILE",  "TEXT",
-    "TEXT ...",       "TIME",       "K/N",     "X,Y,Z",    "X,Y,Z,W",  "LENGTH"};
+const std::set<std::string> kTexts{"ADDRESS:PORT", "AGE",    "CHANNEL",    "CMD",        "CONVENTION",
+                                   "CSV",          "DEVICE", "DIR_OR_PGM", "FIELD ...",  "FILE",
+                                   "FILE ...",     "FOLDER", "FORMAT",     "KIND ...",   "LABEL",
+                                   "DIR",          "NAME",   "NAME ...",   "ORIGIN ...", "NAME=VALUE ...",
+                                   "NAME=VALUE",   "PATH",   "POINTS",     "PROFILE",    "TEXT",
+                                   "TEXT ...",     "TIME",   "K/N",        "X,Y,Z",      "X,Y,Z,W",
+                                   "LENGTH"};
 
 struct Option {
   std::string name;

@@ -15,6 +15,9 @@
 #include "tests/system/support/daemon_under_test.h"
 #include "tests/vendor_devices/bridge_under_test.h"
 #include "tests/vendor_devices/fake_inverse_service.h"
+#ifdef HAPTIC_CRTK_BRIDGE_PROGRAM
+#include "tests/ros/simulated_crtk_arm.h"
+#endif
 
 namespace hapticd::test {
 namespace {
@@ -32,7 +35,9 @@ drivers::SimulatedHandleSettings pressingHand() {
 class DeviceInHand {
  public:
   virtual ~DeviceInHand() = default;
-  /// By which haptic-vendor-bridge finds it.
+  /// The bridge that drives it.
+  virtual std::string program() { return HAPTIC_VENDOR_BRIDGE_PROGRAM; }
+  /// By which the bridge finds it.
   virtual std::vector<std::string> options() = 0;
   virtual std::vector<std::string> environment() { return {}; }
   virtual double exerted_n() = 0;
@@ -107,6 +112,30 @@ class ServiceArm final : public DeviceInHand {
   FakeInverseService service_{{.hand = pressingHand()}};
 };
 
+#ifdef HAPTIC_CRTK_BRIDGE_PROGRAM
+/// An arm that speaks CRTK over DDS, with a watchdog of its own.
+class CrtkArm final : public DeviceInHand {
+ public:
+  std::string program() override { return HAPTIC_CRTK_BRIDGE_PROGRAM; }
+  std::vector<std::string> options() override {
+    return {"--arm", arm_.name(), "--domain", std::to_string(ownDomain())};
+  }
+  double exerted_n() override { return norm(arm_.record().exerted_n); }
+  double mostExerted_n() override { return arm_.record().most_exerted_n; }
+  std::int64_t lastExerted_ns() override { return arm_.record().last_exerted_ns; }
+  std::int64_t lastCommand_ns() override { return arm_.record().last_wrench_ns; }
+  bool exertedUncalibrated() override { return arm_.record().late_forces > 0; }
+  bool wasLeftInOrder() override { return arm_.record().zeros_in_a_row >= 20; }
+  void setCalibrated(bool calibrated) override {
+    arm_.setState(calibrated ? "ENABLED" : "DISABLED", calibrated);
+  }
+  void setPlugged(bool plugged) override { arm_.setFaults(plugged ? 0U : kCrtkSilent); }
+
+ private:
+  SimulatedCrtkArm arm_{ownDomain(), ownNamespace(), {.watchdog_ns = 50'000'000, .hand = pressingHand()}};
+};
+#endif
+
 /// A kind of device, and what the box has to keep with it.
 struct BoxCase {
   std::string name;
@@ -139,7 +168,7 @@ class BoxWithArm : public ::testing::TestWithParam<BoxCase> {
   }
   void startBridge() {
     std::vector<std::string> command = device_->options();
-    command.insert(command.begin(), HAPTIC_VENDOR_BRIDGE_PROGRAM);
+    command.insert(command.begin(), device_->program());
     for (const std::string& word : {std::string("--peer"), ownLoopback(5) + ":47800", std::string("--local"),
                                     ownLoopback(6) + ":47801", std::string("--key-file"), key_})
       command.push_back(word);
@@ -239,6 +268,18 @@ TEST_P(BoxWithArm, ShowsHowTheToolIsHeldInTheStatus) {
   EXPECT_NEAR(length, 1, 1e-9);
   EXPECT_EQ(tick.at("handleGripperRad").is_null(), !GetParam().has_gripper);
 }
+
+#ifdef HAPTIC_CRTK_BRIDGE_PROGRAM
+INSTANTIATE_TEST_SUITE_P(Crtk, BoxWithArm,
+                         ::testing::Values(BoxCase{.name = "CrtkArm",
+                                                   .limit_n = 10,
+                                                   .watchdog_ms = 50,
+                                                   .has_gripper = true,
+                                                   .make = []() -> std::unique_ptr<DeviceInHand> {
+                                                     return std::make_unique<CrtkArm>();
+                                                   }}),
+                         [](const auto& kind) { return kind.param.name; });
+#endif
 
 INSTANTIATE_TEST_SUITE_P(All, BoxWithArm,
                          ::testing::Values(BoxCase{.name = "ForceDimension",

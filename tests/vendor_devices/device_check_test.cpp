@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The guided check of a device, with a model of a handle in a loose hand and a person who follows a script,
 // in time of their own.
-#include "tools/haptic-vendor-bridge/check/device_check.h"
+#include "tools/lib/device_check/device_check.h"
 
 #include <gtest/gtest.h>
 

@@ -8,27 +8,27 @@
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/vendor_devices/bridge_under_test.h"
-#include "tools/haptic-vendor-bridge/base/vendor_device.h"
 #include "tools/haptic-vendor-bridge/device_rows.h"
+#include "tools/lib/device/threaded_device.h"
 
 // The drivers in this process, in the place of the bridge's loop.
 namespace hapticd::test {
 namespace {
 
-std::unique_ptr<tools::VendorDriver> driverOf(const VendorKind& kind) {
+std::unique_ptr<tools::DeviceDriver> driverOf(const VendorKind& kind) {
   for (const tools::DeviceRow& row : tools::deviceRows()) {
     if (row.word == kind.word) return row.make({.library = kind.library, .device = {}, .address = {}});
   }
   return nullptr;
 }
 
-class VendorDriverInProcess : public ::testing::TestWithParam<VendorKind> {
+class DeviceDriverInProcess : public ::testing::TestWithParam<VendorKind> {
  protected:
-  VendorDriverInProcess() {
+  DeviceDriverInProcess() {
     ::setenv(kArmVariable, path_.c_str(), 1);
     arm_.memory().model = GetParam().model;
   }
-  ~VendorDriverInProcess() override { ::unsetenv(kArmVariable); }
+  ~DeviceDriverInProcess() override { ::unsetenv(kArmVariable); }
 
   /// Answers the readings with 2 N, once a millisecond, until the arm exerts that.
   bool pushes(tools::Device& device) {
@@ -46,10 +46,10 @@ class VendorDriverInProcess : public ::testing::TestWithParam<VendorKind> {
   EmulatedArm arm_{path_, stillHand()};
 };
 
-TEST_P(VendorDriverInProcess, LeavesTheDeviceWithoutForceAndCanBeUsedAgain) {
+TEST_P(DeviceDriverInProcess, LeavesTheDeviceWithoutForceAndCanBeUsedAgain) {
   for (const std::uint64_t openings : {1U, 2U}) {
     {
-      tools::VendorDevice device(driverOf(GetParam()), "test");
+      tools::ThreadedDevice device(driverOf(GetParam()), "test");
       ASSERT_TRUE(device.start());
       ASSERT_TRUE(pushes(device));
       EXPECT_EQ(device.limits().force_n, GetParam().limit_n);
@@ -61,8 +61,8 @@ TEST_P(VendorDriverInProcess, LeavesTheDeviceWithoutForceAndCanBeUsedAgain) {
   for (const auto& force_n : arm_.memory().force_n) EXPECT_EQ(force_n, 0);
 }
 
-TEST_P(VendorDriverInProcess, LetsGoWhenTheBridgesLoopHangs) {
-  tools::VendorDevice device(driverOf(GetParam()), "test");
+TEST_P(DeviceDriverInProcess, LetsGoWhenTheBridgesLoopHangs) {
+  tools::ThreadedDevice device(driverOf(GetParam()), "test");
   ASSERT_TRUE(device.start());
   ASSERT_TRUE(pushes(device));
   EXPECT_TRUE(becomesTrue([&] { return arm_.memory().exerted_n == 0; }));
@@ -71,7 +71,7 @@ TEST_P(VendorDriverInProcess, LetsGoWhenTheBridgesLoopHangs) {
       << "the driver itself goes on, at zero";
 }
 
-INSTANTIATE_TEST_SUITE_P(All, VendorDriverInProcess, ::testing::Values(forceDimension(), openHaptics()),
+INSTANTIATE_TEST_SUITE_P(All, DeviceDriverInProcess, ::testing::Values(forceDimension(), openHaptics()),
                          [](const auto& kind) { return kind.param.name(); });
 
 }  // namespace

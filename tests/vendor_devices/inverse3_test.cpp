@@ -9,9 +9,9 @@
 #include "rt/base/clock.h"
 #include "tests/support/program.h"
 #include "tests/vendor_devices/fake_inverse_service.h"
-#include "tools/haptic-vendor-bridge/base/vendor_device.h"
 #include "tools/haptic-vendor-bridge/inverse3/echo_check.h"
 #include "tools/haptic-vendor-bridge/inverse3/inverse3_driver.h"
+#include "tools/lib/device/threaded_device.h"
 
 // The driver of the Inverse3 with a fake service, over real sockets.
 namespace hapticd::tools::inverse3 {
@@ -79,7 +79,7 @@ class DrivenLoop {
     }
   }
 
-  VendorDevice device_;
+  ThreadedDevice device_;
   std::mutex mutex_;
   rt::Vec3 force_n_;
   DeviceReading reading_ = [] {
@@ -189,7 +189,7 @@ TEST(Inverse3, RefusesAServiceThatIgnoresForcesInBothForms) {
   EXPECT_LE(service.record().most_exerted_n, EchoCheck::kUnproven_n);
   EXPECT_TRUE(becomesTrue([&] { return !loop.isHealthy(); }));
   // Repaired, as another version. Nothing but GET /version has come before that.
-  std::this_thread::sleep_for(2 * VendorDevice::kRetry);
+  std::this_thread::sleep_for(2 * ThreadedDevice::kRetry);
   EXPECT_EQ(service.record().connections, 2U);
   service.setFaults(0);
   service.setVersion("3.5.9");

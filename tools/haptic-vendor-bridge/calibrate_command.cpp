@@ -7,9 +7,9 @@
 #include <chrono>
 #include <thread>
 
-#include "tools/haptic-vendor-bridge/person_at_terminal.h"
 #include "tools/haptic-vendor-bridge/phantom_omni/gain_measurement.h"
 #include "tools/haptic-vendor-bridge/phantom_omni/linked_arm.h"
+#include "tools/lib/device_check/person_at_terminal.h"
 
 namespace hapticd::tools {
 namespace {

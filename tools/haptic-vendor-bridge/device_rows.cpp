@@ -14,12 +14,12 @@ std::span<const DeviceRow> deviceRows() {
   static constexpr std::array kRows{
       DeviceRow{.word = "force-dimension",
                 .help = "delta, omega, sigma and lambda of Force Dimension, by libdrd.so",
-                .make = [](const VendorOptions& options) -> std::unique_ptr<VendorDriver> {
+                .make = [](const VendorOptions& options) -> std::unique_ptr<DeviceDriver> {
                   return std::make_unique<ForceDimensionDriver>(options.library, options.device);
                 }},
       DeviceRow{.word = "openhaptics",
                 .help = "Touch, Touch X and Phantom of 3D Systems, by OpenHaptics' libHD.so",
-                .make = [](const VendorOptions& options) -> std::unique_ptr<VendorDriver> {
+                .make = [](const VendorOptions& options) -> std::unique_ptr<DeviceDriver> {
                   return std::make_unique<OpenHapticsDriver>(options.library, options.device);
                 }},
       DeviceRow{.word = "inverse3",

@@ -5,7 +5,8 @@
 #include <span>
 #include <string_view>
 
-#include "tools/haptic-vendor-bridge/base/vendor_device.h"
+#include "tools/haptic-vendor-bridge/base/vendor_options.h"
+#include "tools/lib/device/threaded_device.h"
 
 namespace hapticd::tools {
 
@@ -13,7 +14,7 @@ namespace hapticd::tools {
 struct DeviceRow {
   std::string_view word;  ///< of the option --device-kind
   std::string_view help;
-  std::unique_ptr<VendorDriver> (*make)(const VendorOptions& options);
+  std::unique_ptr<DeviceDriver> (*make)(const VendorOptions& options);
 };
 
 std::span<const DeviceRow> deviceRows();

@@ -10,13 +10,13 @@
 #include <vector>
 
 #include "config/base/program.h"
-#include "tools/haptic-vendor-bridge/base/vendor_device.h"
 #include "tools/haptic-vendor-bridge/calibrate_command.h"
-#include "tools/haptic-vendor-bridge/check_command.h"
 #include "tools/haptic-vendor-bridge/device_rows.h"
 #include "tools/haptic-vendor-bridge/inverse3/service_link.h"
 #include "tools/haptic-vendor-bridge/phantom_omni/gain_measurement.h"
 #include "tools/lib/bridge/bridge_program.h"
+#include "tools/lib/device/threaded_device.h"
+#include "tools/lib/device_check/check_command.h"
 #include "tools/lib/options/option_checks.h"
 
 namespace hapticd::tools {
@@ -57,7 +57,7 @@ CLI::Option& addDevice(CLI::App& app, std::string& kind, VendorOptions& options)
   return choice;
 }
 
-std::unique_ptr<VendorDriver> driverOf(const std::string& kind, const VendorOptions& options) {
+std::unique_ptr<DeviceDriver> driverOf(const std::string& kind, const VendorOptions& options) {
   const auto rows = deviceRows();
   return std::ranges::find(rows, kind, &DeviceRow::word)->make(options);
 }
@@ -72,7 +72,7 @@ int runCheck(int argc, char** argv) {
   app.footer(
       "Exit status: 0 nothing wrong, 64 usage, 65 not a log, 66 no log, 69 a problem was found,\n"
       "71 no thread, 73 no log written.");
-  CheckOptions check;
+  CheckOptions check{.program = kName, .version = HAPTICD_VERSION};
   VendorOptions options;
   CLI::Option& kind = addDevice(app, check.kind, options);
   app.add_option("--log", check.log,
@@ -90,7 +90,7 @@ int runCheck(int argc, char** argv) {
     fmt::print(stderr, "{}: name the kind of the device, one of:{}\n", kName, kindsText());
     return EX_USAGE;
   }
-  VendorDevice device(driverOf(check.kind, options), kName);
+  ThreadedDevice device(driverOf(check.kind, options), kName);
   return checkDevice(check, device);
 }
 
@@ -153,7 +153,7 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return base::endWithoutWork(app, error, EX_USAGE);
   }
-  VendorDevice device(driverOf(kind, options), kName);
+  ThreadedDevice device(driverOf(kind, options), kName);
   return program.run(device, [&device] { return device.start(); });
 }
 

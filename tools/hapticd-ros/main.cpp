@@ -21,36 +21,12 @@
 #include "tools/hapticd-ros/commands/command_inputs.h"
 #include "tools/hapticd-ros/dds/participant.h"
 #include "tools/hapticd-ros/dds/publications.h"
+#include "tools/hapticd-ros/messages/ros_name.h"
 #include "tools/hapticd-ros/ros_bridge.h"
 #include "tools/lib/options/option_checks.h"
 
 namespace hapticd::tools::ros {
 namespace {
-
-constexpr int kLargestDomain = 232;  // whose ports fit below 65536
-constexpr std::size_t kLongestNamespace = 200;
-
-bool isLetter(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
-}
-bool isDigit(char c) {
-  return c >= '0' && c <= '9';
-}
-
-/// Returns what is wrong with a namespace of ROS 2; empty: nothing is.
-std::string namespaceProblem(std::string& name) {
-  if (name.starts_with('/')) name.erase(0, 1);
-  bool begins = true;
-  bool good = name.size() <= kLongestNamespace;
-  for (const char c : name) {
-    good = good && (begins ? isLetter(c) : isLetter(c) || isDigit(c) || c == '/');
-    begins = c == '/';
-  }
-  if (good && !begins) return "";
-  return fmt::format(
-      "{} must be names of letters, digits and underscores, with / between them, at most {} in all",
-      base::inQuotes(name), kLongestNamespace);
-}
 
 constexpr std::string_view kFramePrefix = "frame:";
 
@@ -138,7 +114,7 @@ int run(int argc, char** argv) {
   app.add_option("--domain", network.domain, "of DDS (0)")
       ->envname("ROS_DOMAIN_ID")
       ->type_name("NUMBER")
-      ->check(within(0, kLargestDomain));
+      ->check(within(0, Network::kLargestDomain));
   app.add_option("--interface", network.interface,
                  "name or address of the network interface to publish at (loopback: this computer only)")
       ->type_name("NAME");

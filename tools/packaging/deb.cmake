@@ -63,7 +63,9 @@ set(CPACK_DEBIAN_ROS_PACKAGE_SECTION misc)
 set(CPACK_COMPONENT_ROS_DESCRIPTION "publish what hapticd measures and exerts for ROS 2
 The haptic controller daemon hapticd, seen from ROS 2: position, velocity and
 force of the hand, operating state, buttons, diagnostics and frames, with the
-names of CRTK. It speaks DDS itself and needs no ROS on the box.")
+names of CRTK. It speaks DDS itself and needs no ROS on the box. With
+haptic-crtk-bridge an arm that speaks CRTK, such as an MTM of a dVRK, is the
+handle.")
 set(CPACK_DEBIAN_ROS_PACKAGE_DEPENDS "hapticd (= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})")
 set(CPACK_DEBIAN_ROS_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 include(CPack)

@@ -8,9 +8,9 @@
 
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/haptic-vendor-bridge/base/device_session.h"
-#include "tools/haptic-vendor-bridge/base/vendor_device.h"
 #include "tools/haptic-vendor-bridge/base/vendor_library.h"
+#include "tools/lib/device/device_session.h"
+#include "tools/lib/device/threaded_device.h"
 
 // What passes between the bridge's loop and the thread that drives a device, at times that the test sets.
 namespace hapticd::tools {
@@ -190,7 +190,7 @@ TEST(VersionsOf, ComeInTheOrderOfTheirNumbers) {
 }
 
 /// A driver whose device is lost as soon as it is open, and which says so with the same words.
-class LosingDriver final : public VendorDriver {
+class LosingDriver final : public DeviceDriver {
  public:
   explicit LosingDriver(std::atomic<int>& attempts) : attempts_(attempts) {}
   base::Result<void> drive(DeviceSession& session) override {
@@ -202,11 +202,11 @@ class LosingDriver final : public VendorDriver {
   std::atomic<int>& attempts_;
 };
 
-TEST(VendorDevice, SaysWhatIsWrongOnceAndAgainAfterItWasOpened) {
+TEST(ThreadedDevice, SaysWhatIsWrongOnceAndAgainAfterItWasOpened) {
   std::atomic<int> attempts{0};
   ::testing::internal::CaptureStderr();
   {
-    VendorDevice device(std::make_unique<LosingDriver>(attempts), "bridge");
+    ThreadedDevice device(std::make_unique<LosingDriver>(attempts), "bridge");
     ASSERT_TRUE(device.start());
     EXPECT_TRUE(test::becomesTrue([&] { return attempts == 4; }));
     EXPECT_TRUE(device.read().fault);

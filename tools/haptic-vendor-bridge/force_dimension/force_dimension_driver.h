@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "tools/haptic-vendor-bridge/base/vendor_device.h"
 #include "tools/haptic-vendor-bridge/force_dimension/dhd.h"
+#include "tools/lib/device/threaded_device.h"
 
 namespace hapticd::tools {
 
@@ -22,7 +22,7 @@ DeviceLimits limitsOfDhdType(int type, const DhdCapabilities& capabilities);
 
 /// Drives the devices of Force Dimension (delta, omega, sigma, lambda) by the vendor's libdrd.so, which is
 /// loaded when it is first used. The watchdog in the device drops the force when this program dies.
-class ForceDimensionDriver final : public VendorDriver {
+class ForceDimensionDriver final : public DeviceDriver {
  public:
   /// `library`: path; empty: where the vendor installs it. `serial`: of the device; empty: the first one.
   ForceDimensionDriver(std::string library, std::string serial)

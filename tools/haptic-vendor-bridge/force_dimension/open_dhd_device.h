@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <string>
 
-#include "tools/haptic-vendor-bridge/base/device_session.h"
 #include "tools/haptic-vendor-bridge/force_dimension/dhd.h"
 #include "tools/haptic-vendor-bridge/force_dimension/force_dimension_driver.h"
+#include "tools/lib/device/device_session.h"
 
 namespace hapticd::tools {
 

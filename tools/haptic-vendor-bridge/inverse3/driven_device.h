@@ -7,11 +7,11 @@
 #include <string>
 
 #include "drivers/handle/udp/peer_clock.h"
-#include "tools/haptic-vendor-bridge/base/device_session.h"
 #include "tools/haptic-vendor-bridge/inverse3/echo_check.h"
 #include "tools/haptic-vendor-bridge/inverse3/safety_watch.h"
 #include "tools/haptic-vendor-bridge/inverse3/service_link.h"
 #include "tools/haptic-vendor-bridge/inverse3/service_messages.h"
+#include "tools/lib/device/device_session.h"
 
 namespace hapticd::tools::inverse3 {
 

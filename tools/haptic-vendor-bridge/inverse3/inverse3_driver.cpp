@@ -150,7 +150,7 @@ base::Result<void> Inverse3Driver::driveOnce(DeviceSession& session) {
   return driven;
 }
 
-std::unique_ptr<VendorDriver> makeInverse3Driver(const VendorOptions& options) {
+std::unique_ptr<DeviceDriver> makeInverse3Driver(const VendorOptions& options) {
   return std::make_unique<Inverse3Driver>(options);
 }
 

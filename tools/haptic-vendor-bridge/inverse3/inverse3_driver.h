@@ -5,16 +5,17 @@
 #include <optional>
 #include <string>
 
-#include "tools/haptic-vendor-bridge/base/vendor_device.h"
+#include "tools/haptic-vendor-bridge/base/vendor_options.h"
 #include "tools/haptic-vendor-bridge/inverse3/service_link.h"
 #include "tools/haptic-vendor-bridge/inverse3/service_messages.h"
+#include "tools/lib/device/threaded_device.h"
 
 namespace hapticd::tools::inverse3 {
 
 /// Haply's Inverse3 behind the Inverse Service of its vendor. The form in which a force is written follows
 /// from the service's version; where the service ignores it, the other one is tried once, and none after
 /// that.
-class Inverse3Driver final : public VendorDriver {
+class Inverse3Driver final : public DeviceDriver {
  public:
   /// `options.address`: empty: 127.0.0.1:10001. `options.device`: a device_id.
   explicit Inverse3Driver(const VendorOptions& options) : options_(options) {}
@@ -31,6 +32,6 @@ class Inverse3Driver final : public VendorDriver {
   bool both_ignored_ = false;
 };
 
-std::unique_ptr<VendorDriver> makeInverse3Driver(const VendorOptions& options);
+std::unique_ptr<DeviceDriver> makeInverse3Driver(const VendorOptions& options);
 
 }  // namespace hapticd::tools::inverse3

@@ -5,9 +5,9 @@
 #include <string>
 #include <string_view>
 
-#include "tools/haptic-vendor-bridge/base/vendor_device.h"
 #include "tools/haptic-vendor-bridge/open_haptics/hd.h"
 #include "tools/haptic-vendor-bridge/open_haptics/servo_loop.h"
+#include "tools/lib/device/threaded_device.h"
 
 namespace hapticd::tools {
 
@@ -17,7 +17,7 @@ DeviceLimits limitsOfHdModel(std::string_view model, double nominal_max_force_n,
 
 /// Drives the Touch, Touch X and Phantom devices by OpenHaptics' libHD.so, which is loaded when it is first
 /// used and never unloaded. The force is carried by the thread of the library's scheduler.
-class OpenHapticsDriver final : public VendorDriver {
+class OpenHapticsDriver final : public DeviceDriver {
  public:
   /// `library`: path; empty: the one that the system's loader finds. `device`: name; empty: the default one.
   OpenHapticsDriver(std::string library, std::string device)

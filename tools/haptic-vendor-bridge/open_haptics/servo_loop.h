@@ -5,8 +5,8 @@
 #include <atomic>
 #include <cstdint>
 
-#include "tools/haptic-vendor-bridge/base/device_session.h"
 #include "tools/haptic-vendor-bridge/open_haptics/hd.h"
+#include "tools/lib/device/device_session.h"
 
 namespace hapticd::tools {
 

@@ -150,7 +150,7 @@ base::Result<void> PhantomOmniDriver::drive(DeviceSession& session) {
   return DrivenOmni(**link, session, gains(session, (*link)->serial())).run();
 }
 
-std::unique_ptr<VendorDriver> makePhantomOmniDriver(const VendorOptions& options) {
+std::unique_ptr<DeviceDriver> makePhantomOmniDriver(const VendorOptions& options) {
   return std::make_unique<PhantomOmniDriver>(options.device, options.calibration);
 }
 

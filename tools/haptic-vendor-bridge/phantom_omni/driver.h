@@ -6,8 +6,9 @@
 #include <string>
 #include <utility>
 
-#include "tools/haptic-vendor-bridge/base/vendor_device.h"
+#include "tools/haptic-vendor-bridge/base/vendor_options.h"
 #include "tools/haptic-vendor-bridge/phantom_omni/calibration.h"
+#include "tools/lib/device/threaded_device.h"
 
 namespace hapticd::tools::phantom_omni {
 
@@ -20,7 +21,7 @@ OmniCommand commandFor(const PerJoint<double>& angles_rad, const PerJoint<double
 
 /// Drives the Phantom Omni with FireWire by its packets. It exerts forces once the calibration of this very
 /// device is stored, and only if that says that the device lets go without packets.
-class PhantomOmniDriver final : public VendorDriver {
+class PhantomOmniDriver final : public DeviceDriver {
  public:
   /// `serial`: of the device; empty: the first one. `calibration_file`: empty: where it is kept.
   PhantomOmniDriver(std::string serial, std::string calibration_file)
@@ -36,6 +37,6 @@ class PhantomOmniDriver final : public VendorDriver {
   Complaint no_force_;
 };
 
-std::unique_ptr<VendorDriver> makePhantomOmniDriver(const VendorOptions& options);
+std::unique_ptr<DeviceDriver> makePhantomOmniDriver(const VendorOptions& options);
 
 }  // namespace hapticd::tools::phantom_omni

@@ -4,9 +4,9 @@
 #include <string>
 
 #include "config/base/error.h"
-#include "tools/haptic-vendor-bridge/base/person.h"
 #include "tools/haptic-vendor-bridge/phantom_omni/bench_arm.h"
 #include "tools/haptic-vendor-bridge/phantom_omni/calibration.h"
+#include "tools/lib/device_check/person.h"
 
 namespace hapticd::tools::phantom_omni {
 

@@ -8,6 +8,7 @@
 #include <netdb.h>
 
 #include <array>
+#include <cerrno>
 #include <cstdio>
 #include <memory>
 #include <mutex>
@@ -41,7 +42,7 @@ class DdsWords {
     while (words.ends_with('\n')) words.remove_suffix(1);
     const std::lock_guard lock(mutex_);
     if (!kept_) {
-      fmt::print(stderr, "hapticd-ros: Cyclone DDS: {}\n", base::printable(words));
+      fmt::print(stderr, "{}: Cyclone DDS: {}\n", program_invocation_short_name, base::printable(words));
     } else {
       *kept_ += fmt::format("{}{}", kept_->empty() ? "" : "; ", words);
     }
@@ -134,7 +135,8 @@ base::Result<Participant> Participant::join(const Network& network) {
   const std::string said = DdsWords::given();
   if (participant.get() < 0)
     return std::unexpected(failureOf("no participant can be made", network, participant.get(), said));
-  if (!said.empty()) fmt::print(stderr, "hapticd-ros: Cyclone DDS: {}\n", base::printable(said));
+  if (!said.empty())
+    fmt::print(stderr, "{}: Cyclone DDS: {}\n", program_invocation_short_name, base::printable(said));
   return Participant(std::make_shared<Joined>(std::move(domain), std::move(participant), interface->name,
                                               interface->is_loopback));
 }

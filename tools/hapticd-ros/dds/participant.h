@@ -13,6 +13,8 @@ namespace hapticd::tools::ros {
 
 /// Where the participant is in the network.
 struct Network {
+  static constexpr int kLargestDomain = 232;  ///< whose ports fit below 65536
+
   int domain = 0;         ///< 0..232, as ROS_DOMAIN_ID
   std::string interface;  ///< name or address; empty: the loopback interface
 };

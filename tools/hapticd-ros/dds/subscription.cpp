@@ -20,9 +20,11 @@ base::Result<Subscription> Subscription::open(const Participant& participant, co
                                               int depth, Delivery delivery) {
   dds_qos_t* const qos = dds_create_qos();
   dds_qset_reliability(
-      qos, delivery == Delivery::each ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT, 0);
-  dds_qset_durability(qos, DDS_DURABILITY_VOLATILE);
+      qos, delivery == Delivery::newest ? DDS_RELIABILITY_BEST_EFFORT : DDS_RELIABILITY_RELIABLE, 0);
+  dds_qset_durability(qos,
+                      delivery == Delivery::last ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
   dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, depth);
+  dds_qset_ignorelocal(qos, DDS_IGNORELOCAL_PARTICIPANT);
   const dds_data_representation_id_t plain_cdr = DDS_DATA_REPRESENTATION_XCDR1;
   dds_qset_data_representation(qos, 1, &plain_cdr);
   const dds_entity_t entity =

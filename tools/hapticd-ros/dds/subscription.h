@@ -25,9 +25,10 @@ struct Origin {
 enum class Delivery : std::uint8_t {
   newest,  ///< best effort, for what is soon replaced; matches publishers of either kind
   each,    ///< reliable, for what is sent once; matches reliable publishers, as ROS 2 makes them by default
+  last,    ///< also what was written last before it came; matches only publishers that keep that
 };
 
-/// A reader of one topic of ROS 2, volatile.
+/// A reader of one topic of ROS 2, which neither hears nor counts the participant's own publishers.
 /// Thread: one at a time.
 class Subscription {
  public:

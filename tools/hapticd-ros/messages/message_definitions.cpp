@@ -50,6 +50,10 @@ constexpr std::array kDefinitions{
                       "crtk_msgs/CartesianImpedanceHalfPlaneGains position_negative\n"
                       "crtk_msgs/CartesianImpedanceHalfPlaneGains orientation_positive\n"
                       "crtk_msgs/CartesianImpedanceHalfPlaneGains orientation_negative\n"},
+    MessageDefinition{"std_msgs/Bool", "bool data\n"},
+    MessageDefinition{"sensor_msgs/JointState",
+                      "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\n"
+                      "float64[] effort\n"},
 };
 
 /// Types of the language itself have no package.

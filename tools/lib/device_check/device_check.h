@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "config/base/error.h"
-#include "tools/haptic-vendor-bridge/base/person.h"
-#include "tools/haptic-vendor-bridge/check/check_report.h"
 #include "tools/lib/bridge/device.h"
+#include "tools/lib/device_check/check_report.h"
+#include "tools/lib/device_check/person.h"
 
 namespace hapticd::tools {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/haptic-vendor-bridge/person_at_terminal.h"
+#include "tools/lib/device_check/person_at_terminal.h"
 
 #include <fmt/format.h>
 #include <poll.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/haptic-vendor-bridge/check/check_report.h"
+#include "tools/lib/device_check/check_report.h"
 
 #include <fmt/format.h>
 
@@ -78,7 +78,7 @@ class Members {
 };
 
 base::Error unreadable(const std::string& what) {
-  return {"log", what, "send the whole file that 'haptic-vendor-bridge check' wrote"};
+  return {"log", what, "send the whole file that the check wrote"};
 }
 
 std::string readAxes(const Json& log, std::array<CheckedAxis, 3>& axes) {

@@ -21,10 +21,10 @@ struct CheckedAxis {
   std::optional<bool> confirmed;  ///< whether the person says so; nothing: was not asked
 };
 
-/// What `haptic-vendor-bridge check` found of a device; its log is this in JSON.
+/// What the check found of a device; its log is this in JSON.
 struct CheckReport {
   std::string version;  ///< of the program
-  std::string kind;     ///< of the device, a word of deviceRows()
+  std::string kind;     ///< of the device, such as force-dimension
   std::string model;
   std::string serial;
   double max_force_n = 0;

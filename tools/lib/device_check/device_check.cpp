@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/haptic-vendor-bridge/check/device_check.h"
+#include "tools/lib/device_check/device_check.h"
 
 #include <fmt/format.h>
 

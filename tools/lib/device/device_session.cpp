@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/haptic-vendor-bridge/base/device_session.h"
+#include "tools/lib/device/device_session.h"
 
 #include <fmt/format.h>
 

@@ -1,38 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/haptic-vendor-bridge/base/vendor_device.h"
+#include "tools/lib/device/threaded_device.h"
 
 #include "drivers/base/start_thread.h"
 #include "rt/base/clock.h"
 
 namespace hapticd::tools {
 
-VendorDevice::~VendorDevice() {
+ThreadedDevice::~ThreadedDevice() {
   exchange_.command({}, rt::monotonicNow_ns());
   stop_.raise();
   if (thread_.joinable()) thread_.join();
 }
 
-base::Result<void> VendorDevice::start() {
+base::Result<void> ThreadedDevice::start() {
   auto thread = drivers::startThread("device", [this] { run(); });
   if (!thread) return std::unexpected(thread.error());
   thread_ = std::move(*thread);
   return {};
 }
 
-DeviceReading VendorDevice::read() {
+DeviceReading ThreadedDevice::read() {
   return exchange_.newest(rt::monotonicNow_ns());
 }
 
-void VendorDevice::exert(const DeviceCommand& command) {
+void ThreadedDevice::exert(const DeviceCommand& command) {
   exchange_.command(command, rt::monotonicNow_ns());
 }
 
-DeviceAbout VendorDevice::about() const {
+DeviceAbout ThreadedDevice::about() const {
   const std::lock_guard lock(about_mutex_);
   return about_;
 }
 
-void VendorDevice::run() {
+void ThreadedDevice::run() {
   std::string said;
   while (!stop_.raised()) {
     DeviceSession session(exchange_, stop_, name_, [this](const DeviceAbout& about) {

@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "tools/haptic-vendor-bridge/base/person.h"
 #include "tools/lib/child/child_process.h"
+#include "tools/lib/device_check/person.h"
 
 namespace hapticd::tools {
 

@@ -1,34 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/haptic-vendor-bridge/check_command.h"
+#include "tools/lib/device_check/check_command.h"
 
 #include <fmt/format.h>
 #include <sysexits.h>
 
 #include "config/base/file_content.h"
 #include "config/base/whole_file.h"
-#include "tools/haptic-vendor-bridge/check/check_report.h"
-#include "tools/haptic-vendor-bridge/check/device_check.h"
-#include "tools/haptic-vendor-bridge/person_at_terminal.h"
+#include "tools/lib/device_check/check_report.h"
+#include "tools/lib/device_check/device_check.h"
+#include "tools/lib/device_check/person_at_terminal.h"
 
 namespace hapticd::tools {
 namespace {
 
-int failed(const base::Error& error, int status) {
-  fmt::print(stderr, "haptic-vendor-bridge: {}\n", error.text());
+int failed(const CheckOptions& options, const base::Error& error, int status) {
+  fmt::print(stderr, "{}: {}\n", options.program, error.text());
   return status;
 }
 
 }  // namespace
 
-int checkDevice(const CheckOptions& options, VendorDevice& device) {
+int checkDevice(const CheckOptions& options, ThreadedDevice& device) {
   const Interrupt interrupt;  // no signal ends the program before the device is without force
-  if (auto ok = device.start(); !ok) return failed(ok.error(), EX_OSERR);
+  if (auto ok = device.start(); !ok) return failed(options, ok.error(), EX_OSERR);
   const std::string path =
       options.log.empty() ? fmt::format("haptic-check-{}.json", options.kind) : options.log;
   PersonAtTerminal person(interrupt);
   CheckClock clock;
   CheckReport report;
-  report.version = HAPTICD_VERSION;
+  report.version = options.version;
   report.kind = options.kind;
   const auto done = DeviceCheck(device, person, clock).run(report);
   const DeviceAbout about = device.about();
@@ -37,7 +37,7 @@ int checkDevice(const CheckOptions& options, VendorDevice& device) {
   if (!done) report.problems.push_back("The check ended early: " + done.error().text() + ".");
   fmt::print("\n{}", textOf(report));
   if (auto ok = base::writeWholeFile(path, logOf(report), base::IfExists::replace); !ok)
-    return failed(ok.error(), EX_CANTCREAT);
+    return failed(options, ok.error(), EX_CANTCREAT);
   fmt::print("log written to {}; please send it in\n", path);
   return report.problems.empty() ? EX_OK : EX_UNAVAILABLE;
 }
@@ -45,9 +45,9 @@ int checkDevice(const CheckOptions& options, VendorDevice& device) {
 int printLog(const CheckOptions& options) {
   constexpr std::size_t kLongest = 1 << 20;
   const auto content = base::fileContent(options.read, {.longest = kLongest});
-  if (!content) return failed({options.read, content.error().text(), ""}, EX_NOINPUT);
+  if (!content) return failed(options, {options.read, content.error().text(), ""}, EX_NOINPUT);
   const auto report = reportIn(*content);
-  if (!report) return failed(report.error(), EX_DATAERR);
+  if (!report) return failed(options, report.error(), EX_DATAERR);
   fmt::print("{}", textOf(*report));
   return EX_OK;
 }

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/haptic-crtk-bridge/arm_topics.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "ros_messages.h"
+#include "rt/base/clock.h"
+
+namespace hapticd::tools::crtk {
+namespace {
+
+constexpr int kPosesKept = 64;
+constexpr std::chrono::milliseconds kSettingsPatience{200};
+
+std::int64_t nsOf(const builtin_interfaces_msg_dds__Time_& time) {
+  return std::int64_t{time.sec} * rt::kNsPerSecond + time.nanosec;
+}
+
+geometry_msgs_msg_dds__Vector3_ rosVector(const rt::Vec3& v) {
+  return {v.x, v.y, v.z};
+}
+
+/// Opens topics of one arm and keeps the first error.
+class Opening {
+ public:
+  Opening(const ros::Participant& participant, const std::string& arm)
+      : participant_(participant), prefix_(arm + "/") {}
+
+  base::Result<ros::Subscription> subscribe(const std::string& name, std::string_view message,
+                                            const dds_topic_descriptor_t& type, int depth,
+                                            ros::Delivery delivery = ros::Delivery::newest) {
+    return kept(ros::Subscription::open(participant_, prefix_ + name, message, type, depth, delivery));
+  }
+  base::Result<ros::Publisher> publish(const std::string& name, std::string_view message,
+                                       const dds_topic_descriptor_t& type, ros::Publisher::Late late) {
+    return kept(ros::Publisher::open(participant_, prefix_ + name, message, type, late));
+  }
+  const std::optional<base::Error>& error() const { return error_; }
+
+ private:
+  template <typename Opened>
+  Opened kept(Opened opened) {
+    if (!opened && !error_) error_ = opened.error();
+    return opened;
+  }
+
+  const ros::Participant& participant_;
+  std::string prefix_;
+  std::optional<base::Error> error_;
+};
+
+std::string poseName(const ArmOptions& options) {
+  // the spatial wrenches of a dVRK are those of the first frame of its kinematic chain, in which
+  // local/measured_cp is given, and not those of measured_cp, which has a base frame in front
+  return options.convention == WrenchConvention::spatial ? "local/measured_cp" : "measured_cp";
+}
+
+std::string wrenchName(const ArmOptions& options) {
+  return options.convention == WrenchConvention::spatial ? "spatial/servo_cf" : "body/servo_cf";
+}
+
+constexpr const char* kAbsoluteName = "body/set_cf_orientation_absolute";
+constexpr const char* kGravityName = "use_gravity_compensation";
+
+}  // namespace
+
+std::string poseTopicOf(const ArmOptions& options) {
+  return "/" + options.arm + "/" + poseName(options);
+}
+
+std::string wrenchTopicOf(const ArmOptions& options) {
+  return "/" + options.arm + "/" + wrenchName(options);
+}
+
+ArmTopics::ArmTopics(ros::Participant participant, ArmOptions options, ros::Subscription poses,
+                     ros::Subscription states, ros::Subscription last_states, ros::Subscription grippers,
+                     ros::Subscription settings_seen, ros::Subscription wrenches_seen,
+                     ros::Publisher wrenches, ros::Publisher absolute, ros::Publisher gravity)
+    : participant_(std::move(participant)),
+      options_(std::move(options)),
+      poses_(poses),
+      states_(states),
+      last_states_(last_states),
+      grippers_(grippers),
+      settings_seen_(settings_seen),
+      wrenches_seen_(wrenches_seen),
+      wrenches_(wrenches),
+      absolute_(absolute),
+      gravity_(gravity),
+      wait_(participant_) {
+  for (const ros::Subscription& subscription : {poses_, states_, last_states_, settings_seen_})
+    wait_.add(subscription);
+}
+
+base::Result<ArmTopics> ArmTopics::open(const ros::Network& network, const ArmOptions& options) {
+  auto participant = ros::Participant::join(network);
+  if (!participant) return std::unexpected(participant.error());
+  using Last = ros::Publisher::Late;
+  Opening opening(*participant, options.arm);
+  const auto poses = opening.subscribe(poseName(options), "geometry_msgs/PoseStamped",
+                                       geometry_msgs_msg_dds__PoseStamped__desc, kPosesKept);
+  const auto states = opening.subscribe("operating_state", "crtk_msgs/OperatingState",
+                                        crtk_msgs_msg_dds__OperatingState__desc, 10, ros::Delivery::each);
+  const auto last_states =
+      opening.subscribe("operating_state", "crtk_msgs/OperatingState",
+                        crtk_msgs_msg_dds__OperatingState__desc, 10, ros::Delivery::last);
+  const auto grippers = opening.subscribe("gripper/measured_js", "sensor_msgs/JointState",
+                                          sensor_msgs_msg_dds__JointState__desc, 1);
+  const auto settings = opening.subscribe(kAbsoluteName, "std_msgs/Bool", std_msgs_msg_dds__Bool__desc, 10,
+                                          ros::Delivery::each);
+  const auto seen = opening.subscribe(wrenchName(options), "geometry_msgs/WrenchStamped",
+                                      geometry_msgs_msg_dds__WrenchStamped__desc, 1);
+  const auto wrenches = opening.publish(wrenchName(options), "geometry_msgs/WrenchStamped",
+                                        geometry_msgs_msg_dds__WrenchStamped__desc, Last::gets_nothing);
+  const auto absolute =
+      opening.publish(kAbsoluteName, "std_msgs/Bool", std_msgs_msg_dds__Bool__desc, Last::gets_last);
+  const auto gravity =
+      opening.publish(kGravityName, "std_msgs/Bool", std_msgs_msg_dds__Bool__desc, Last::gets_last);
+  if (opening.error()) return std::unexpected(*opening.error());
+  return ArmTopics(std::move(*participant), options, *poses, *states, *last_states, *grippers, *settings,
+                   *seen, *wrenches, *absolute, *gravity);
+}
+
+void ArmTopics::takePoses(const std::function<void(const MeasuredPose&)>& take) {
+  poses_.takeAll<geometry_msgs_msg_dds__PoseStamped_>(
+      [&take](const geometry_msgs_msg_dds__PoseStamped_& message, const ros::Origin& origin) {
+        const auto& at = message.pose.position;
+        const auto& turned = message.pose.orientation;
+        take({message.header.frame_id,
+              nsOf(message.header.stamp),
+              {at.x, at.y, at.z},
+              {turned.x, turned.y, turned.z, turned.w},
+              origin.publisher});
+      });
+}
+
+std::optional<ArmState> ArmTopics::takeState() {
+  std::optional<ArmState> newest;
+  std::int64_t newest_ns = 0;
+  const auto take = [&](const crtk_msgs_msg_dds__OperatingState_& message, const ros::Origin& origin) {
+    if (newest && origin.sent_utc_ns < newest_ns) return;
+    newest = ArmState{message.state, message.is_homed};
+    newest_ns = origin.sent_utc_ns;
+  };
+  last_states_.takeAll<crtk_msgs_msg_dds__OperatingState_>(take);
+  states_.takeAll<crtk_msgs_msg_dds__OperatingState_>(take);
+  return newest;
+}
+
+std::optional<double> ArmTopics::takeGripper() {
+  std::optional<double> newest;
+  grippers_.takeAll<sensor_msgs_msg_dds__JointState_>(
+      [&newest](const sensor_msgs_msg_dds__JointState_& message, const ros::Origin&) {
+        if (message.position._length > 0) newest = message.position._buffer[0];
+      });
+  return newest;
+}
+
+bool ArmTopics::takeContrarySetting() {
+  bool contrary = false;
+  settings_seen_.takeAll<std_msgs_msg_dds__Bool_>(
+      [&](const std_msgs_msg_dds__Bool_& message, const ros::Origin&) {
+        contrary = contrary || message.data != wantsAbsolute();
+      });
+  return contrary && !isSpatial();
+}
+
+bool ArmTopics::sendSettings() {
+  const std_msgs_msg_dds__Bool_ absolute{wantsAbsolute()};
+  const std_msgs_msg_dds__Bool_ gravity{true};
+  bool sent = isSpatial() || (absolute_.write(&absolute) && absolute_.isAcknowledged(kSettingsPatience));
+  if (options_.gravity_compensation)
+    sent = sent && gravity_.write(&gravity) && gravity_.isAcknowledged(kSettingsPatience);
+  return sent;
+}
+
+bool ArmTopics::sendWrench(const std::string& frame, std::int64_t utc_ns, const Wrench& wrench) {
+  // Cyclone DDS takes the text as if it were to change it, and does not
+  const geometry_msgs_msg_dds__WrenchStamped_ sample{
+      {{static_cast<std::int32_t>(utc_ns / rt::kNsPerSecond),
+        static_cast<std::uint32_t>(utc_ns % rt::kNsPerSecond)},
+       const_cast<char*>(frame.c_str())},
+      {rosVector(wrench.force_n), rosVector(wrench.torque_n_m)}};
+  return wrenches_.write(&sample);
+}
+
+std::optional<base::Error> ArmTopics::problem() const {
+  const auto unheard = [this](const char* name, const char* remedy) {
+    return base::Error{"/" + options_.arm + "/" + name, "nobody subscribes to it", remedy};
+  };
+  if (wrenches_.subscribers() == 0)
+    return unheard(wrenchName(options_).c_str(), "is this an arm of CRTK? --wrench names another one");
+  if (wantsAbsolute() && absolute_.subscribers() == 0) {
+    return unheard(kAbsoluteName,
+                   "without it the direction of a force is not known: --wrench body or --wrench spatial, as "
+                   "the arm takes it");
+  }
+  if (options_.gravity_compensation && gravity_.subscribers() == 0)
+    return unheard(kGravityName, "leave --gravity-compensation out for an arm without it");
+  if (wrenches_seen_.publishers() > 0) {
+    return base::Error{wrenchTopicOf(options_), "another program publishes it, too",
+                       "end the other one: whichever is last would move the hand"};
+  }
+  return std::nullopt;
+}
+
+}  // namespace hapticd::tools::crtk

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "config/base/error.h"
+#include "tools/haptic-crtk-bridge/pose_gate.h"
+#include "tools/haptic-crtk-bridge/wrench.h"
+#include "tools/hapticd-ros/dds/participant.h"
+#include "tools/hapticd-ros/dds/publisher.h"
+#include "tools/hapticd-ros/dds/subscription.h"
+
+namespace hapticd::tools::crtk {
+
+struct ArmOptions {
+  std::string arm;    ///< namespace, "MTMR"
+  std::string frame;  ///< that its measurements must have; empty: that of the first one
+  WrenchConvention convention = WrenchConvention::body_absolute;
+  bool gravity_compensation = false;  ///< turn it on
+};
+
+/// A message of operating_state.
+struct ArmState {
+  std::string state;  ///< ENABLED, DISABLED, PAUSED, FAULT
+  bool is_homed = false;
+  friend bool operator==(const ArmState&, const ArmState&) = default;
+};
+
+/// The topics of an arm, under the names of CRTK and dVRK. Thread: one at a time.  RT: not safe.
+class ArmTopics {
+ public:
+  static base::Result<ArmTopics> open(const ros::Network& network, const ArmOptions& options);
+
+  /// Returns when messages have come, or at the end of the time.
+  void wait(std::chrono::nanoseconds at_most) { wait_.wait(at_most); }
+  /// Calls take(pose) for what has been measured since the last call, oldest first.
+  void takePoses(const std::function<void(const MeasuredPose&)>& take);
+  /// The newest state since the last call.
+  std::optional<ArmState> takeState();
+  /// The newest opening of the gripper since the last call, rad.
+  std::optional<double> takeGripper();
+  /// Whether another program has set the axes of wrenches to others than these options want since the last
+  /// call.
+  bool takeContrarySetting();
+
+  /// Sends the settings that the options want, and waits until the arm has them; false: it has not.
+  bool sendSettings();
+  /// `frame`: of the measurements. Returns false where it could not be sent.
+  bool sendWrench(const std::string& frame, std::int64_t utc_ns, const Wrench& wrench);
+  /// Whether the arm has got all wrenches.
+  bool wrenchesArrived(std::chrono::nanoseconds at_most) const { return wrenches_.isAcknowledged(at_most); }
+
+  /// What is not as it has to be in the network; nothing: all is.
+  std::optional<base::Error> problem() const;
+
+ private:
+  ArmTopics(ros::Participant participant, ArmOptions options, ros::Subscription poses,
+            ros::Subscription states, ros::Subscription last_states, ros::Subscription grippers,
+            ros::Subscription settings_seen, ros::Subscription wrenches_seen, ros::Publisher wrenches,
+            ros::Publisher absolute, ros::Publisher gravity);
+
+  bool wantsAbsolute() const { return options_.convention == WrenchConvention::body_absolute; }
+  bool isSpatial() const { return options_.convention == WrenchConvention::spatial; }
+
+  ros::Participant participant_;
+  ArmOptions options_;
+  ros::Subscription poses_;
+  ros::Subscription states_;
+  ros::Subscription last_states_;  // of arms that keep their state for those who come later
+  ros::Subscription grippers_;
+  ros::Subscription settings_seen_;
+  ros::Subscription wrenches_seen_;  // for their publishers alone; nothing is taken
+  ros::Publisher wrenches_;
+  ros::Publisher absolute_;
+  ros::Publisher gravity_;
+  ros::MessageWait wait_;
+};
+
+/// The topic of the measurements and of the wrenches of an arm.
+std::string poseTopicOf(const ArmOptions& options);
+std::string wrenchTopicOf(const ArmOptions& options);
+
+}  // namespace hapticd::tools::crtk
