@@ -19,8 +19,9 @@ bool runs(const std::string& command) {
 /// Moves this process and its later children into a network of its own, with an interface that reaches
 /// nobody. Returns false where that is not permitted.
 bool enterOwnNetwork() {
-  return ::unshare(CLONE_NEWNET) == 0 && runs("ip link set lo up") && runs("ip link add ros0 type dummy") &&
-         runs("ip address add 10.77.0.1/24 dev ros0") && runs("ip link set ros0 multicast on up");
+  return ::unshare(CLONE_NEWNET) == 0 && runs("ip link set lo up") &&
+         runs("ip link add ros0 type veth peer name ros1") && runs("ip address add 10.77.0.1/24 dev ros0") &&
+         runs("ip link set ros0 up") && runs("ip link set ros1 up");
 }
 
 /// As a ROS 2 program with the discovery range SUBNET has it.
