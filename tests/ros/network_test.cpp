@@ -50,8 +50,8 @@ TEST_F(RosNetwork, TakesNoCommandsFromOtherComputersUnlessAPersonAllowsIt) {
   EXPECT_EQ(refused.wait(), exitedWith(64));
   EXPECT_TRUE(refused.errors().contains("every computer that reaches ros0 could command the box"))
       << refused.errors();
-  EXPECT_TRUE(refused.errors().contains("--whole-network-may-command")) << refused.errors();
-  Program allowed(command({"--take", "servo_cf", "--whole-network-may-command"}));
+  EXPECT_TRUE(refused.errors().contains("--network-may-command")) << refused.errors();
+  Program allowed(command({"--take", "servo_cf", "--network-may-command"}));
   EXPECT_TRUE(becomesTrue([&] { return allowed.output().contains("at ros0"); })) << allowed.errors();
   allowed.signal(SIGTERM);
   EXPECT_EQ(allowed.wait(), exitedWith(0));

@@ -37,13 +37,13 @@ const std::vector<Subject> kPrograms{{"hapticd", HAPTICD_PROGRAM, 64},
                                      {"hapticbench", HAPTICBENCH_PROGRAM, 64}};
 
 /// The words in help that stand for values other than numbers: text.
-const std::set<std::string> kTexts{"ADDRESS:PORT", "AGE",    "CHANNEL",    "CMD",        "CONVENTION",
-                                   "CSV",          "DEVICE", "DIR_OR_PGM", "FIELD ...",  "FILE",
-                                   "FILE ...",     "FOLDER", "FORMAT",     "KIND ...",   "LABEL",
-                                   "DIR",          "NAME",   "NAME ...",   "ORIGIN ...", "NAME=VALUE ...",
-                                   "NAME=VALUE",   "PATH",   "POINTS",     "PROFILE",    "TEXT",
-                                   "TEXT ...",     "TIME",   "K/N",        "X,Y,Z",      "X,Y,Z,W",
-                                   "LENGTH"};
+const std::set<std::string> kTexts{"ADDRESS:PORT", "AGE",        "CHANNEL",    "CMD",        "CONVENTION",
+                                   "CSV",          "DEVICE",     "DIR_OR_PGM", "FIELD ...",  "FILE",
+                                   "FILE ...",     "FOLDER",     "FORMAT",     "KIND ...",   "LABEL",
+                                   "DIR",          "NAME",       "NAME ...",   "ORIGIN ...", "NAME=VALUE ...",
+                                   "TOPIC ...",    "NAME=VALUE", "PATH",       "POINTS",     "PROFILE",
+                                   "TEXT",         "TEXT ...",   "TIME",       "K/N",        "X,Y,Z",
+                                   "X,Y,Z,W",      "LENGTH"};
 
 struct Option {
   std::string name;

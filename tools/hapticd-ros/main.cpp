@@ -76,7 +76,7 @@ base::Error forbiddenCommands(const Participant& participant) {
                   "move the hand of a person",
                   participant.interface()),
       "leave --interface out, so that only programs of this computer can; or, if you trust all computers "
-      "there, add --whole-network-may-command"};
+      "there, add --network-may-command"};
 }
 
 void sayWhere(const Publications& publications, const Network& network, const std::string& name_space) {
@@ -133,9 +133,9 @@ int run(int argc, char** argv) {
   app.add_option("--control-socket", control_socket,
                  "of the same hapticd, for what --take names (" + standard_control + ")")
       ->type_name("FILE");
-  bool whole_network_may_command = false;
+  bool network_may_command = false;
   app.add_flag(
-      "--whole-network-may-command", whole_network_may_command,
+      "--network-may-command", network_may_command,
       "allow --take also at an interface that other computers reach, each of which may then move the "
       "hand of a person");
   app.set_version_flag("-V,--version", std::string("hapticd-ros ") + HAPTICD_VERSION);
@@ -152,8 +152,7 @@ int run(int argc, char** argv) {
   BoxState box;
   std::unique_ptr<CommandInputs> commands;
   if (const AllowedInputs allowed = allowedInputs(inputs); allowed.any()) {
-    if (!joined->isLoopback() && !whole_network_may_command)
-      return fail(forbiddenCommands(*joined), EX_USAGE);
+    if (!joined->isLoopback() && !network_may_command) return fail(forbiddenCommands(*joined), EX_USAGE);
     auto opened = CommandInputs::open(*joined, allowed, options.name_space, control_socket, box);
     if (!opened) return fail(opened.error(), EX_UNAVAILABLE);
     commands = std::move(*opened);

@@ -49,11 +49,11 @@ TEST_F(DoctorsMemory, SaysThatAMachineHasTooLittleMemoryForTheConfiguration) {
   };
   const std::int64_t need_mib = static_cast<std::int64_t>(memoryNeed({}).total()) / (1 << 20);
   EXPECT_EQ(say(need_mib + 256).verdict, Verdict::ok);
-  EXPECT_TRUE(says(say(need_mib + 255), Verdict::warn, "too much for", "trace.flight_recorder_s (6 MiB)"));
+  EXPECT_TRUE(says(say(need_mib + 255), Verdict::warn, "too much for", "trace.flight_recorder_s (7 MiB)"));
   EXPECT_TRUE(says(say(need_mib + 63), Verdict::fail, "too much for", "grid.point_capacity (9 MiB)"));
   box.configuration.settings.trace.flight_recorder_s = 60;
   box.configuration.settings.loop.rate_hz = 4000;
-  EXPECT_TRUE(says(say(need_mib + 256), Verdict::warn, "too much for", "trace.flight_recorder_s (162 MiB)"));
+  EXPECT_TRUE(says(say(need_mib + 256), Verdict::warn, "too much for", "trace.flight_recorder_s (168 MiB)"));
 }
 
 TEST_F(DoctorsMemory, WeighsTheMemoryThatIsLeft) {
