@@ -11,8 +11,8 @@
 #include "rt/base/clock.h"
 #include "tools/hapticd-ros/box/box_diagnostics.h"
 #include "tools/hapticd-ros/box/box_frames.h"
-#include "tools/hapticd-ros/box/operating_state.h"
 #include "tools/hapticd-ros/box/tick_choice.h"
+#include "tools/lib/ros/operating_state.h"
 
 namespace hapticd::tools::ros {
 namespace {

@@ -14,7 +14,7 @@
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/hapticd-ros/dds/publications.h"
-#include "tools/hapticd-ros/messages/message_definitions.h"
+#include "tools/lib/ros/message_definitions.h"
 
 namespace hapticd::test {
 namespace {

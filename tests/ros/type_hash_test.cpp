@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Hashes and names of types against those that ROS 2 has published.
-#include "tools/hapticd-ros/messages/type_hash.h"
+#include "tools/lib/ros/type_hash.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <string>
 
 #include "ros_messages.h"
-#include "tools/hapticd-ros/messages/message_definitions.h"
+#include "tools/lib/ros/message_definitions.h"
 
 namespace hapticd::tools::ros {
 namespace {
@@ -27,7 +27,14 @@ const std::map<std::string, std::string> kPublished{
     {"crtk_msgs/StringStamped", "83efb802e6596e03f69ac322e3231037329946f2bd13ed48874d97f5b8f5db1d"},
     {"crtk_msgs/CartesianImpedance", "9b4e8adf1c59d8045d9bab6c639f8851ec89024ff8bc744fb5b3965143dde7d0"},
     {"std_msgs/Bool", "feb91e995ff9ebd09c0cb3d2aed18b11077585839fb5db80193b62d74528f6c9"},
-    {"sensor_msgs/JointState", "a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e"}};
+    {"sensor_msgs/JointState", "a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e"},
+    {"sensor_msgs/PointCloud2", "9198cabf7da3796ae6fe19c4cb3bdd3525492988c70522628af5daa124bae2b5"},
+    {"sensor_msgs/Image", "d31d41a9a4c4bc8eae9be757b0beed306564f7526c88ea6a4588fb9582527d47"},
+    {"sensor_msgs/CameraInfo", "b3dfd68ff46c9d56c80fd3bd4ed22c7a4ddce8c8348f2f59c299e73118e7e275"},
+    {"visualization_msgs/Marker", "45b13ccf791f225962bf74e746f9644518855d783a6f42ba0cc14fde2b4f3ce0"},
+    {"visualization_msgs/MarkerArray", "86cb8800b6fb05b5eff1abd7a56f62a5641d3ae9a1c29e78e67e704f1d067dcf"},
+    {"rmw_dds_common/ParticipantEntitiesInfo",
+     "91a0593bacdcc50ea9bdcf849a938b128412cc1ea821245c663bcd26f83c295e"}};
 
 TEST(RosTypes, HaveTheHashesThatWerePublished) {
   for (const auto& [name, hash] : kPublished) EXPECT_EQ(typeHash(name), "RIHS01_" + hash) << name;
@@ -45,7 +52,12 @@ TEST(RosTypes, HaveTheNamesThatRos2GivesThemInDds) {
       {"crtk_msgs/StringStamped", &crtk_msgs_msg_dds__StringStamped__desc},
       {"crtk_msgs/CartesianImpedance", &crtk_msgs_msg_dds__CartesianImpedance__desc},
       {"std_msgs/Bool", &std_msgs_msg_dds__Bool__desc},
-      {"sensor_msgs/JointState", &sensor_msgs_msg_dds__JointState__desc}};
+      {"sensor_msgs/JointState", &sensor_msgs_msg_dds__JointState__desc},
+      {"sensor_msgs/PointCloud2", &sensor_msgs_msg_dds__PointCloud2__desc},
+      {"sensor_msgs/Image", &sensor_msgs_msg_dds__Image__desc},
+      {"sensor_msgs/CameraInfo", &sensor_msgs_msg_dds__CameraInfo__desc},
+      {"visualization_msgs/MarkerArray", &visualization_msgs_msg_dds__MarkerArray__desc},
+      {"rmw_dds_common/ParticipantEntitiesInfo", &rmw_dds_common_msg_dds__ParticipantEntitiesInfo__desc}};
   for (const auto& [name, type] : types) {
     EXPECT_EQ(ddsTypeName(name), type->m_typename);
     EXPECT_EQ(type->type_information.sz, 0U) << name << " describes its type";

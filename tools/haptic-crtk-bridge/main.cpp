@@ -12,11 +12,11 @@
 #include "config/base/program.h"
 #include "tools/haptic-crtk-bridge/arm_driver.h"
 #include "tools/haptic-crtk-bridge/arm_topics.h"
-#include "tools/hapticd-ros/messages/ros_name.h"
 #include "tools/lib/bridge/bridge_program.h"
 #include "tools/lib/device/threaded_device.h"
 #include "tools/lib/device_check/check_command.h"
 #include "tools/lib/options/option_checks.h"
+#include "tools/lib/ros/ros_name.h"
 
 namespace hapticd::tools::crtk {
 namespace {

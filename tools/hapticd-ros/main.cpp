@@ -21,9 +21,9 @@
 #include "tools/hapticd-ros/commands/command_inputs.h"
 #include "tools/hapticd-ros/dds/participant.h"
 #include "tools/hapticd-ros/dds/publications.h"
-#include "tools/hapticd-ros/messages/ros_name.h"
 #include "tools/hapticd-ros/ros_bridge.h"
 #include "tools/lib/options/option_checks.h"
+#include "tools/lib/ros/ros_name.h"
 
 namespace hapticd::tools::ros {
 namespace {

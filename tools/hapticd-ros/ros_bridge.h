@@ -9,10 +9,10 @@
 #include "rt/loop/loop_state.h"
 #include "tools/hapticd-ros/box/box_diagnostics.h"
 #include "tools/hapticd-ros/box/box_link.h"
-#include "tools/hapticd-ros/box/operating_state.h"
 #include "tools/hapticd-ros/box/tick_choice.h"
 #include "tools/hapticd-ros/commands/box_commands.h"
 #include "tools/hapticd-ros/dds/publications.h"
+#include "tools/lib/ros/operating_state.h"
 
 namespace hapticd::tools::ros {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/hapticd-ros/messages/contents.h"
 #include "tools/lib/client/varlink_client.h"
+#include "tools/lib/ros/contents.h"
 
 namespace hapticd::tools::ros {
 

@@ -10,8 +10,8 @@
 #include "rt/base/rigid_pose.h"
 #include "rt/base/vec3.h"
 #include "rt/loop/loop_state.h"
-#include "tools/hapticd-ros/messages/contents.h"
 #include "tools/lib/client/varlink_client.h"
+#include "tools/lib/ros/contents.h"
 
 namespace hapticd::tools::ros {
 

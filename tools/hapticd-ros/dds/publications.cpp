@@ -8,8 +8,8 @@
 
 #include "ros_messages.h"
 #include "rt/base/clock.h"
-#include "tools/hapticd-ros/messages/message_definitions.h"
-#include "tools/hapticd-ros/messages/type_hash.h"
+#include "tools/lib/ros/message_definitions.h"
+#include "tools/lib/ros/type_hash.h"
 
 namespace hapticd::tools::ros {
 namespace {

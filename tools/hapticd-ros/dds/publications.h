@@ -12,7 +12,7 @@
 #include "rt/base/rigid_pose.h"
 #include "rt/base/vec3.h"
 #include "tools/hapticd-ros/dds/participant.h"
-#include "tools/hapticd-ros/messages/contents.h"
+#include "tools/lib/ros/contents.h"
 
 namespace hapticd::tools::ros {
 

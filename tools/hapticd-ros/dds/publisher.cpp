@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "tools/hapticd-ros/messages/type_hash.h"
+#include "tools/lib/ros/type_hash.h"
 
 namespace hapticd::tools::ros {
 

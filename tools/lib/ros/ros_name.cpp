@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticd-ros/messages/ros_name.h"
+#include "tools/lib/ros/ros_name.h"
 
 #include <fmt/format.h>
 

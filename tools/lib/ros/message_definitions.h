@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-/// The messages of ROS 2 that hapticd-ros knows: the one list of their fields, of which the type hashes are
-/// made.
+/// The messages of ROS 2 that hapticd's programs know: the one list of their fields, of which the type hashes
+/// are made.
 namespace hapticd::tools::ros {
 
 struct MessageDefinition {
@@ -17,9 +18,11 @@ struct MessageDefinition {
 
 /// A field of a message.
 struct MessageField {
-  std::string_view type;  ///< "float64", "std_msgs/Header"; of a list that of an element
+  std::string_view type;  ///< "float64", "std_msgs/Header"; of a list or an array that of an element
   std::string_view name;
-  bool is_list = false;  ///< of any length
+  bool is_list = false;            ///< of any length
+  std::uint32_t elements = 0;      ///< of an array of fixed length; 0: it is none
+  std::uint32_t longest_text = 0;  ///< of a string, in bytes; 0: any
 };
 
 /// Thread: any.  RT: not safe.
@@ -36,6 +39,9 @@ std::vector<std::string_view> messagesInside(std::string_view name);
 /// The definition with those of all messages inside it, each under a line of "=" and its name, as MCAP files
 /// hold them and readers of .msg files take them.
 std::string completeDefinition(std::string_view name);
+
+/// The name of the type as ROS 2 shows it: "geometry_msgs/msg/PoseStamped".
+std::string fullTypeName(std::string_view name);
 
 /// The name of the type in DDS: "geometry_msgs::msg::dds_::PoseStamped_".
 std::string ddsTypeName(std::string_view name);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticd-ros/box/operating_state.h"
+#include "tools/lib/ros/operating_state.h"
 
 #include <array>
 #include <cstddef>

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticd-ros/messages/message_definitions.h"
+#include "tools/lib/ros/message_definitions.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <set>
 #include <stdexcept>
 
@@ -51,10 +52,52 @@ constexpr std::array kDefinitions{
                       "crtk_msgs/CartesianImpedanceHalfPlaneGains orientation_positive\n"
                       "crtk_msgs/CartesianImpedanceHalfPlaneGains orientation_negative\n"},
     MessageDefinition{"std_msgs/Bool", "bool data\n"},
+    MessageDefinition{"sensor_msgs/Image",
+                      "std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\n"
+                      "uint8 is_bigendian\nuint32 step\nuint8[] data\n"},
+    MessageDefinition{"sensor_msgs/RegionOfInterest",
+                      "uint32 x_offset\nuint32 y_offset\nuint32 height\nuint32 width\nbool do_rectify\n"},
+    MessageDefinition{"sensor_msgs/CameraInfo",
+                      "std_msgs/Header header\nuint32 height\nuint32 width\nstring distortion_model\n"
+                      "float64[] d\nfloat64[9] k\nfloat64[9] r\nfloat64[12] p\nuint32 binning_x\n"
+                      "uint32 binning_y\nsensor_msgs/RegionOfInterest roi\n"},
+    MessageDefinition{"sensor_msgs/PointField", "string name\nuint32 offset\nuint8 datatype\nuint32 count\n"},
+    MessageDefinition{"sensor_msgs/PointCloud2",
+                      "std_msgs/Header header\nuint32 height\nuint32 width\n"
+                      "sensor_msgs/PointField[] fields\nbool is_bigendian\nuint32 point_step\n"
+                      "uint32 row_step\nuint8[] data\nbool is_dense\n"},
+    MessageDefinition{"sensor_msgs/CompressedImage", "std_msgs/Header header\nstring format\nuint8[] data\n"},
+    MessageDefinition{"builtin_interfaces/Duration", "int32 sec\nuint32 nanosec\n"},
+    MessageDefinition{"std_msgs/ColorRGBA", "float32 r\nfloat32 g\nfloat32 b\nfloat32 a\n"},
+    MessageDefinition{"visualization_msgs/MeshFile", "string filename\nuint8[] data\n"},
+    MessageDefinition{"visualization_msgs/UVCoordinate", "float32 u\nfloat32 v\n"},
+    MessageDefinition{
+        "visualization_msgs/Marker",
+        "std_msgs/Header header\nstring ns\nint32 id\nint32 type\nint32 action\ngeometry_msgs/Pose pose\n"
+        "geometry_msgs/Vector3 scale\nstd_msgs/ColorRGBA color\nbuiltin_interfaces/Duration lifetime\n"
+        "bool frame_locked\ngeometry_msgs/Point[] points\nstd_msgs/ColorRGBA[] colors\n"
+        "string texture_resource\nsensor_msgs/CompressedImage texture\n"
+        "visualization_msgs/UVCoordinate[] uv_coordinates\nstring text\nstring mesh_resource\n"
+        "visualization_msgs/MeshFile mesh_file\nbool mesh_use_embedded_materials\n"},
+    MessageDefinition{"visualization_msgs/MarkerArray", "visualization_msgs/Marker[] markers\n"},
+    MessageDefinition{"rmw_dds_common/Gid", "char[16] data\n"},
+    MessageDefinition{"rmw_dds_common/NodeEntitiesInfo",
+                      "string<=256 node_namespace\nstring<=256 node_name\n"
+                      "rmw_dds_common/Gid[] reader_gid_seq\nrmw_dds_common/Gid[] writer_gid_seq\n"},
+    MessageDefinition{"rmw_dds_common/ParticipantEntitiesInfo",
+                      "rmw_dds_common/Gid gid\n"
+                      "rmw_dds_common/NodeEntitiesInfo[] node_entities_info_seq\n"},
     MessageDefinition{"sensor_msgs/JointState",
                       "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\n"
                       "float64[] effort\n"},
 };
+
+/// The number that a text begins with; 0: with none.
+std::uint32_t numberIn(std::string_view text) {
+  std::uint32_t number = 0;
+  std::from_chars(text.data(), text.data() + text.size(), number);
+  return number;
+}
 
 /// Types of the language itself have no package.
 bool isMessage(std::string_view type) {
@@ -86,8 +129,15 @@ std::vector<MessageField> fieldsOf(const MessageDefinition& definition) {
     rest.remove_prefix(std::min(rest.size(), line.size() + 1));
     const std::size_t blank = line.find(' ');
     MessageField field{line.substr(0, blank), line.substr(blank + 1)};
-    field.is_list = field.type.ends_with("[]");
-    if (field.is_list) field.type.remove_suffix(2);
+    if (const std::size_t bound = field.type.find("<="); bound != field.type.npos) {
+      field.longest_text = numberIn(field.type.substr(bound + 2));
+      field.type = field.type.substr(0, bound);
+    }
+    if (const std::size_t bracket = field.type.find('['); bracket != field.type.npos) {
+      field.elements = numberIn(field.type.substr(bracket + 1));
+      field.is_list = field.elements == 0;
+      field.type = field.type.substr(0, bracket);
+    }
     fields.push_back(field);
   }
   return fields;
@@ -105,6 +155,11 @@ std::string completeDefinition(std::string_view name) {
     text += fmt::format("{:=<80}\nMSG: {}\n{}", "", inside, messageDefinition(inside).fields);
   }
   return text;
+}
+
+std::string fullTypeName(std::string_view name) {
+  const std::size_t slash = name.find('/');
+  return fmt::format("{}/msg/{}", name.substr(0, slash), name.substr(slash + 1));
 }
 
 std::string ddsTypeName(std::string_view name) {
