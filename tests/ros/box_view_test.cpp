@@ -9,9 +9,10 @@
 #include <vector>
 
 #include "rt/base/clock.h"
+#include "rt/base/rate_choice.h"
 #include "tools/hapticd-ros/box/box_diagnostics.h"
 #include "tools/hapticd-ros/box/box_frames.h"
-#include "tools/hapticd-ros/box/tick_choice.h"
+#include "tools/hapticd-ros/box/utc_clock.h"
 #include "tools/lib/ros/operating_state.h"
 
 namespace hapticd::tools::ros {
@@ -67,7 +68,7 @@ TEST(Measurement, IsNotPublishedWhereItMeansNothing) {
 
 /// Numbers of the ticks that are chosen of `count` with a period of 1 ms.
 std::vector<int> chosen(int rate_hz, int count) {
-  TickChoice choice(rate_hz);
+  rt::RateChoice choice(rate_hz);
   std::vector<int> numbers;
   // a box that has been on for a year, at an odd phase
   const std::int64_t start_ns = std::int64_t{365} * 86400 * rt::kNsPerSecond + 123'456;
@@ -77,17 +78,17 @@ std::vector<int> chosen(int rate_hz, int count) {
   return numbers;
 }
 
-TEST(TickChoice, TakesEachTickAtTheirRate) {
+TEST(RateChoice, TakesEachTickAtTheirRate) {
   EXPECT_EQ(chosen(1000, 5000).size(), 5000U);
 }
 
-TEST(TickChoice, TakesEachFourthAtAQuarterOfIt) {
+TEST(RateChoice, TakesEachFourthAtAQuarterOfIt) {
   const std::vector<int> numbers = chosen(250, 4000);
   ASSERT_EQ(numbers.size(), 1000U);
   for (std::size_t i = 1; i < numbers.size(); ++i) EXPECT_EQ(numbers[i] - numbers[i - 1], 4);
 }
 
-TEST(TickChoice, KeepsARateThatDoesNotDivideItOnAverage) {
+TEST(RateChoice, KeepsARateThatDoesNotDivideItOnAverage) {
   const std::vector<int> numbers = chosen(300, 10'000);
   EXPECT_NEAR(static_cast<double>(numbers.size()), 3000, 1);
   for (std::size_t i = 1; i < numbers.size(); ++i) {

@@ -23,6 +23,7 @@ int run(int argc, char** argv) {
   addCalibrateCommand(line);
   addCameraCommands(line);
   addHandleCommands(line);
+  addRosCommand(line);
   addDoctorCommand(line);
   addCompletionCommand(line);
   addHelpCommand(line);

@@ -21,7 +21,9 @@
 #include "tools/hapticd-ros/commands/command_inputs.h"
 #include "tools/hapticd-ros/dds/participant.h"
 #include "tools/hapticd-ros/dds/publications.h"
+#include "tools/hapticd-ros/dds/ros_graph.h"
 #include "tools/hapticd-ros/ros_bridge.h"
+#include "tools/hapticd-ros/status_file.h"
 #include "tools/lib/options/option_checks.h"
 #include "tools/lib/ros/ros_name.h"
 
@@ -79,9 +81,9 @@ base::Error forbiddenCommands(const Participant& participant) {
       "there, add --network-may-command"};
 }
 
-void sayWhere(const Publications& publications, const Network& network, const std::string& name_space) {
+void sayWhere(const Participant& participant, const Network& network, const std::string& name_space) {
   fmt::print("hapticd-ros publishes /{}/... in domain {} at {}{}\n", name_space, network.domain,
-             publications.interface(),
+             participant.interface(),
              network.interface.empty() ? ": only programs of this computer see it (--interface)" : "");
   base::flushOutput();
   if (network.interface.empty()) return;
@@ -89,7 +91,7 @@ void sayWhere(const Publications& publications, const Network& network, const st
       stderr,
       "hapticd-ros: warning: DDS asks nobody who they are: whoever reaches {} can read all this, and can "
       "publish under the same names\n",
-      publications.interface());
+      participant.interface());
 }
 
 int run(int argc, char** argv) {
@@ -138,6 +140,13 @@ int run(int argc, char** argv) {
       "--network-may-command", network_may_command,
       "allow --take also at an interface that other computers reach, each of which may then move the "
       "hand of a person");
+  const char* const runtime_folder = std::getenv("RUNTIME_DIRECTORY");  // of a service of systemd
+  std::string status_file =
+      runtime_folder != nullptr && *runtime_folder == '/' ? std::string(runtime_folder) + "/status.json" : "";
+  app.add_option("--status-file", status_file,
+                 "written once a second, for 'hapticctl ros' (none; the service: " +
+                     std::string(kRosStatusFile) + ")")
+      ->type_name("FILE");
   app.set_version_flag("-V,--version", std::string("hapticd-ros ") + HAPTICD_VERSION);
   try {
     app.parse(argc, argv);
@@ -157,8 +166,14 @@ int run(int argc, char** argv) {
     if (!opened) return fail(opened.error(), EX_UNAVAILABLE);
     commands = std::move(*opened);
   }
-  sayWhere(*publications, network, options.name_space);
-  RosBridge(std::move(*publications), options, box, signals.get()).run();
+  auto graph = RosGraph::open(*joined);
+  if (!graph) return fail(graph.error(), EX_UNAVAILABLE);
+  std::vector<const Publisher*> publishers;
+  for (const Publisher& publisher : publications->publishers()) publishers.push_back(&publisher);
+  StatusFile status(std::move(*graph),
+                    {network, *joined, options.name_space, publishers, commands.get(), box}, status_file);
+  sayWhere(*joined, network, options.name_space);
+  RosBridge(*publications, options, box, status, signals.get()).run();
   return EX_OK;
 }
 

@@ -24,9 +24,6 @@ constexpr std::int64_t kReportPeriod_ns = rt::kNsPerSecond;
 constexpr std::int64_t kOldestTick_ns = 200'000'000;
 constexpr int kPauseMs = 1000;
 
-/// hapticd sends no faster.
-constexpr int kShortestIntervalMs = 5;
-
 void say(const std::string& text) {
   fmt::print(stderr, "hapticd-ros: {}\n", text);
 }
@@ -37,10 +34,12 @@ std::string textOf(const ClientError& error) {
 
 }  // namespace
 
-RosBridge::RosBridge(Publications publications, BridgeOptions options, BoxState& box, int interrupt)
-    : publications_(std::move(publications)),
+RosBridge::RosBridge(Publications& publications, BridgeOptions options, BoxState& box, StatusFile& status,
+                     int interrupt)
+    : publications_(publications),
       options_(std::move(options)),
       box_(box),
+      status_(status),
       interrupt_(interrupt),
       choice_(options_.rate_hz) {}
 
@@ -55,8 +54,7 @@ void RosBridge::run() {
 }
 
 std::optional<ClientError> RosBridge::follow() {
-  const int interval_ms = std::max(kShortestIntervalMs, 1000 / options_.rate_hz);
-  auto link = BoxLink::open(options_.socket, interval_ms, interrupt_);
+  auto link = BoxLink::open(options_.socket, options_.rate_hz, interrupt_);
   if (!link) return link.error();
   measurement_ = 0;
   buttons_.reset();
@@ -72,6 +70,7 @@ std::optional<ClientError> RosBridge::followTicks(BoxLink& link) {
   for (;;) {
     const auto reply = link.nextTicks();
     if (!reply) return reply.error();
+    box_.answers = true;
     if (std::exchange(box_was_said_absent_, false)) say("hapticd answers");
     takeBatch(*reply);
     if (const auto problem = publications_.takeProblem();
@@ -157,6 +156,7 @@ std::optional<ClientError> RosBridge::reportOncePerSecond(BoxLink& link) {
   const auto parameters = link.call("GetParameters", handleFrameParameters());
   if (!parameters) return parameters.error();
   publishFrames(*calibration, *parameters);
+  status_.write();
   return std::nullopt;
 }
 
@@ -176,10 +176,12 @@ void RosBridge::publishFrames(const Json& calibration, const Json& parameters) {
 }
 
 void RosBridge::beAbsent(const ClientError& reason) {
+  box_.answers = false;
   box_.mode = rt::Mode::starting;
   box_.paused_since_ns = 0;
   if (state_ != kBoxAbsent) publishState(kBoxAbsent, rt::realtimeNow_ns());
   publishDiagnostics(Json(), reason.what);
+  status_.write();
   if (std::exchange(box_was_said_absent_, true)) return;
   say(fmt::format("waiting for hapticd: {}", textOf(reason)));
 }

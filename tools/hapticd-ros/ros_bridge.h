@@ -6,12 +6,14 @@
 #include <string>
 #include <vector>
 
+#include "rt/base/rate_choice.h"
 #include "rt/loop/loop_state.h"
 #include "tools/hapticd-ros/box/box_diagnostics.h"
 #include "tools/hapticd-ros/box/box_link.h"
-#include "tools/hapticd-ros/box/tick_choice.h"
+#include "tools/hapticd-ros/box/utc_clock.h"
 #include "tools/hapticd-ros/commands/box_commands.h"
 #include "tools/hapticd-ros/dds/publications.h"
+#include "tools/hapticd-ros/status_file.h"
 #include "tools/lib/ros/operating_state.h"
 
 namespace hapticd::tools::ros {
@@ -26,9 +28,10 @@ struct BridgeOptions {
 /// Thread: main.
 class RosBridge {
  public:
-  /// box: kept up to date; it outlives the bridge. interrupt: a descriptor that becomes readable when the
-  /// bridge is to end.
-  RosBridge(Publications publications, BridgeOptions options, BoxState& box, int interrupt);
+  /// box: kept up to date. status: written once a second. interrupt: a descriptor that becomes readable when
+  /// the bridge is to end. All outlive the bridge.
+  RosBridge(Publications& publications, BridgeOptions options, BoxState& box, StatusFile& status,
+            int interrupt);
 
   /// Returns when it is to end.
   void run();
@@ -52,11 +55,12 @@ class RosBridge {
   bool pause() const;
   std::string framePrefix() const { return options_.name_space + "/"; }
 
-  Publications publications_;
+  Publications& publications_;
   BridgeOptions options_;
   BoxState& box_;
+  StatusFile& status_;
   int interrupt_;
-  TickChoice choice_;
+  rt::RateChoice choice_;
   UtcClock utc_;
   BridgeCounters counters_;
   std::uint64_t ticks_lost_before_ = 0;  // by streams that have ended

@@ -23,6 +23,7 @@ namespace {
 constexpr std::int64_t kMinIntervalMs = 5;
 constexpr std::int64_t kMaxIntervalMs = 1000;
 constexpr std::int64_t kDefaultIntervalMs = 50;
+constexpr std::int64_t kMaxRateHz = 1000;
 
 /// The names of a tick's fields, as traces have them.
 const std::vector<std::string_view>& tickFields() {
@@ -74,15 +75,21 @@ std::expected<std::chrono::milliseconds, Reply> intervalOf(const Call& call) {
   return std::chrono::milliseconds(milliseconds);
 }
 
-/// Places in tickFields().
-std::expected<std::vector<std::size_t>, Reply> fieldsOf(const Call& call) {
-  const auto names = textsField(call, "fields", std::numeric_limits<std::size_t>::max());
-  if (!names) return std::unexpected(names.error());
-  if (!*names) return std::unexpected(invalidParameter("fields"));
-  if ((*names)->empty() || (*names)->size() > TickStreams::kMaxFields)
-    return std::unexpected(outOfRange("fields", fmt::format("1..{} names", TickStreams::kMaxFields)));
+/// The rate; 0: none is asked for.
+std::expected<int, Reply> rateOf(const Call& call) {
+  const Json* const rate = field(call, "rateHz");
+  if (!rate) return 0;
+  if (!rate->is_number_integer()) return std::unexpected(invalidParameter("rateHz"));
+  const auto rate_hz = rate->get<std::int64_t>();
+  if (rate_hz < 1 || rate_hz > kMaxRateHz)
+    return std::unexpected(outOfRange("rateHz", fmt::format("1..{}", kMaxRateHz)));
+  return static_cast<int>(rate_hz);
+}
+
+/// The places of fields in tickFields(), each once.
+std::expected<std::vector<std::size_t>, Reply> placesOf(const std::vector<std::string>& names) {
   std::vector<std::size_t> places;
-  for (const std::string& name : **names) {
+  for (const std::string& name : names) {
     const auto known = std::ranges::find(tickFields(), name);
     if (known == tickFields().end()) return std::unexpected(unknownField(name));
     const auto place = static_cast<std::size_t>(known - tickFields().begin());
@@ -91,12 +98,40 @@ std::expected<std::vector<std::size_t>, Reply> fieldsOf(const Call& call) {
   return places;
 }
 
+std::expected<std::vector<std::size_t>, Reply> fieldsOf(const Call& call) {
+  const auto names = textsField(call, "fields", std::numeric_limits<std::size_t>::max());
+  if (!names) return std::unexpected(names.error());
+  if (!*names) return std::unexpected(invalidParameter("fields"));
+  if ((*names)->empty() || (*names)->size() > TickStreams::kMaxFields)
+    return std::unexpected(outOfRange("fields", fmt::format("1..{} names", TickStreams::kMaxFields)));
+  return placesOf(**names);
+}
+
+std::expected<std::vector<std::size_t>, Reply> changesOf(const Call& call) {
+  const auto names = textsField(call, "orChanged", std::numeric_limits<std::size_t>::max());
+  if (!names) return std::unexpected(names.error());
+  if (!*names) return {};
+  if ((*names)->size() > TickStreams::kMaxChanges)
+    return std::unexpected(
+        outOfRange("orChanged", fmt::format("at most {} names", TickStreams::kMaxChanges)));
+  return placesOf(**names);
+}
+
+/// Calls take(index in `places`, value) for the fields of a tick at those places.
+void visitPlaces(const rt::Tick& tick, const std::vector<std::size_t>& places, const auto& take) {
+  std::size_t place = 0;
+  trace::visitFields(tick, [&](std::string_view, const auto& value) {
+    const auto chosen = std::ranges::find(places, place++);
+    if (chosen != places.end()) take(static_cast<std::size_t>(chosen - places.begin()), value);
+  });
+}
+
 }  // namespace
 
 std::vector<Method> TickStreams::methods() {
   return {{.name = "io.hapticd.Status.Ticks",
            .streams = true,
-           .parameters = {"fields", "intervalMs"},
+           .parameters = {"fields", "intervalMs", "rateHz", "orChanged"},
            .answer = std::bind_front(&TickStreams::ticks, this)}};
 }
 
@@ -105,6 +140,10 @@ void TickStreams::ticks(const Call& call, const Caller& caller, Replies& replies
   if (!interval) return replies.finish(caller.connection, interval.error());
   auto fields = fieldsOf(call);
   if (!fields) return replies.finish(caller.connection, fields.error());
+  const auto rate_hz = rateOf(call);
+  if (!rate_hz) return replies.finish(caller.connection, rate_hz.error());
+  auto changes = changesOf(call);
+  if (!changes) return replies.finish(caller.connection, changes.error());
   if (streams_.size() == kMaxStreams) {
     return replies.finish(caller.connection, {"io.hapticd.Status.TooManyStreams", {{"limit", kMaxStreams}}});
   }
@@ -113,8 +152,20 @@ void TickStreams::ticks(const Call& call, const Caller& caller, Replies& replies
                       .interval = *interval,
                       .due = Clock::now() + *interval,
                       .fields = std::move(*fields),
+                      .choice = {.changes = std::move(*changes)},
                       .next = count_});
+  if (*rate_hz > 0) streams_.back().choice.rate.emplace(*rate_hz);
   send(streams_.back(), replies);
+}
+
+bool TickStreams::Choice::takes(const rt::Tick& tick) {
+  if (!rate) return true;
+  std::string now;
+  visitPlaces(tick, changes, [&now](std::size_t, const auto& value) {
+    now.append(reinterpret_cast<const char*>(&value), sizeof value);
+  });
+  const bool changed = now != std::exchange(values, now);
+  return rate->takes(tick.planned_ns) || changed;
 }
 
 void TickStreams::onTick(const rt::Tick& tick) {
@@ -133,25 +184,23 @@ void TickStreams::feed(Replies& replies) {
 }
 
 /// Offers the oldest ticks that the stream has not had; false where the client has not taken the previous
-/// reply.
+/// reply. A reply without a tick is sent, too: it shows that the box is there.
 bool TickStreams::send(Stream& stream, Replies& replies) const {
   const std::uint64_t oldest = count_ - std::min<std::uint64_t>(count_, kTicksKept);
   Stream after = stream;
   after.next = std::max(stream.next, oldest);
-  const std::uint64_t end = std::min(count_, after.next + kMaxPerReply);
 
   std::vector<OrderedJson> columns(stream.fields.size(), OrderedJson::array());
-  const std::uint64_t ticks = end - after.next;
-  for (; after.next < end; ++after.next) {
+  std::uint64_t ticks = 0;
+  for (; after.next < count_ && ticks < kMaxPerReply; ++after.next) {
     const rt::Tick& tick = at(after.next);
     if (after.next_number != 0 && tick.number > after.next_number)
       after.lost += tick.number - after.next_number;
     after.next_number = tick.number + 1;
-    std::size_t place = 0;
-    trace::visitFields(tick, [&](std::string_view, const auto& value) {
-      const auto chosen = std::ranges::find(stream.fields, place++);
-      if (chosen == stream.fields.end()) return;
-      columns[static_cast<std::size_t>(chosen - stream.fields.begin())].push_back(valueJson(value));
+    if (!after.choice.takes(tick)) continue;
+    ++ticks;
+    visitPlaces(tick, stream.fields, [&columns](std::size_t column, const auto& value) {
+      columns[column].push_back(valueJson(value));
     });
   }
   OrderedJson named = OrderedJson::object();

@@ -63,7 +63,7 @@ const std::vector<Call> kCalls{
 const std::set<std::string> kOthers{"camera list",    "handle list", "camera test", "completion",
                                     "doctor",         "help",        "trace info",  "trace export",
                                     "trace recover",  "trace plot",  "view",        "clear-fault",
-                                    "trace breaches", "frame show",  "frame feed"};
+                                    "trace breaches", "frame show",  "frame feed",  "ros"};
 
 std::string textOf(const Command& command) {
   std::string text;

@@ -75,6 +75,7 @@ void addRegisterCommand(CommandLine& line);    ///< register
 void addCalibrateCommand(CommandLine& line);   ///< calibrate
 void addCameraCommands(CommandLine& line);     ///< camera ...
 void addHandleCommands(CommandLine& line);     ///< handle list
+void addRosCommand(CommandLine& line);         ///< ros
 void addDoctorCommand(CommandLine& line);      ///< doctor
 void addCompletionCommand(CommandLine& line);  ///< completion
 void addHelpCommand(CommandLine& line);        ///< help

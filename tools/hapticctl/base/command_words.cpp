@@ -19,13 +19,13 @@ using Commands = std::vector<const CLI::App*>;
 /// The commands that only show something, or write files and traces of which none is replaced unasked.
 /// `disengage` is not among them, although it ends all force: a hand that is held or guided is let go, and a
 /// fault is cleared, which nobody may do by a slip of the finger.
-constexpr std::array<std::string_view, 35> kShortened{
+constexpr std::array<std::string_view, 36> kShortened{
     "status",       "watch",         "events",        "metrics",      "version",      "get",
     "params",       "snapshot",      "view",          "doctor",       "completion",   "help",
     "camera list",  "camera test",   "handle list",   "trace start",  "trace stop",   "trace dump",
     "trace mark",   "trace list",    "trace keep",    "trace note",   "trace info",   "trace breaches",
     "trace export", "trace recover", "trace plot",    "fixture list", "fixture show", "fixture export",
-    "region list",  "region show",   "region export", "frame list",   "frame show"};
+    "region list",  "region show",   "region export", "frame list",   "frame show",   "ros"};
 
 /// What the others do, where it is not the force that they can change.
 struct Reason {

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticd-ros/box/box_link.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace hapticd::tools::ros {
 namespace {
+
+/// hapticd sends no faster.
+constexpr int kShortestIntervalMs = 5;
 
 Json tickFields() {
   return Json::array({"number", "planned_ns", "mode", "cause", "handle_position_m_in_world",
@@ -17,15 +21,18 @@ Json tickFields() {
 
 }  // namespace
 
-ClientResult<BoxLink> BoxLink::open(const std::string& socket, int interval_ms, int interrupt) {
+ClientResult<BoxLink> BoxLink::open(const std::string& socket, int rate_hz, int interrupt) {
   auto ticks = VarlinkClient::connect(socket);
   if (!ticks) return std::unexpected(ticks.error());
   auto calls = VarlinkClient::connect(socket);
   if (!calls) return std::unexpected(calls.error());
   ticks->interruptBy(interrupt);
   calls->interruptBy(interrupt);
-  const auto subscribed =
-      ticks->subscribe("io.hapticd.Status.Ticks", {{"fields", tickFields()}, {"intervalMs", interval_ms}});
+  const auto subscribed = ticks->subscribe("io.hapticd.Status.Ticks",
+                                           {{"fields", tickFields()},
+                                            {"intervalMs", std::max(kShortestIntervalMs, 1000 / rate_hz)},
+                                            {"rateHz", rate_hz},
+                                            {"orChanged", {"mode", "handle_buttons", "handle_condition"}}});
   if (!subscribed) return std::unexpected(subscribed.error());
   return BoxLink(std::move(*ticks), std::move(*calls));
 }

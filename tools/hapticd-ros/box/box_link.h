@@ -13,8 +13,9 @@ namespace hapticd::tools::ros {
 /// when the descriptor for interruption becomes readable. Thread: one at a time.
 class BoxLink {
  public:
-  /// interval_ms: between two batches of ticks, 5..1000.
-  static ClientResult<BoxLink> open(const std::string& socket, int interval_ms, int interrupt);
+  /// rate_hz: of the ticks, 1..1000; ticks in which the mode, the buttons or the handle's condition change
+  /// come in addition.
+  static ClientResult<BoxLink> open(const std::string& socket, int rate_hz, int interrupt);
 
   /// The next reply of io.hapticd.Status.Ticks, with the fields that hapticd-ros reads.
   ClientResult<Json> nextTicks() { return ticks_.next(kSilence); }

@@ -18,6 +18,7 @@ namespace hapticd::tools::ros {
 /// What the two threads of hapticd-ros know of the box. hapticd has no pause that lasts: a box that was
 /// paused over the network is disengaged, and resumes by being engaged again. Thread: any.
 struct BoxState {
+  std::atomic<bool> answers{false};
   std::atomic<rt::Mode> mode{rt::Mode::starting};  ///< set by the one that reads ticks
   std::atomic<std::int64_t> paused_since_ns{0};    ///< CLOCK_MONOTONIC; 0: not paused
 };

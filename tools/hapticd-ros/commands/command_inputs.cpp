@@ -24,8 +24,8 @@ using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
 
 constexpr auto kLogPeriod = 10s;
-/// Longest wait for messages: after it publishers are counted again.
-constexpr auto kWait = 200ms;
+/// Longest wait for messages.
+constexpr auto kWait = 1s;
 
 std::int64_t timeOf(const builtin_interfaces_msg_dds__Time_& time) {
   return time.sec * rt::kNsPerSecond + time.nanosec;
@@ -70,7 +70,7 @@ class CommandInputs::Inputs {
   /// Until end() is called.
   void run();
   void end() { wait_.end(); }
-  std::vector<InputStatus> status() const;
+  std::vector<InputState> states() const;
 
  private:
   using Refusal = BoxCommands::Refusal;
@@ -78,7 +78,7 @@ class CommandInputs::Inputs {
     Subscription subscription;
     MessageGate gate;
     std::function<void(Input&)> take;
-    InputStatus status;  // under the mutex
+    InputState state;  // under the mutex
     Clock::time_point next_log = {};
   };
 
@@ -109,6 +109,7 @@ base::Result<void> CommandInputs::Inputs::add(
       Subscription::open(participant_, name, topic.message, topic.type, topic.depth, topic.delivery);
   if (!subscription) return std::unexpected(subscription.error());
   wait_.add(*subscription);
+  InputState state{.topic = name, .message = topic.message, .reader = subscription->reader()};
   const auto take = [this, act = std::move(act)](Input& input) {
     input.subscription.takeAll<Message>([&](const Message& sample, const Origin& origin) {
       const MessageHead head = headOf(sample.header, origin);
@@ -117,9 +118,8 @@ base::Result<void> CommandInputs::Inputs::add(
       note(input, refusal);
     });
   };
-  inputs_.push_back(
-      std::make_unique<Input>(Input{std::move(*subscription), MessageGate(std::move(rules)), take,
-                                    InputStatus{.topic = "/" + name, .type = std::string(topic.message)}}));
+  inputs_.push_back(std::make_unique<Input>(
+      Input{std::move(*subscription), MessageGate(std::move(rules)), take, std::move(state)}));
   return {};
 }
 
@@ -161,11 +161,7 @@ base::Result<void> CommandInputs::Inputs::addAll(const AllowedInputs& allowed) {
 
 void CommandInputs::Inputs::run() {
   while (!wait_.ended()) {
-    for (const auto& input : inputs_) {
-      input->take(*input);
-      const std::lock_guard lock(mutex_);
-      input->status.publishers = input->subscription.publishers();
-    }
+    for (const auto& input : inputs_) input->take(*input);
     wait_.wait(kWait);
   }
 }
@@ -173,19 +169,19 @@ void CommandInputs::Inputs::run() {
 void CommandInputs::Inputs::note(Input& input, const Refusal& refusal) {
   {
     const std::lock_guard lock(mutex_);
-    ++(refusal ? input.status.refused : input.status.taken);
-    if (refusal) input.status.last_refusal = *refusal;
+    ++(refusal ? input.state.refused : input.state.taken);
+    if (refusal) input.state.last_refusal = *refusal;
   }
   if (!refusal || Clock::now() < input.next_log) return;
   input.next_log = Clock::now() + kLogPeriod;
-  fmt::print(stderr, "hapticd-ros: {}: a message is refused: {}\n", input.status.topic,
+  fmt::print(stderr, "hapticd-ros: /{}: a message is refused: {}\n", input.state.topic,
              base::printable(*refusal));
 }
 
-std::vector<InputStatus> CommandInputs::Inputs::status() const {
+std::vector<InputState> CommandInputs::Inputs::states() const {
   const std::lock_guard lock(mutex_);
-  std::vector<InputStatus> all;
-  for (const auto& input : inputs_) all.push_back(input->status);
+  std::vector<InputState> all;
+  for (const auto& input : inputs_) all.push_back(input->state);
   return all;
 }
 
@@ -234,8 +230,8 @@ CommandInputs::~CommandInputs() {
   thread_.join();
 }
 
-std::vector<InputStatus> CommandInputs::status() const {
-  return inputs_->status();
+std::vector<InputState> CommandInputs::states() const {
+  return inputs_->states();
 }
 
 }  // namespace hapticd::tools::ros

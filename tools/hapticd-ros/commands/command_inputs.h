@@ -26,10 +26,10 @@ struct AllowedInputs {
 };
 
 /// What came of the messages of a topic.
-struct InputStatus {
-  std::string topic;
-  std::string type;
-  int publishers = 0;
+struct InputState {
+  std::string topic;         ///< "hapticd/servo_cf"
+  std::string_view message;  ///< "geometry_msgs/WrenchStamped"
+  dds_entity_t reader = 0;
   std::uint64_t taken = 0;
   std::uint64_t refused = 0;
   std::string last_refusal = {};  ///< empty: none
@@ -37,7 +37,7 @@ struct InputStatus {
 
 /// Takes commands from the network, examines each of them and hands it to hapticd. What is refused is counted
 /// and logged. It has a thread of its own: a force is worth something for 20 ms only.
-/// Thread: all functions from one thread; status() from any.
+/// Thread: all functions from one thread.
 class CommandInputs {
  public:
   /// name_space: begins the names of topics and frames. `state` outlives this.
@@ -50,7 +50,7 @@ class CommandInputs {
   CommandInputs(const CommandInputs&) = delete;
   CommandInputs& operator=(const CommandInputs&) = delete;
 
-  std::vector<InputStatus> status() const;
+  std::vector<InputState> states() const;
 
  private:
   class Inputs;

@@ -3,22 +3,17 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
 #include "ros_messages.h"
 #include "rt/base/clock.h"
-#include "tools/lib/ros/message_definitions.h"
-#include "tools/lib/ros/type_hash.h"
 
 namespace hapticd::tools::ros {
 namespace {
 
-/// How long what was written is kept for readers.
-enum class Kept : std::uint8_t {
-  newest_ten,     ///< for readers that were there
-  last_for_late,  ///< the last one also for readers that come later
-};
+using Late = Publisher::Late;
 
 struct TopicRow {
   Topic topic;
@@ -26,35 +21,26 @@ struct TopicRow {
   bool in_namespace;  ///< false: ROS 2 has one topic of that name for all
   std::string_view message;
   const dds_topic_descriptor_t& type;
-  Kept kept;
+  Late late;
 };
 const std::array<TopicRow, kTopicCount> kTopics{{
     {Topic::measured_cp, "measured_cp", true, "geometry_msgs/PoseStamped",
-     geometry_msgs_msg_dds__PoseStamped__desc, Kept::newest_ten},
+     geometry_msgs_msg_dds__PoseStamped__desc, Late::gets_nothing},
     {Topic::measured_cv, "measured_cv", true, "geometry_msgs/TwistStamped",
-     geometry_msgs_msg_dds__TwistStamped__desc, Kept::newest_ten},
+     geometry_msgs_msg_dds__TwistStamped__desc, Late::gets_nothing},
     {Topic::setpoint_cf, "setpoint_cf", true, "geometry_msgs/WrenchStamped",
-     geometry_msgs_msg_dds__WrenchStamped__desc, Kept::newest_ten},
+     geometry_msgs_msg_dds__WrenchStamped__desc, Late::gets_nothing},
     {Topic::operating_state, "operating_state", true, "crtk_msgs/OperatingState",
-     crtk_msgs_msg_dds__OperatingState__desc, Kept::last_for_late},
-    {Topic::buttons, "buttons", true, "sensor_msgs/Joy", sensor_msgs_msg_dds__Joy__desc, Kept::newest_ten},
+     crtk_msgs_msg_dds__OperatingState__desc, Late::gets_last},
+    {Topic::buttons, "buttons", true, "sensor_msgs/Joy", sensor_msgs_msg_dds__Joy__desc, Late::gets_nothing},
     {Topic::diagnostics, "diagnostics", false, "diagnostic_msgs/DiagnosticArray",
-     diagnostic_msgs_msg_dds__DiagnosticArray__desc, Kept::newest_ten},
+     diagnostic_msgs_msg_dds__DiagnosticArray__desc, Late::gets_nothing},
     {Topic::tf_static, "tf_static", false, "tf2_msgs/TFMessage", tf2_msgs_msg_dds__TFMessage__desc,
-     Kept::last_for_late},
+     Late::gets_last},
 }};
 
-dds_qos_t* newQosFor(const TopicRow& row) {
-  dds_qos_t* const qos = dds_create_qos();
-  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_MSECS(Publications::kMaxBlocking_ms));
-  const bool for_late = row.kept == Kept::last_for_late;
-  dds_qset_durability(qos, for_late ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
-  dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, for_late ? 1 : 10);
-  dds_qset_writer_data_lifecycle(qos, /*autodispose=*/false);
-  const dds_data_representation_id_t plain_cdr = DDS_DATA_REPRESENTATION_XCDR1;
-  dds_qset_data_representation(qos, 1, &plain_cdr);
-  return qos;
-}
+/// Of messages for readers that are there, as ROS 2 has it by default.
+constexpr int kDepth = 10;
 
 /// Cyclone DDS takes the texts and lists of samples as if it were to change them, and does not.
 char* borrowed(const std::string& text) {
@@ -77,46 +63,40 @@ geometry_msgs_msg_dds__Quaternion_ rosQuaternion(const rt::Quaternion& q) {
 
 }  // namespace
 
-base::Result<Publications> Publications::open(Participant participant, const std::string& name_space,
+base::Result<Publications> Publications::open(const Participant& participant, const std::string& name_space,
                                               std::string frame) {
-  Publications all(std::move(participant), std::move(frame));
-  if (auto added = all.addWriters(name_space); !added) return std::unexpected(added.error());
+  Publications all(std::move(frame));
+  for (const TopicRow& row : kTopics) {
+    const std::string name =
+        row.in_namespace ? fmt::format("{}/{}", name_space, row.name) : std::string(row.name);
+    auto publisher = Publisher::open(participant, name, row.message, row.type, row.late,
+                                     row.late == Late::gets_last ? 1 : kDepth);
+    if (!publisher) return std::unexpected(publisher.error());
+    all.publishers_.push_back(std::move(*publisher));
+  }
   return all;
 }
 
-base::Result<void> Publications::addWriters(const std::string& name_space) {
-  for (const TopicRow& row : kTopics) {
-    const std::string name =
-        row.in_namespace ? fmt::format("rt/{}/{}", name_space, row.name) : fmt::format("rt/{}", row.name);
-    dds_qos_t* const qos = newQosFor(row);
-    const dds_entity_t topic = dds_create_topic(participant_.get(), &row.type, name.c_str(), qos, nullptr);
-    const std::string user_data = fmt::format("typehash={};", typeHash(row.message));
-    dds_qset_userdata(qos, user_data.data(), user_data.size());
-    const dds_entity_t writer =
-        topic < 0 ? topic : dds_create_writer(participant_.get(), topic, qos, nullptr);
-    dds_delete_qos(qos);
-    if (writer < 0)
-      return std::unexpected(base::Error{"topic " + name,
-                                         std::string("cannot be made: ") + dds_strretcode(-writer),
-                                         "a --namespace of fewer characters may do"});
-    writers_[static_cast<std::size_t>(row.topic)] = writer;
-  }
-  return {};
+std::uint64_t Publications::written() const noexcept {
+  std::uint64_t sum = 0;
+  for (const Publisher& publisher : publishers_) sum += publisher.written();
+  return sum;
+}
+
+std::uint64_t Publications::failed() const noexcept {
+  std::uint64_t sum = 0;
+  for (const Publisher& publisher : publishers_) sum += publisher.failed();
+  return sum;
 }
 
 void Publications::write(Topic topic, const void* sample) {
-  const auto place = static_cast<std::size_t>(topic);
-  const dds_return_t result = dds_write(writers_[place], sample);
-  if (result == DDS_RETCODE_OK) {
-    ++written_;
-    return;
-  }
-  ++failed_;
-  if (problem_) return;
-  problem_ = base::Error{fmt::format("topic {}", kTopics[place].name),
-                         fmt::format("a message could not be written: {}", dds_strretcode(-result)),
-                         result == DDS_RETCODE_TIMEOUT ? "a subscriber does not keep up: a lower --rate helps"
-                                                       : "further ones are counted in the diagnostics"};
+  Publisher& publisher = publishers_[static_cast<std::size_t>(topic)];
+  if (publisher.write(sample) || problem_) return;
+  problem_ = base::Error{
+      fmt::format("topic {}", publisher.topic()),
+      fmt::format("a message could not be written: {}", dds_strretcode(-publisher.result())),
+      publisher.result() == DDS_RETCODE_TIMEOUT ? "a subscriber does not keep up: a lower --rate helps"
+                                                : "further ones are counted in the diagnostics"};
 }
 
 void Publications::measuredPose(std::int64_t time_ns, const rt::RigidPose& T_world_tool) {

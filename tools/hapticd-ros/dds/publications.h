@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "rt/base/rigid_pose.h"
 #include "rt/base/vec3.h"
 #include "tools/hapticd-ros/dds/participant.h"
+#include "tools/hapticd-ros/dds/publisher.h"
 #include "tools/lib/ros/contents.h"
 
 namespace hapticd::tools::ros {
@@ -28,17 +29,14 @@ enum class Topic : std::uint8_t {
 };
 inline constexpr std::size_t kTopicCount = 7;
 
-/// The topics of one box, each as ROS 2 expects it: reliable, without a key, in XCDR1, with the hash of its
-/// type. Times are UTC in nanoseconds since 1970, positions metres, forces newtons.
+/// The topics of one box. Times are UTC in nanoseconds since 1970, positions metres, forces newtons.
 /// A message that cannot be written is counted; the first reason is kept.
-/// Thread: one at a time.  RT: not safe: a write takes up to kMaxBlocking_ms.
+/// Thread: one at a time.  RT: not safe, as Publisher.
 class Publications {
  public:
-  static constexpr int kMaxBlocking_ms = 100;
-
   /// name_space: of the topics, "hapticd" or "left/hapticd". `frame`: id of the frame of all poses,
   /// velocities and forces.
-  static base::Result<Publications> open(Participant participant, const std::string& name_space,
+  static base::Result<Publications> open(const Participant& participant, const std::string& name_space,
                                          std::string frame);
 
   void measuredPose(std::int64_t time_ns, const rt::RigidPose& T_world_tool);
@@ -51,24 +49,21 @@ class Publications {
   void diagnostics(std::int64_t time_ns, std::span<const Diagnostic> parts);
   void fixedFrames(std::int64_t time_ns, std::span<const FixedFrame> frames);
 
-  std::uint64_t written() const noexcept { return written_; }
-  std::uint64_t failed() const noexcept { return failed_; }
+  /// The number of messages, those that could not be written without.
+  std::uint64_t written() const noexcept;
+  std::uint64_t failed() const noexcept;
   /// Why the first message since the last call could not be written; nothing: all could.
   std::optional<base::Error> takeProblem() { return std::exchange(problem_, std::nullopt); }
-  const std::string& interface() const noexcept { return participant_.interface(); }
+  /// In the order of Topic.
+  const std::vector<Publisher>& publishers() const noexcept { return publishers_; }
 
  private:
-  Publications(Participant participant, std::string frame)
-      : participant_(std::move(participant)), frame_(std::move(frame)) {}
+  explicit Publications(std::string frame) : frame_(std::move(frame)) {}
 
-  base::Result<void> addWriters(const std::string& name_space);
   void write(Topic topic, const void* sample);
 
-  Participant participant_;  // which the writers belong to
-  std::array<dds_entity_t, kTopicCount> writers_{};
+  std::vector<Publisher> publishers_;
   std::string frame_;
-  std::uint64_t written_ = 0;
-  std::uint64_t failed_ = 0;
   std::optional<base::Error> problem_;
 };
 

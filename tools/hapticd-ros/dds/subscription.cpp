@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "tools/lib/ros/ros_name.h"
 #include "tools/lib/ros/type_hash.h"
 
 namespace hapticd::tools::ros {
@@ -28,7 +29,7 @@ base::Result<Subscription> Subscription::open(const Participant& participant, co
   const dds_data_representation_id_t plain_cdr = DDS_DATA_REPRESENTATION_XCDR1;
   dds_qset_data_representation(qos, 1, &plain_cdr);
   const dds_entity_t entity =
-      dds_create_topic(participant.get(), &type, ("rt/" + topic).c_str(), nullptr, nullptr);
+      dds_create_topic(participant.get(), &type, ddsTopicName(topic).c_str(), nullptr, nullptr);
   const std::string user_data = fmt::format("typehash={};", typeHash(message));
   dds_qset_userdata(qos, user_data.data(), user_data.size());
   const dds_entity_t reader =

@@ -33,4 +33,8 @@ std::string namespaceProblem(std::string& name) {
       base::inQuotes(name), kLongestNamespace);
 }
 
+std::string ddsTopicName(const std::string& topic) {
+  return topic == kDiscoveryTopic ? topic : "rt/" + topic;
+}
+
 }  // namespace hapticd::tools::ros

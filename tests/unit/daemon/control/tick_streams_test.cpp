@@ -111,6 +111,28 @@ TEST_F(TickStreamsTest, TakeEveryFieldOfATickAtOnce) {
   EXPECT_FALSE(collectUntil(client, 2).numbers.empty());
 }
 
+TEST_F(TickStreamsTest, GiveTicksAtARateAndThoseInWhichAFieldChanges) {
+  start();
+  RawClient client = streamOf({{"fields", {"number"}},
+                               {"intervalMs", 5},
+                               {"rateHz", 250},
+                               {"orChanged", {"handle_buttons", "mode"}}});
+  std::vector<rt::Tick> ticks = ticksFrom(1000, 400);
+  for (rt::Tick& tick : ticks) tick.planned_ns = static_cast<std::int64_t>(tick.number) * 1'000'000;
+  ticks[101].handle.buttons = 1;  // for one tick
+  ticks[202].mode = rt::Mode::engaged;
+  for (std::size_t i = 203; i < ticks.size(); ++i) ticks[i].mode = rt::Mode::engaged;
+  addTicks(ticks);
+  std::vector<std::uint64_t> expected;
+  for (const rt::Tick& tick : ticks) {
+    const bool changed = tick.number == 1101 || tick.number == 1102 || tick.number == 1202;
+    if (tick.number % 4 == 0 || changed) expected.push_back(tick.number);
+  }
+  const Collected collected = collectUntil(client, 1396);
+  EXPECT_EQ(collected.numbers, expected);
+  EXPECT_EQ(collected.lost, 0U);
+}
+
 TEST_F(TickStreamsTest, CountTicksThatDidNotReachThem) {
   start();
   RawClient client = streamOf({{"fields", {"number"}}, {"intervalMs", 5}});
@@ -144,6 +166,13 @@ TEST_F(TickStreamsTest, RefuseWhatTheyDoNotTakeAndNameWhatTheyDo) {
   for (const json& value :
        {json::array(), json(std::vector<std::string>(TickStreams::kMaxFields + 1, "number"))})
     EXPECT_EQ(outOfRange("fields", "1..80 names"), refusal({{"fields", value}}));
+  for (const json& value : {json(0), json(1001)})
+    EXPECT_EQ(outOfRange("rateHz", "1..1000"), refusal({{"fields", {"number"}}, {"rateHz", value}}));
+  EXPECT_EQ(invalidParameter("rateHz"), refusal({{"fields", {"number"}}, {"rateHz", 2.5}}));
+  EXPECT_EQ(outOfRange("orChanged", "at most 16 names"),
+            refusal({{"fields", {"number"}}, {"orChanged", std::vector<std::string>(17, "number")}}));
+  EXPECT_EQ("io.hapticd.Status.UnknownField",
+            refusal({{"fields", {"number"}}, {"orChanged", {"nmber"}}})["error"]);
   for (const json& value : {json(nullptr), json("number"), json({1})})
     EXPECT_EQ(invalidParameter("fields"), refusal({{"fields", value}}));
   const json unknown = refusal({{"fields", {"number", "comand_force_n_in_world"}}});

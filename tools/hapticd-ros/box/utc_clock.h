@@ -7,28 +7,6 @@
 
 namespace hapticd::tools::ros {
 
-/// Chooses ticks at a rate, evenly in the time at which they were due, however many come at once.
-/// Thread: one.  RT: not safe.
-class TickChoice {
- public:
-  /// rate_hz: 1..1000; a rate that does not divide that of the ticks is kept on average.
-  explicit TickChoice(int rate_hz) : rate_hz_(rate_hz) {}
-
-  /// Whether a tick is chosen: the first one due in each period. `planned_ns`: CLOCK_MONOTONIC, ascending.
-  bool takes(std::int64_t planned_ns) {
-    const std::int64_t seconds = planned_ns / rt::kNsPerSecond;
-    const std::int64_t rest_ns = planned_ns % rt::kNsPerSecond;
-    const std::int64_t period = seconds * rate_hz_ + rest_ns * rate_hz_ / rt::kNsPerSecond;
-    if (period == period_) return false;
-    period_ = period;
-    return true;
-  }
-
- private:
-  int rate_hz_;
-  std::int64_t period_ = -1;  // the one in which a tick was chosen last
-};
-
 /// Converts CLOCK_MONOTONIC to UTC. The offset is measured, and follows a clock that is set.
 /// Thread: one.
 class UtcClock {
