@@ -90,6 +90,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/share/doc/hapticd/docs/pareto.svg",
       "usr/share/doc/hapticd/docs/patents.md",
       "usr/share/doc/hapticd/docs/recipes.md",
+      "usr/share/doc/hapticd/docs/ros2-check.md",
       "usr/share/doc/hapticd/docs/ros2.md",
       "usr/share/doc/hapticd/docs/traces.md",
       "usr/share/doc/hapticd/docs/view.png",

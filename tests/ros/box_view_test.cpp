@@ -12,8 +12,8 @@
 #include "rt/base/rate_choice.h"
 #include "tools/hapticd-ros/box/box_diagnostics.h"
 #include "tools/hapticd-ros/box/box_frames.h"
-#include "tools/hapticd-ros/box/utc_clock.h"
 #include "tools/lib/ros/operating_state.h"
+#include "tools/lib/ros/utc_clock.h"
 
 namespace hapticd::tools::ros {
 namespace {

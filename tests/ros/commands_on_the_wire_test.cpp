@@ -12,6 +12,7 @@
 #include "ros_messages.h"
 #include "rt/base/clock.h"
 #include "tests/ros/box_on_the_wire.h"
+#include "tools/lib/client/varlink_client.h"
 
 namespace hapticd::test {
 namespace {
@@ -121,6 +122,108 @@ TEST_F(CommandsOnTheWire, AForceActsWhileItIsSentAndEndsByItself) {
   ASSERT_TRUE(becomesTrue([&] { return external_n(daemon) == 0; }));
   ASSERT_TRUE(daemon.reaches(
       [](const json& status) { return lengthOf(status.at("tick").at("commandForceNInWorld")) == 0; }));
+}
+
+/// The ticks of a hapticd with an external force, and with a command of 1 mN or more.
+class ForcedTicks {
+ public:
+  explicit ForcedTicks(const std::string& socket) : client_(*tools::VarlinkClient::connect(socket)) {
+    EXPECT_TRUE(client_.subscribe(
+        "io.hapticd.Status.Ticks",
+        {{"fields", {"planned_ns", "external_force_n_in_world", "command_force_n_in_world"}},
+         {"intervalMs", 5}}));
+  }
+  /// Reads until a tick that was due at that time or later, CLOCK_MONOTONIC.
+  void readUntil(std::int64_t time_ns) {
+    for (std::int64_t newest_ns = 0; newest_ns < time_ns;) {
+      const auto reply = client_.next(std::chrono::seconds(10));
+      ASSERT_TRUE(reply) << reply.error().what;
+      const auto& ticks = (*reply)["ticks"];
+      for (std::size_t i = 0; i < (*reply)["count"].get<std::size_t>(); ++i) {
+        newest_ns = ticks["planned_ns"][i].get<std::int64_t>();
+        if (ticks["external_force_n_in_world"][i][2] != 0.0) last_external_ns_ = newest_ns;
+        if (std::abs(ticks["command_force_n_in_world"][i][2].get<double>()) >= 1e-3)
+          last_command_ns_ = newest_ns;
+      }
+    }
+  }
+  std::int64_t last_external_ns() const { return last_external_ns_; }
+  std::int64_t last_command_ns() const { return last_command_ns_; }
+
+ private:
+  tools::VarlinkClient client_;
+  std::int64_t last_external_ns_ = 0;
+  std::int64_t last_command_ns_ = 0;
+};
+
+TEST_F(CommandsOnTheWire, AForceEndsWithin20MillisecondsOfItsLastMessage) {
+  Daemon daemon(home_, kFreeYaml);
+  ASSERT_TRUE(daemon.answers());
+  ForcedTicks ticks(home_.statusSocket());
+  startBridgeTaking({"servo_cf"});
+  advertise("servo_cf", geometry_msgs_msg_dds__WrenchStamped__desc);
+  ASSERT_TRUE(daemon.reaches([](const json& status) { return status.at("mode") == "engaged"; }));
+  for (int round = 0; round < 5; ++round) {
+    const std::int64_t begin_ns = rt::monotonicNow_ns();
+    std::int64_t stamp_ns = 0;  // of the newest message, CLOCK_MONOTONIC, not before its stamp
+    ASSERT_TRUE(becomesTrue(
+        [&] {
+          geometry_msgs_msg_dds__WrenchStamped_ message{head(), {{0, 0, 0.5}, {}}};
+          const std::int64_t utc_ns = rt::realtimeNow_ns();
+          stamp_ns = rt::monotonicNow_ns();
+          message.header.stamp = {static_cast<std::int32_t>(utc_ns / rt::kNsPerSecond),
+                                  static_cast<std::uint32_t>(utc_ns % rt::kNsPerSecond)};
+          talker_->publish(topic("servo_cf"), &message);
+          return rt::monotonicNow_ns() - begin_ns > 200'000'000 && external_n(daemon) > 0;
+        },
+        std::chrono::milliseconds(1)))
+        << bridge_->errors();
+    ticks.readUntil(rt::monotonicNow_ns() + 100'000'000);
+    EXPECT_GT(ticks.last_external_ns(), begin_ns);
+    // 0.1 ms: the offset between UTC and the monotonic clock, which hapticd-ros measures for each message
+    EXPECT_LT(ticks.last_external_ns() - stamp_ns, 20'100'000) << round;
+    // the slew limit takes 0.25 ms from 0.5 N, and so one tick
+    EXPECT_LT(ticks.last_command_ns() - stamp_ns, 21'100'000) << round;
+  }
+}
+
+TEST_F(CommandsOnTheWire, ASecondBridgeDoesNotDoubleAForce) {
+  Daemon daemon(home_, kFreeYaml);
+  ASSERT_TRUE(daemon.answers());
+  startBridgeTaking({"servo_cf"});
+  const Program second({HAPTICD_ROS_PROGRAM, "--socket", home_.statusSocket(), "--control-socket",
+                        home_.controlSocket(), "--domain", std::to_string(domain_), "--namespace", namespace_,
+                        "--take", "servo_cf"});
+  advertise("servo_cf", geometry_msgs_msg_dds__WrenchStamped__desc);
+  ASSERT_TRUE(daemon.reaches([](const json& status) { return status.at("mode") == "engaged"; }));
+  double largest_n = 0;
+  ASSERT_TRUE(becomesTrue([&] {
+    push({0, 0, 0.25});
+    largest_n = std::max(largest_n, external_n(daemon));
+    return contains(bridge_->errors() + second.errors(), "another program feeds forces");
+  })) << bridge_->errors()
+      << second.errors();
+  EXPECT_LE(largest_n, 0.25);
+}
+
+TEST_F(CommandsOnTheWire, MoreForcesThanAreAllowedAreRefusedAndTheLoopGoesOn) {
+  Daemon daemon(home_, kFreeYaml);
+  ASSERT_TRUE(daemon.answers());
+  startBridgeTaking({"servo_cf", "state_command"});
+  advertise("servo_cf", geometry_msgs_msg_dds__WrenchStamped__desc);
+  advertise("state_command", crtk_msgs_msg_dds__StringStamped__desc);
+  ASSERT_TRUE(daemon.reaches([](const json& status) { return status.at("mode") == "engaged"; }));
+  ASSERT_TRUE(becomesTrue(
+      [&] {
+        for (int i = 0; i < 50; ++i) push({0, 0, 0.25});
+        command("resume");
+        return contains(bridge_->errors(), "there are more than 10 messages a second");
+      },
+      std::chrono::milliseconds(1)))
+      << bridge_->errors();
+  EXPECT_LE(external_n(daemon), 0.25);
+  EXPECT_TRUE(daemon.ticks());
+  EXPECT_TRUE(bridge_->running());
 }
 
 TEST_F(CommandsOnTheWire, ARefusedForceDoesNotActAndTheReasonIsLogged) {

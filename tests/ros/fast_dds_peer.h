@@ -120,17 +120,34 @@ class FastPeer {
 
   /// As a subscriber of ROS 2 has it; late: transient local.
   dds::DataReader* subscribe(const std::string& topic, const std::string& type, bool late) {
+    return subscribe(topic, type, Asked{.late = late});
+  }
+  /// What a subscriber asks for; the default is that of rclcpp.
+  struct Asked {
+    bool reliable = true;
+    bool late = false;
+    int depth = 10;
+  };
+  dds::DataReader* subscribe(const std::string& topic, const std::string& type, const Asked& asked) {
     participant_->register_type(dds::TypeSupport(new PlainBytes(type)));
     dds::DataReaderQos qos = dds::DATAREADER_QOS_DEFAULT;
-    qos.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
-    qos.durability().kind = late ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
+    qos.reliability().kind =
+        asked.reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
+    qos.durability().kind = asked.late ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
     qos.history().kind = dds::KEEP_LAST_HISTORY_QOS;
-    qos.history().depth = 10;
+    qos.history().depth = asked.depth;
     qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
-    dds::DataReader* const reader =
-        subscriber_->create_datareader(participant_->create_topic(topic, type, dds::TOPIC_QOS_DEFAULT), qos);
+    dds::TopicDescription* description = participant_->lookup_topicdescription(topic);
+    if (description == nullptr) description = participant_->create_topic(topic, type, dds::TOPIC_QOS_DEFAULT);
+    dds::DataReader* const reader = subscriber_->create_datareader(description, qos);
     EXPECT_NE(reader, nullptr) << topic;
     return reader;
+  }
+
+  static bool isMatched(dds::DataReader* reader) {
+    dds::SubscriptionMatchedStatus status;
+    reader->get_subscription_matched_status(status);
+    return status.current_count > 0;
   }
 
   /// As a publisher of ROS 2 has it.

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -56,6 +58,55 @@ TEST(FastDds, HearsTheBoxAndSeesTheUserDataOfRos2) {
   EXPECT_FALSE(writer->describes_its_type);
   const std::vector<std::string> participants = listener.discoveries().participants();
   EXPECT_NE(std::ranges::find(participants, "enclave=/;"), participants.end());
+}
+
+struct TopicOfBox {
+  const char* name;
+  const char* type;
+  bool for_late;  ///< keeps its last message for those who come later
+};
+constexpr std::array kTopicsOfBox{
+    TopicOfBox{"measured_cp", "geometry_msgs::msg::dds_::PoseStamped_", false},
+    TopicOfBox{"measured_cv", "geometry_msgs::msg::dds_::TwistStamped_", false},
+    TopicOfBox{"setpoint_cf", "geometry_msgs::msg::dds_::WrenchStamped_", false},
+    TopicOfBox{"operating_state", "crtk_msgs::msg::dds_::OperatingState_", true},
+    TopicOfBox{"buttons", "sensor_msgs::msg::dds_::Joy_", false},
+    TopicOfBox{"diagnostics", "diagnostic_msgs::msg::dds_::DiagnosticArray_", false},
+    TopicOfBox{"tf_static", "tf2_msgs::msg::dds_::TFMessage_", true}};
+
+/// The settings with which programs of ROS 2 subscribe.
+struct Subscriber {
+  const char* name;
+  FastPeer::Asked asked;
+};
+constexpr std::array kSubscribers{
+    Subscriber{"rclcpp and crtk_python_client", {.reliable = true, .late = false, .depth = 10}},
+    Subscriber{"sensor data", {.reliable = false, .late = false, .depth = 5}},
+    Subscriber{"RViz", {.reliable = true, .late = false, .depth = 5}},
+    Subscriber{"ros2 topic echo of a mixed topic", {.reliable = false, .late = false, .depth = 10}},
+    Subscriber{"tf2 and ros2 topic echo of a latched topic", {.reliable = true, .late = true, .depth = 100}}};
+
+TEST(FastDds, MatchesWhateverProgramsOfRos2AskFor) {
+  const int domain = ownDomain();
+  const std::string name_space = ownNamespace();
+  FastPeer listener(domain);  // is there first
+  const Program bridge({HAPTICD_ROS_PROGRAM, "--socket", "none", "--domain", std::to_string(domain),
+                        "--namespace", name_space});
+  for (const TopicOfBox& topic : kTopicsOfBox) {
+    const bool is_shared =
+        std::string_view(topic.name) == "diagnostics" || std::string_view(topic.name) == "tf_static";
+    const std::string name = "rt/" + (is_shared ? "" : name_space + "/") + topic.name;
+    for (const Subscriber& subscriber : kSubscribers) {
+      dds::DataReader* const reader = listener.subscribe(name, topic.type, subscriber.asked);
+      if (subscriber.asked.late && !topic.for_late) {
+        // matched already, had it asked for less: another reader of the topic has been
+        EXPECT_FALSE(FastPeer::isMatched(reader)) << topic.name << " by " << subscriber.name;
+      } else {
+        EXPECT_TRUE(becomesTrue([&] { return FastPeer::isMatched(reader); }))
+            << topic.name << " by " << subscriber.name << bridge.errors();
+      }
+    }
+  }
 }
 
 /// geometry_msgs/WrenchStamped without a torque, in plain CDR, little-endian, written by hand.

@@ -153,9 +153,9 @@ RosTalker::~RosTalker() {
   dds_delete(participant_);
 }
 
-void RosTalker::advertise(const std::string& topic, const dds_topic_descriptor_t& type) {
+void RosTalker::advertise(const std::string& topic, const dds_topic_descriptor_t& type, bool reliable) {
   dds_qos_t* const qos = dds_create_qos();
-  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+  dds_qset_reliability(qos, reliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT, DDS_SECS(1));
   dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 10);
   const dds_entity_t entity = dds_create_topic(participant_, &type, topic.c_str(), nullptr, nullptr);
   const dds_entity_t writer = dds_create_writer(participant_, entity, qos, nullptr);
@@ -168,6 +168,33 @@ bool RosTalker::isMatched(const std::string& topic) const {
   dds_publication_matched_status_t status{};
   return dds_get_publication_matched_status(writers_.at(topic), &status) == DDS_RETCODE_OK &&
          status.current_count > 0;
+}
+
+void RosTalker::announce(const std::string& name_space, const std::string& node) {
+  const auto gidOf = [](dds_entity_t entity) {
+    dds_guid_t guid{};
+    EXPECT_EQ(dds_get_guid(entity, &guid), DDS_RETCODE_OK);
+    rmw_dds_common_msg_dds__Gid_ gid{};
+    std::memcpy(gid.data, guid.v, sizeof gid.data);
+    return gid;
+  };
+  std::vector<rmw_dds_common_msg_dds__Gid_> gids;
+  for (const auto& [topic, writer] : writers_) gids.push_back(gidOf(writer));
+  rmw_dds_common_msg_dds__NodeEntitiesInfo_ entry{};
+  name_space.copy(entry.node_namespace, sizeof entry.node_namespace - 1);
+  node.copy(entry.node_name, sizeof entry.node_name - 1);
+  entry.writer_gid_seq._length = entry.writer_gid_seq._maximum = static_cast<std::uint32_t>(gids.size());
+  entry.writer_gid_seq._buffer = gids.data();
+  const rmw_dds_common_msg_dds__ParticipantEntitiesInfo_ sample{gidOf(participant_), {1, 1, &entry, false}};
+  dds_qos_t* const qos = dds_create_qos();
+  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+  dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
+  const dds_entity_t topic =
+      dds_create_topic(participant_, &rmw_dds_common_msg_dds__ParticipantEntitiesInfo__desc,
+                       "ros_discovery_info", nullptr, nullptr);
+  const dds_entity_t writer = dds_create_writer(participant_, topic, qos, nullptr);
+  dds_delete_qos(qos);
+  EXPECT_EQ(dds_write(writer, &sample), DDS_RETCODE_OK);
 }
 
 void RosTalker::publish(const std::string& topic, const void* sample,

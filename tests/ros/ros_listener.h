@@ -97,9 +97,11 @@ class RosTalker {
   RosTalker& operator=(const RosTalker&) = delete;
 
   /// Announces a topic, with "rt/".
-  void advertise(const std::string& topic, const dds_topic_descriptor_t& type);
+  void advertise(const std::string& topic, const dds_topic_descriptor_t& type, bool reliable = true);
   /// Whether a reader of the topic is matched.
   bool isMatched(const std::string& topic) const;
+  /// Announces a node with all writers, as RMWs of ROS 2 do.
+  void announce(const std::string& name_space, const std::string& node);
   /// sample: of the type that was announced. `sent_utc_ns`: when it pretends to be written; nothing: now.
   void publish(const std::string& topic, const void* sample,
                std::optional<std::int64_t> sent_utc_ns = {}) const;

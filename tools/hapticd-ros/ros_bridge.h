@@ -10,11 +10,11 @@
 #include "rt/loop/loop_state.h"
 #include "tools/hapticd-ros/box/box_diagnostics.h"
 #include "tools/hapticd-ros/box/box_link.h"
-#include "tools/hapticd-ros/box/utc_clock.h"
 #include "tools/hapticd-ros/commands/box_commands.h"
 #include "tools/hapticd-ros/dds/publications.h"
 #include "tools/hapticd-ros/status_file.h"
 #include "tools/lib/ros/operating_state.h"
+#include "tools/lib/ros/utc_clock.h"
 
 namespace hapticd::tools::ros {
 

@@ -81,6 +81,12 @@ Json StatusFile::rateOf(const std::string& topic, std::uint64_t messages) {
   return static_cast<double>(messages - before.messages) * 1e9 / static_cast<double>(now_ns - before.time_ns);
 }
 
+/// Topics outside the namespace are for all programs.
+Json StatusFile::othersOf(const Publisher& publisher) const {
+  const bool is_own = publisher.topic().starts_with(sources_.name_space + "/");
+  return is_own ? Json(graph_.otherWritersOf(publisher.topic())) : Json::array();
+}
+
 Json StatusFile::publishedJson() {
   Json all = Json::array();
   for (const Publisher* publisher : sources_.publishers) {
@@ -89,7 +95,8 @@ Json StatusFile::publishedJson() {
                    {"rateHz", rateOf(publisher->topic(), publisher->written())},
                    {"messages", publisher->written()},
                    {"failed", publisher->failed()},
-                   {"subscribers", peersJson(graph_.readersOf(*publisher))}});
+                   {"subscribers", peersJson(graph_.readersOf(*publisher))},
+                   {"otherPublishers", othersOf(*publisher)}});
   }
   return all;
 }

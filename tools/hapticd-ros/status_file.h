@@ -50,6 +50,7 @@ class StatusFile {
   void announce();
   Json content();
   Json rateOf(const std::string& topic, std::uint64_t messages);
+  Json othersOf(const Publisher& publisher) const;
   Json publishedJson();
   Json takenJson();
 

@@ -46,6 +46,18 @@ Field<double> numberField(const Call& call, const char* name) {
   return json->get<double>();
 }
 
+std::expected<std::int64_t, Reply> timeField(const Call& call, std::int64_t now_ns) {
+  constexpr double kMaxAge_s = 1000;
+  const Json* const time = field(call, "timeNs");
+  const Json* const age = field(call, "ageS");
+  if (time && (!time->is_number_integer() || age)) return std::unexpected(invalidParameter("timeNs"));
+  if (time) return time->get<std::int64_t>();
+  if (!age) return now_ns;
+  if (!age->is_number() || !(std::abs(age->get<double>()) <= kMaxAge_s))
+    return std::unexpected(invalidParameter("ageS"));
+  return now_ns - static_cast<std::int64_t>(age->get<double>() * 1e9);
+}
+
 Field<std::vector<std::string>> textsField(const Call& call, const char* name, std::size_t most) {
   const Json* const json = field(call, name);
   if (!json) return std::nullopt;

@@ -54,6 +54,9 @@ Field<bool> flagField(const Call& call, const char* name);
 Field<std::vector<std::string>> textsField(const Call& call, const char* name, std::size_t most);
 /// Errors: InvalidParameter, also for a number that is not finite.
 Field<double> numberField(const Call& call, const char* name);
+/// When something was measured or computed, CLOCK_MONOTONIC: its member timeNs, or now less its member ageS,
+/// or now. Errors: InvalidParameter, also for both.
+std::expected<std::int64_t, Reply> timeField(const Call& call, std::int64_t now_ns);
 /// A list of so many finite numbers; nothing if it is absent. Errors: InvalidParameter.
 template <std::size_t kCount>
 Field<std::array<double, kCount>> numbersField(const Call& call, const char* name) {

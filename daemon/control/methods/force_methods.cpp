@@ -30,31 +30,32 @@ Reply refused(const char* cause, std::string reason) {
 std::vector<Method> ForceMethods::methods() {
   return {{.name = "io.hapticd.Control.FeedForce",
            .access = Access::control,
-           .parameters = {"forceNInWorld", "ageS"},
+           .parameters = {"forceNInWorld", "timeNs", "ageS"},
            .answer = std::bind_front(&ForceMethods::feedForce, this)}};
 }
 
 void ForceMethods::feedForce(const Call& call, const Caller& caller, Replies& replies) {
   const auto force_n = numbersField<3>(call, "forceNInWorld");
-  const auto age_s = numberField(call, "ageS");
-  if (!age_s) return replies.finish(caller.connection, age_s.error());
+  const auto time_ns = timeField(call, rt::monotonicNow_ns());
+  if (!time_ns) return replies.finish(caller.connection, time_ns.error());
   if (!force_n) return replies.finish(caller.connection, force_n.error());
   if (!*force_n) return replies.finish(caller.connection, invalidParameter("forceNInWorld"));
   const auto& [x, y, z] = **force_n;
-  replies.finish(caller.connection, take({x, y, z}, age_s->value_or(0), caller));
+  replies.finish(caller.connection, take({{x, y, z}, *time_ns}, caller));
 }
 
-Reply ForceMethods::take(const rt::Vec3& force_n_in_world, double age_s, const Caller& caller) {
+Reply ForceMethods::take(const rt::ExternalForce& force, const Caller& caller) {
   const double most_n = context_.box.settings().live.safety.max_external_force_n;
   if (!(most_n > 0)) {
     return refused("not_allowed",
                    "safety.max_external_force_n is 0, which allows no external force "
                    "(set it to the largest force that other programs may add, in newtons)");
   }
-  if (!(age_s >= 0 && age_s < kLife_s)) {
-    return refused(
-        "age", fmt::format("the force is {} s old, and one acts for {} s from when it was computed", age_s,
-                           kLife_s));
+  const std::int64_t now_ns = rt::monotonicNow_ns();
+  if (force.time_ns > now_ns || force.time_ns <= now_ns - rt::kExternalForceLife_ns) {
+    return refused("age",
+                   fmt::format("the force is {} s old, and one acts for {} s from when it was computed",
+                               (static_cast<double>(now_ns) - static_cast<double>(force.time_ns)) * 1e-9, kLife_s));
   }
   const Clock::time_point now = Clock::now();
   const bool first = now - newest_ >= kPause;
@@ -65,8 +66,7 @@ Reply ForceMethods::take(const rt::Vec3& force_n_in_world, double age_s, const C
   newest_ = now;
   sender_ = caller.connection;
   if (first) logChange(context_, caller, "feeds forces", config::EventKind::force, {{"ACTION", "feed"}});
-  const auto age_ns = static_cast<std::int64_t>(age_s * 1e9);
-  context_.box.feedForce({force_n_in_world, rt::monotonicNow_ns() - age_ns});
+  context_.box.feedForce(force);
   return {};
 }
 

@@ -21,19 +21,6 @@ namespace {
 /// After this long without a pose of a frame the next one begins a feed, which is logged.
 constexpr std::chrono::seconds kPause{10};
 /// Older poses say nothing about where the frame is now.
-constexpr double kMaxAge_s = 1000;
-
-/// When the frame was there: its time, or now less its age, or now. Errors: InvalidParameter.
-std::expected<std::int64_t, Reply> timeOf(const Call& call, std::int64_t now_ns) {
-  const Json* const time = field(call, "timeNs");
-  const Json* const age = field(call, "ageS");
-  if (time && (!time->is_number_integer() || age)) return std::unexpected(invalidParameter("timeNs"));
-  if (time) return time->get<std::int64_t>();
-  if (!age) return now_ns;
-  if (!age->is_number() || !(std::abs(age->get<double>()) <= kMaxAge_s))
-    return std::unexpected(invalidParameter("ageS"));
-  return now_ns - static_cast<std::int64_t>(age->get<double>() * 1e9);
-}
 
 std::expected<rt::FramePose, Reply> poseOf(const Call& call, std::int64_t now_ns) {
   // A wrong type is named before what is missing, as for every method.
@@ -43,7 +30,7 @@ std::expected<rt::FramePose, Reply> poseOf(const Call& call, std::int64_t now_ns
   if (!orientation) return std::unexpected(orientation.error());
   const auto velocity = numbersField<3>(call, "velocityMPerS");
   if (!velocity) return std::unexpected(velocity.error());
-  const auto time_ns = timeOf(call, now_ns);
+  const auto time_ns = timeField(call, now_ns);
   if (!time_ns) return std::unexpected(time_ns.error());
   if (!field(call, "frame")) return std::unexpected(invalidParameter("frame"));
   if (!*position) return std::unexpected(invalidParameter("positionM"));

@@ -89,7 +89,7 @@ class ForceMethods {
 
  private:
   void feedForce(const Call&, const Caller&, Replies&);
-  Reply take(const rt::Vec3& force_n_in_world, double age_s, const Caller& caller);
+  Reply take(const rt::ExternalForce& force, const Caller& caller);
 
   MethodContext& context_;
   RateLimit rate_{kMaxPerSecond};

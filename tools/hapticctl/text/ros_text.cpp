@@ -43,6 +43,9 @@ std::string problemsText(const Json& topic, const char* peers, const char* passe
     if (const std::string warning = textAt(peer, "warning"); warning != "-")
       text += fmt::format("! {} with {}: {}\n", name, textAt(peer, "name"), warning);
   }
+  for (const Json& other : listAt(topic, "otherPublishers"))
+    text += fmt::format("! {} is published by {}, too: subscribers cannot tell the messages apart\n", name,
+                        valueText(other));
   if (numberAt(topic, "failed") > 0)
     text += fmt::format("! {}: {} messages could not be written\n", name, countAt(topic, "failed"));
   if (numberAt(topic, "refused") > 0)

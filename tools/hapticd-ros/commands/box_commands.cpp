@@ -90,9 +90,9 @@ BoxCommands::Refusal BoxCommands::pause() {
   return done(reply);
 }
 
-BoxCommands::Refusal BoxCommands::addForce(const rt::Vec3& force_n_in_world, double age_s) {
+BoxCommands::Refusal BoxCommands::addForce(const rt::Vec3& force_n_in_world, std::int64_t time_ns) {
   const rt::Vec3& f = force_n_in_world;
-  return done(call("Control.FeedForce", {{"forceNInWorld", {f.x, f.y, f.z}}, {"ageS", age_s}}));
+  return done(call("Control.FeedForce", {{"forceNInWorld", {f.x, f.y, f.z}}, {"timeNs", time_ns}}));
 }
 
 BoxCommands::Refusal BoxCommands::setImpedance(const Impedance& impedance) {
@@ -116,13 +116,13 @@ BoxCommands::Refusal BoxCommands::setImpedance(const Impedance& impedance) {
 }
 
 BoxCommands::Refusal BoxCommands::feedPose(const std::string& frame, const rt::RigidPose& T_world_frame,
-                                           double age_s) {
+                                           std::int64_t time_ns) {
   const rt::Vec3& p = T_world_frame.position_m_in_world;
   const rt::Quaternion& q = T_world_frame.orientation;
   return done(call("Control.FeedPose", {{"frame", frame},
                                         {"positionM", {p.x, p.y, p.z}},
                                         {"orientationXyzw", {q.x, q.y, q.z, q.w}},
-                                        {"ageS", age_s}}));
+                                        {"timeNs", time_ns}}));
 }
 
 }  // namespace hapticd::tools::ros

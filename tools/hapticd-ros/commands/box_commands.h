@@ -36,10 +36,11 @@ class BoxCommands {
   using Refusal = std::optional<std::string>;
   /// A state_command of CRTK: enable, disable, pause or resume.
   Refusal changeState(std::string_view command);
-  Refusal addForce(const rt::Vec3& force_n_in_world, double age_s);
+  /// time_ns: when it was computed, CLOCK_MONOTONIC.
+  Refusal addForce(const rt::Vec3& force_n_in_world, std::int64_t time_ns);
   /// Replaces the fixtures of the impedance before.
   Refusal setImpedance(const Impedance& impedance);
-  Refusal feedPose(const std::string& frame, const rt::RigidPose& T_world_frame, double age_s);
+  Refusal feedPose(const std::string& frame, const rt::RigidPose& T_world_frame, std::int64_t time_ns);
 
  private:
   Refusal enable();

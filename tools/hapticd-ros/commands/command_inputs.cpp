@@ -16,6 +16,7 @@
 #include "rt/base/clock.h"
 #include "tools/hapticd-ros/commands/message_gate.h"
 #include "tools/hapticd-ros/dds/subscription.h"
+#include "tools/lib/ros/utc_clock.h"
 
 namespace hapticd::tools::ros {
 namespace {
@@ -42,8 +43,9 @@ rt::Quaternion quaternionOf(const geometry_msgs_msg_dds__Quaternion_& q) {
 ImpedanceSide sideOf(const crtk_msgs_msg_dds__CartesianImpedanceHalfPlaneGains_& gains) {
   return {vectorOf(gains.p), vectorOf(gains.d), vectorOf(gains.bias), vectorOf(gains.deadband)};
 }
-double age_s(const MessageHead& head, std::int64_t utc_ns) {
-  return static_cast<double>(std::max<std::int64_t>(0, utc_ns - head.made_utc_ns())) * 1e-9;
+/// When a message was made, CLOCK_MONOTONIC; one from a clock that is ahead of this computer's: now.
+std::int64_t madeAt(const MessageHead& head) {
+  return std::min(UtcClock().monotonic_ns(head.made_utc_ns()), rt::monotonicNow_ns());
 }
 
 struct InputTopic {
@@ -191,7 +193,7 @@ CommandInputs::Inputs::Refusal CommandInputs::Inputs::force(
   const rt::Vec3 torque_n_m = vectorOf(message.wrench.torque);
   if (!isFinite(force_n) || !isFinite(torque_n_m)) return "the wrench is not finite";
   if (!(torque_n_m == rt::Vec3{})) return "the box exerts no torques (set wrench.torque to 0)";
-  return box_.addForce(force_n, age_s(head, rt::realtimeNow_ns()));
+  return box_.addForce(force_n, madeAt(head));
 }
 
 CommandInputs::Inputs::Refusal CommandInputs::Inputs::impedance(
@@ -209,7 +211,7 @@ CommandInputs::Inputs::Refusal CommandInputs::Inputs::pose(const std::string& fr
   const rt::Quaternion& q = T_world_frame.orientation;
   if (!isFinite(T_world_frame.position_m_in_world) || !std::isfinite(dot(q, q)))
     return "the pose is not finite";
-  return box_.feedPose(frame, T_world_frame, age_s(head, rt::realtimeNow_ns()));
+  return box_.feedPose(frame, T_world_frame, madeAt(head));
 }
 
 base::Result<std::unique_ptr<CommandInputs>> CommandInputs::open(const Participant& participant,

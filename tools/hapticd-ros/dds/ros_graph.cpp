@@ -279,6 +279,15 @@ std::vector<Peer> RosGraph::readersOf(const Publisher& publisher) const {
   return peers;
 }
 
+std::vector<std::string> RosGraph::otherWritersOf(const std::string& topic) const {
+  const std::string dds_topic = ddsTopicName(topic);
+  std::vector<std::string> names;
+  for (const Endpoint& writer : writers_) {
+    if (writer.topic == dds_topic) names.push_back(nameOf(writer));
+  }
+  return names;
+}
+
 std::vector<Peer> RosGraph::writersOf(const std::string& topic, dds_entity_t reader) const {
   const std::string dds_topic = ddsTopicName(topic);
   const Qos requested = qosOf(reader);

@@ -46,6 +46,8 @@ class RosGraph {
   std::vector<Peer> readersOf(const Publisher& publisher) const;
   /// Who writes what a subscription reads.
   std::vector<Peer> writersOf(const std::string& topic, dds_entity_t reader) const;
+  /// The names of others that write to a topic.
+  std::vector<std::string> otherWritersOf(const std::string& topic) const;
 
  private:
   struct Endpoint {

@@ -162,6 +162,11 @@ TEST_F(ForceMethodsTest, RefusesByNameWhatIsNoForce) {
   invalid({{"forceNInWorld", nullptr}}, "forceNInWorld");
   invalid({{"forceNInWorld", "strong"}}, "forceNInWorld");
   invalid({{"ageS", "old"}}, "ageS");
+  invalid({{"timeNs", 0.5}}, "timeNs");
+  invalid({{"timeNs", 1}, {"ageS", 0.001}}, "timeNs");
+  for (const std::int64_t time_ns : {std::int64_t{0}, rt::monotonicNow_ns() - 20'000'000,
+                                     rt::monotonicNow_ns() + rt::kNsPerSecond, INT64_MIN, INT64_MAX})
+    EXPECT_EQ("age", feed({{"timeNs", time_ns}})["parameters"]["cause"]) << time_ns;
   for (const double age_s : {0.02, 1.0, -0.001}) {
     const json reply = feed({{"ageS", age_s}});
     EXPECT_EQ("io.hapticd.Control.ForceRefused", reply["error"]) << age_s;
