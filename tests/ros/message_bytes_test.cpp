@@ -35,12 +35,13 @@ const std::string kHeader =
 class MessageBytes : public ::testing::Test {
  protected:
   MessageBytes() {
-    auto participant = tools::ros::Participant::join({.domain = domain_, .interface = ""});
-    if (!participant) {
-      ADD_FAILURE() << participant.error().text();
+    auto joined = tools::ros::Participant::join({.domain = domain_, .interface = ""});
+    if (!joined) {
+      ADD_FAILURE() << joined.error().text();
       return;
     }
-    auto opened = Publications::open(std::move(*participant), "hapticd", "base");
+    participant_.emplace(*joined);
+    auto opened = Publications::open(*participant_, "hapticd", "base");
     if (!opened) {
       ADD_FAILURE() << opened.error().text();
       return;
@@ -63,6 +64,7 @@ class MessageBytes : public ::testing::Test {
   }
 
   int domain_ = ownDomain();
+  std::optional<tools::ros::Participant> participant_;
   std::optional<Publications> publications_;
   std::optional<RosListener> listener_;  // after it: the domain is that of the publications
 };

@@ -7,6 +7,9 @@
 #include <unistd.h>
 
 #include <array>
+#include <cstring>
+
+#include "ros_messages.h"
 
 namespace hapticd::test {
 namespace {

@@ -16,7 +16,7 @@
 namespace hapticd::tools::ros {
 
 /// A writer of one topic of ROS 2: reliable, without a key, in XCDR1, with the hash of its type. A subscriber
-/// that does not keep up gets the newest messages.
+/// that does not keep up gets the newest messages. Copies are the same publisher.
 /// Thread: one at a time; the counters from any.  RT: not safe: a write takes up to kMaxBlocking.
 class Publisher {
  public:
@@ -62,7 +62,7 @@ class Publisher {
   std::string_view message_;
   dds_entity_t writer_;  // of the participant
   dds_return_t result_ = DDS_RETCODE_OK;
-  std::unique_ptr<Counts> counts_ = std::make_unique<Counts>();
+  std::shared_ptr<Counts> counts_ = std::make_shared<Counts>();
 };
 
 }  // namespace hapticd::tools::ros
