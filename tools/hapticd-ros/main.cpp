@@ -22,6 +22,7 @@
 #include "tools/hapticd-ros/dds/participant.h"
 #include "tools/hapticd-ros/dds/publications.h"
 #include "tools/hapticd-ros/ros_bridge.h"
+#include "tools/hapticd-ros/scene/scene.h"
 #include "tools/lib/options/option_checks.h"
 #include "tools/lib/ros/ros_name.h"
 
@@ -121,6 +122,11 @@ int run(int argc, char** argv) {
   app.add_option("--rate", options.rate_hz, "of positions, velocities and forces (250)")
       ->type_name("HZ")
       ->check(within(1, 1000));
+  int cloud_rate_hz = 10;
+  app.add_option("--cloud-rate", cloud_rate_hz,
+                 "of point clouds and depth images, while somebody subscribes (10)")
+      ->type_name("HZ")
+      ->check(within(Scene::kSlowest_hz, Scene::kFastest_hz));
   std::vector<std::string> inputs;
   app.add_option("--take", inputs,
                  "a topic by which programs in the network may command the box: state_command, servo_cf, "
@@ -157,6 +163,8 @@ int run(int argc, char** argv) {
     if (!opened) return fail(opened.error(), EX_UNAVAILABLE);
     commands = std::move(*opened);
   }
+  auto scene = Scene::open(*joined, {options.socket, options.name_space, cloud_rate_hz});
+  if (!scene) return fail(scene.error(), EX_UNAVAILABLE);
   sayWhere(*publications, network, options.name_space);
   RosBridge(std::move(*publications), options, box, signals.get()).run();
   return EX_OK;

@@ -6,7 +6,7 @@
 #include <chrono>
 #include <cstdint>
 #include <string>
-#include <string_view>
+#include <utility>
 
 #include "config/base/error.h"
 #include "tools/hapticd-ros/dds/participant.h"
@@ -26,8 +26,14 @@ class Publisher {
   /// `topic`: without the prefix of ROS 2, "MTMR/body/servo_cf". `message`: "geometry_msgs/WrenchStamped",
   /// whose structure is `type`.
   static base::Result<Publisher> open(const Participant& participant, const std::string& topic,
-                                      std::string_view message, const dds_topic_descriptor_t& type,
+                                      const std::string& message, const dds_topic_descriptor_t& type,
                                       Late late);
+
+  /// As open() was told.
+  const std::string& topic() const noexcept { return topic_; }
+  const std::string& message() const noexcept { return message_; }
+  /// The entity in DDS, valid as long as the participant.
+  dds_entity_t writer() const noexcept { return writer_; }
 
   /// Returns false where it could not be written.
   bool write(const void* sample) { return dds_write(writer_, sample) == DDS_RETCODE_OK; }
@@ -39,9 +45,12 @@ class Publisher {
   }
 
  private:
-  explicit Publisher(dds_entity_t writer) : writer_(writer) {}
+  Publisher(dds_entity_t writer, std::string topic, std::string message)
+      : writer_(writer), topic_(std::move(topic)), message_(std::move(message)) {}
 
   dds_entity_t writer_;  // of the participant
+  std::string topic_;
+  std::string message_;
 };
 
 }  // namespace hapticd::tools::ros
