@@ -8,7 +8,7 @@
 namespace hapticd::tools::ros {
 
 base::Result<Publisher> Publisher::open(const Participant& participant, const std::string& topic,
-                                        const std::string& message, const dds_topic_descriptor_t& type,
+                                        std::string_view message, const dds_topic_descriptor_t& type,
                                         Late late) {
   dds_qos_t* const qos = dds_create_qos();
   dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, std::chrono::nanoseconds(kMaxBlocking).count());
@@ -29,7 +29,7 @@ base::Result<Publisher> Publisher::open(const Participant& participant, const st
     return std::unexpected(base::Error{"topic " + topic,
                                        fmt::format("cannot be published: {}", dds_strretcode(-writer)),
                                        "another --domain may do"});
-  return Publisher(writer, topic, message);
+  return Publisher(writer, topic, std::string(message));
 }
 
 int Publisher::subscribers() const {

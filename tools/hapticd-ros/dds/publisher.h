@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "config/base/error.h"
@@ -26,7 +27,7 @@ class Publisher {
   /// `topic`: without the prefix of ROS 2, "MTMR/body/servo_cf". `message`: "geometry_msgs/WrenchStamped",
   /// whose structure is `type`.
   static base::Result<Publisher> open(const Participant& participant, const std::string& topic,
-                                      const std::string& message, const dds_topic_descriptor_t& type,
+                                      std::string_view message, const dds_topic_descriptor_t& type,
                                       Late late);
 
   /// As open() was told.
