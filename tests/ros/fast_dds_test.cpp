@@ -77,13 +77,14 @@ TEST(FastDds, HearsWholeCloudsOfAWall) {
   ASSERT_TRUE(becomesTrue([&] {
     for (const std::string& message : FastPeer::take(points)) {
       ++count;
+      EXPECT_FALSE(message.empty()) << count;
       const CloudHeard cloud = cloudFrom(message);
       EXPECT_GT(cloud.header.time_ns, newest_ns);
       newest_ns = cloud.header.time_ns;
       EXPECT_GT(cloud.xyz_m.size(), 3U * 200'000U);
       for (std::size_t i = 2; i < cloud.xyz_m.size(); i += 3) {
         // the wall is 1 m away, and a step of the camera's raw values there is 3.1 mm
-        if (std::abs(cloud.xyz_m[i] - 1) > 0.0031) ++faults;
+        if (std::abs(cloud.xyz_m[i] - 1) > 0.0031F) ++faults;
       }
       if (::testing::Test::HasFailure()) return true;
     }

@@ -75,7 +75,7 @@ std::string CdrBytes::text() {
 
 std::string CdrBytes::block() {
   const auto size = number<std::uint32_t>();
-  if (size > bytes_.size() - std::min(at_, bytes_.size())) {
+  if (at_ > bytes_.size() || size > bytes_.size() - at_) {
     is_short_ = true;
     return "";
   }

@@ -21,7 +21,7 @@ std::string ownNamespace();
 /// from the byte after them.
 class CdrBytes {
  public:
-  explicit CdrBytes(std::string bytes) : bytes_(std::move(bytes)) {}
+  explicit CdrBytes(std::string bytes) : bytes_(std::move(bytes)), is_short_(bytes_.size() < 4) {}
 
   template <typename Number>
   Number number() {

@@ -239,7 +239,7 @@ TEST_F(SceneOnTheWire, HasFixturesThatAreAddedAndDeleted) {
 
 TEST_F(SceneOnTheWire, MovesFixturesWithTheirFrame) {
   Daemon daemon(home_, std::string(kWallYaml) +
-                           "frames: [{name: tool, timeout_s: 60}]\n"
+                           "frames: [{name: tool, timeout_s: 10}]\n"
                            "fixtures: [{name: ball, kind: sphere, frame: tool, radius_m: 0.05, position_m: "
                            "[0.1, 0, 0]}]\n");
   ASSERT_TRUE(daemon.answers());

@@ -101,11 +101,11 @@ void Scene::showFrame() {
   utc_.measure();
   const std::int64_t time_ns = utc_.utc_ns(view_.time_ns());
   if (topics_.wantsCameraInfo()) noteWrite(topics_.cameraInfo(time_ns, view_.camera()));
-  if (topics_.wantsImage()) {
+  if (topics_.wantsImage() && topics_.mayWriteImage()) {
     view_.millimetres(image_);
     noteWrite(topics_.image(time_ns, image_));
   }
-  if (!topics_.wantsPoints()) return;
+  if (!topics_.wantsPoints() || !topics_.mayWritePoints()) return;
   view_.points(xyz_m_);
   noteWrite(topics_.points(time_ns, xyz_m_));
 }

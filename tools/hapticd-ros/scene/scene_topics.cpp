@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <utility>
 
@@ -13,6 +14,9 @@ namespace hapticd::tools::ros {
 namespace {
 
 using Late = Publisher::Late;
+
+/// So long a message may be on its way to one subscriber before the others get the next one all the same.
+constexpr std::int64_t kLongestWay_ns = rt::kNsPerSecond;
 
 /// Cyclone DDS takes the texts and lists of samples as if it were to change them, and does not.
 char* borrowed(const std::string& text) {
@@ -39,8 +43,8 @@ void lend(List& list, auto* items, std::size_t count) {
 
 SceneTopics::SceneTopics(Publisher points, Publisher image, Publisher camera_info, Publisher fixtures,
                          const std::string& name_space)
-    : points_(std::move(points)),
-      image_(std::move(image)),
+    : points_{std::move(points)},
+      image_{std::move(image)},
       camera_info_(std::move(camera_info)),
       fixtures_(std::move(fixtures)),
       optical_frame_(name_space + "/camera_optical"),
@@ -63,6 +67,14 @@ base::Result<SceneTopics> SceneTopics::open(const Participant& participant, cons
                      name_space);
 }
 
+bool SceneTopics::mayFollow(Outgoing& outgoing) {
+  const std::int64_t now_ns = rt::monotonicNow_ns();
+  const bool may = outgoing.publisher.isAcknowledged(std::chrono::nanoseconds(0)) ||
+                   now_ns - outgoing.written_ns > kLongestWay_ns;
+  if (may) outgoing.written_ns = now_ns;
+  return may;
+}
+
 bool SceneTopics::points(std::int64_t time_ns, std::span<const float> xyz_m) {
   constexpr std::uint8_t kFloat32 = 7;
   constexpr std::uint32_t kPointBytes = 3 * sizeof(float);
@@ -79,7 +91,7 @@ bool SceneTopics::points(std::int64_t time_ns, std::span<const float> xyz_m) {
   sample.row_step = kPointBytes * sample.width;
   lend(sample.data, borrowedBytes(xyz_m.data()), sample.row_step);
   sample.is_dense = true;
-  return points_.write(&sample);
+  return points_.publisher.write(&sample);
 }
 
 bool SceneTopics::image(std::int64_t time_ns, const DepthImage& image) {
@@ -91,7 +103,7 @@ bool SceneTopics::image(std::int64_t time_ns, const DepthImage& image) {
   sample.encoding = borrowed(encoding);
   sample.step = static_cast<std::uint32_t>(sizeof(std::uint16_t)) * image.width_px;
   lend(sample.data, borrowedBytes(image.depth_mm.data()), std::size_t{sample.step} * sample.height);
-  return image_.write(&sample);
+  return image_.publisher.write(&sample);
 }
 
 bool SceneTopics::cameraInfo(std::int64_t time_ns, const PinholeCamera& camera) {

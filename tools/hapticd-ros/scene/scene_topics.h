@@ -21,12 +21,22 @@ class SceneTopics {
   static base::Result<SceneTopics> open(const Participant& participant, const std::string& name_space);
 
   /// All of them, valid as long as this object stays where it is.
-  std::vector<const Publisher*> all() const { return {&points_, &image_, &camera_info_, &fixtures_}; }
+  std::vector<const Publisher*> all() const {
+    return {&points_.publisher, &image_.publisher, &camera_info_, &fixtures_};
+  }
 
-  bool wantsPoints() const { return points_.subscribers() > 0; }
-  bool wantsImage() const { return image_.subscribers() > 0; }
+  bool wantsPoints() const { return points_.publisher.subscribers() > 0; }
+  bool wantsImage() const { return image_.publisher.subscribers() > 0; }
   bool wantsCameraInfo() const { return camera_info_.subscribers() > 0; }
   bool wantsFixtures() const { return fixtures_.subscribers() > 0; }
+
+  /// Whether the last points have arrived at all their subscribers, so that others may follow; also true, for
+  /// the sake of the other subscribers, when one has not got them within a second. To be asked before each
+  /// write. A message of many packets that is replaced on its way is of no use to whom it was meant for, and
+  /// Fast DDS 2.9 hands such a one to its subscriber as an empty message: of topics without a key it keeps
+  /// messages that are not complete among those to be taken.
+  bool mayWritePoints() { return mayFollow(points_); }
+  bool mayWriteImage() { return mayFollow(image_); }
 
   /// In the optical frame of the camera. `xyz_m`: x, y and z of each point in metres.
   bool points(std::int64_t time_ns, std::span<const float> xyz_m);
@@ -39,8 +49,15 @@ class SceneTopics {
   SceneTopics(Publisher points, Publisher image, Publisher camera_info, Publisher fixtures,
               const std::string& name_space);
 
-  Publisher points_;
-  Publisher image_;
+  /// A publisher of large messages.
+  struct Outgoing {
+    Publisher publisher;
+    std::int64_t written_ns = 0;  // CLOCK_MONOTONIC, of the last one
+  };
+  static bool mayFollow(Outgoing& outgoing);
+
+  Outgoing points_;
+  Outgoing image_;
   Publisher camera_info_;
   Publisher fixtures_;
   std::string optical_frame_;
