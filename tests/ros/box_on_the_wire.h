@@ -12,6 +12,7 @@
 #include "rt/base/clock.h"
 #include "rt/base/vec3.h"
 #include "tests/ros/ros_listener.h"
+#include "tests/ros/scene_messages.h"
 #include "tests/support/program.h"
 #include "tests/system/support/daemon_under_test.h"
 
@@ -19,22 +20,6 @@ namespace hapticd::test {
 
 /// A wall that the hand presses against, so that there is a force from the first second on.
 inline const std::string kEngagedYaml = std::string(kWallYaml) + "control: {engage_at_start: true}\n";
-
-/// The head of a message, as it came.
-struct Header {
-  std::int64_t time_ns = 0;
-  std::string frame;
-};
-inline Header headerFrom(CdrBytes& bytes) {
-  const std::int64_t seconds = bytes.number<std::int32_t>();
-  const std::int64_t rest_ns = bytes.number<std::uint32_t>();
-  return {seconds * rt::kNsPerSecond + rest_ns, bytes.text()};
-}
-inline rt::Vec3 vectorFrom(CdrBytes& bytes) {
-  const double x = bytes.number<double>();
-  const double y = bytes.number<double>();
-  return {x, y, bytes.number<double>()};
-}
 
 /// crtk_msgs/OperatingState.
 struct State {
@@ -46,12 +31,12 @@ struct State {
 /// hapticd-ros, and a program of DDS that listens; a test adds hapticd.
 class BoxOnTheWire : public ::testing::Test {
  protected:
-  void startBridge(const std::vector<std::string>& more = {}) {
+  void startBridge(const std::vector<std::string>& more = {}, const ProgramOptions& options = {}) {
     std::vector<std::string> command{
         HAPTICD_ROS_PROGRAM, "--socket", home_.statusSocket(), "--domain", std::to_string(domain_),
         "--namespace",       namespace_};
     command.insert(command.end(), more.begin(), more.end());
-    bridge_.emplace(command);
+    bridge_.emplace(command, options);
   }
   std::string topic(const std::string& name) const { return "rt/" + namespace_ + "/" + name; }
   bool says(const std::string& text) {

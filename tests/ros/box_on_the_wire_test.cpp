@@ -166,22 +166,17 @@ TEST_F(BoxOnTheWire, TellsLateListenersItsStateAndItsFrames) {
   EXPECT_FALSE(state_.is_busy);
 
   listener_.subscribe("rt/tf_static", tf2_msgs_msg_dds__TFMessage__desc, /*late=*/true);
-  std::vector<std::string> names;
+  std::map<std::string, std::string> parents;
   ASSERT_TRUE(becomesTrue([&] {
     for (const std::string& message : listener_.take("rt/tf_static")) {
-      CdrBytes bytes(message);
-      const auto count = bytes.number<std::uint32_t>();
-      for (std::uint32_t i = 0; i < count && i < 10; ++i) {
-        const Header header = headerFrom(bytes);
-        const std::string name = bytes.text();
-        (void)vectorFrom(bytes);
-        for (int number = 0; number < 4; ++number) (void)bytes.number<double>();
-        if (header.frame == namespace_ + "/world") names.push_back(name);
-      }
+      for (const auto& [name, frame] : framesFrom(message)) parents[name] = frame.first;
     }
-    return !names.empty();
+    return parents.contains(namespace_ + "/handle");
   }));
-  EXPECT_EQ(names, (std::vector{namespace_ + "/camera", namespace_ + "/handle"}));
+  EXPECT_EQ(parents,
+            (std::map<std::string, std::string>{{namespace_ + "/camera", namespace_ + "/world"},
+                                                {namespace_ + "/camera_optical", namespace_ + "/camera"},
+                                                {namespace_ + "/handle", namespace_ + "/world"}}));
 
   listener_.subscribe("rt/diagnostics", diagnostic_msgs_msg_dds__DiagnosticArray__desc);
   bool reported = false;

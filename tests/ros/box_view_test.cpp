@@ -117,16 +117,32 @@ TEST(FixedFrames, AreThoseOfCameraAndHandleInTheWorld) {
                     parameterRow("handle.position_z_m", 0.3), parameterRow("handle.roll_rad", quarter),
                     parameterRow("handle.pitch_rad", 0), parameterRow("handle.yaw_rad", 0)})}};
   const std::vector<FixedFrame> frames = fixedFrames(calibration, parameters, "left/");
-  ASSERT_EQ(frames.size(), 2U);
+  ASSERT_EQ(frames.size(), 3U);
   EXPECT_EQ(frames[0].parent, "left/world");
   EXPECT_EQ(frames[0].name, "left/camera");
   EXPECT_EQ(frames[0].T_parent_frame.position_m_in_world, (rt::Vec3{1, 2, 3}));
   // a quarter turn about z: the camera's x is the world's y
   EXPECT_NEAR(frames[0].T_parent_frame.orientation.z, std::sqrt(0.5), 1e-15);
   EXPECT_NEAR(frames[0].T_parent_frame.orientation.w, std::sqrt(0.5), 1e-15);
-  EXPECT_EQ(frames[1].name, "left/handle");
-  EXPECT_EQ(frames[1].T_parent_frame.position_m_in_world, (rt::Vec3{0.1, 0.2, 0.3}));
-  EXPECT_NEAR(frames[1].T_parent_frame.orientation.x, std::sqrt(0.5), 1e-15);
+  EXPECT_EQ(frames[2].name, "left/handle");
+  EXPECT_EQ(frames[2].T_parent_frame.position_m_in_world, (rt::Vec3{0.1, 0.2, 0.3}));
+  EXPECT_NEAR(frames[2].T_parent_frame.orientation.x, std::sqrt(0.5), 1e-15);
+}
+
+TEST(FixedFrames, HoldTheOpticalFrameOfTheCameraInItsOwn) {
+  const Json calibration{
+      {"calibration",
+       {{"cameraPose",
+         {{"xM", 1}, {"yM", 2}, {"zM", 3}, {"rollRad", 0.1}, {"pitchRad", 0.2}, {"yawRad", 0.3}}}}}};
+  const std::vector<FixedFrame> frames = fixedFrames(calibration, Json::object(), "left/");
+  ASSERT_EQ(frames.size(), 2U);
+  EXPECT_EQ(frames[1].parent, "left/camera");
+  EXPECT_EQ(frames[1].name, "left/camera_optical");
+  // right stays right, down is -y, forward -z
+  const rt::RigidPose& pose = frames[1].T_parent_frame;
+  EXPECT_EQ(rt::placed(pose, {1, 0, 0}), (rt::Vec3{1, 0, 0}));
+  EXPECT_EQ(rt::placed(pose, {0, 1, 0}), (rt::Vec3{0, -1, 0}));
+  EXPECT_EQ(rt::placed(pose, {0, 0, 1}), (rt::Vec3{0, 0, -1}));
 }
 
 TEST(FixedFrames, AreLeftOutWhereAReplyDoesNotTell) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -12,6 +13,7 @@
 #include "rt/base/clock.h"
 #include "tests/ros/fast_dds_peer.h"
 #include "tests/ros/ros_listener.h"
+#include "tests/ros/scene_messages.h"
 #include "tests/support/program.h"
 #include "tests/system/support/daemon_under_test.h"
 
@@ -107,6 +109,40 @@ TEST(FastDds, MatchesWhateverProgramsOfRos2AskFor) {
       }
     }
   }
+}
+
+TEST(FastDds, HearsWholeCloudsOfAWall) {
+  const int domain = ownDomain();
+  const std::string name_space = ownNamespace();
+  const DaemonHome home;
+  Daemon daemon(home, kWallYaml);
+  ASSERT_TRUE(daemon.answers());
+  const Program bridge({HAPTICD_ROS_PROGRAM, "--socket", home.statusSocket(), "--domain",
+                        std::to_string(domain), "--namespace", name_space, "--cloud-rate", "30"});
+  FastPeer listener(domain);
+  dds::DataReader* const points = listener.subscribe("rt/" + name_space + "/scene/points",
+                                                     "sensor_msgs::msg::dds_::PointCloud2_", /*late=*/false);
+  std::size_t count = 0;
+  std::int64_t newest_ns = 0;
+  std::size_t faults = 0;
+  ASSERT_TRUE(becomesTrue([&] {
+    for (const std::string& message : FastPeer::take(points)) {
+      ++count;
+      EXPECT_FALSE(message.empty()) << count;
+      const CloudHeard cloud = cloudFrom(message);
+      EXPECT_GT(cloud.header.time_ns, newest_ns);
+      newest_ns = cloud.header.time_ns;
+      EXPECT_GT(cloud.xyz_m.size(), 3U * 200'000U);
+      for (std::size_t i = 2; i < cloud.xyz_m.size(); i += 3) {
+        // the wall is 1 m away, and a step of the camera's raw values there is 3.1 mm
+        if (std::abs(cloud.xyz_m[i] - 1) > 0.0031F) ++faults;
+      }
+      if (::testing::Test::HasFailure()) return true;
+    }
+    return count >= 50;
+  })) << count
+      << bridge.errors();
+  EXPECT_EQ(faults, 0U);
 }
 
 /// geometry_msgs/WrenchStamped without a torque, in plain CDR, little-endian, written by hand.

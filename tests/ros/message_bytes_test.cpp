@@ -14,6 +14,7 @@
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/hapticd-ros/dds/publications.h"
+#include "tools/hapticd-ros/scene/scene_topics.h"
 #include "tools/lib/ros/message_definitions.h"
 
 namespace hapticd::test {
@@ -41,6 +42,12 @@ class MessageBytes : public ::testing::Test {
       return;
     }
     participant_.emplace(*joined);
+    auto scene = tools::ros::SceneTopics::open(*participant_, "hapticd");
+    if (!scene) {
+      ADD_FAILURE() << scene.error().text();
+      return;
+    }
+    scene_.emplace(std::move(*scene));
     auto opened = Publications::open(*participant_, "hapticd", "base");
     if (!opened) {
       ADD_FAILURE() << opened.error().text();
@@ -52,6 +59,7 @@ class MessageBytes : public ::testing::Test {
   void SetUp() override { ASSERT_TRUE(listener_); }
 
   Publications& publications() { return *publications_; }
+  tools::ros::SceneTopics& scene() { return *scene_; }
 
   /// Listens to a topic, publishes by `publish`, and returns the one message that came.
   std::string bytesOf(const std::string& topic, const dds_topic_descriptor_t& type, auto publish) {
@@ -65,6 +73,7 @@ class MessageBytes : public ::testing::Test {
 
   int domain_ = ownDomain();
   std::optional<tools::ros::Participant> participant_;
+  std::optional<tools::ros::SceneTopics> scene_;
   std::optional<Publications> publications_;
   std::optional<RosListener> listener_;  // after it: the domain is that of the publications
 };
@@ -243,6 +252,120 @@ TEST_F(MessageBytes, MeanInEachMemberWhatWasPublished) {
                   {"position", opening},
                   {"velocity", speed},
                   {"effort", Json::array()}});
+  decoder.compare();
+}
+
+/// The bytes of numbers, as the decoder prints lists of them.
+template <typename Number>
+Json bytesJson(const std::vector<Number>& numbers) {
+  const auto bytes = std::as_bytes(std::span(numbers));
+  Json list = Json::array();
+  for (const std::byte byte : bytes) list.push_back(std::to_integer<int>(byte));
+  return list;
+}
+
+TEST_F(MessageBytes, OfTheSceneMeanInEachMemberWhatWasPublished) {
+  if (std::filesystem::exists(NOT_INSTALLED)) GTEST_SKIP() << contentOf(NOT_INSTALLED);
+  Decoder decoder;
+  const std::vector<float> xyz_m{0.5F, -1.5F, 2.5F, 3, 4, 5.25F};
+  const auto fieldJson = [](const char* name, int offset) {
+    return Json{{"name", name}, {"offset", offset}, {"datatype", 7}, {"count", 1}};
+  };
+  decoder.expect("sensor_msgs/PointCloud2",
+                 bytesOf("rt/hapticd/scene/points", sensor_msgs_msg_dds__PointCloud2__desc,
+                         [&] { EXPECT_TRUE(scene().points(kTime_ns, xyz_m)); }),
+                 {{"header", headerJson("hapticd/camera_optical")},
+                  {"height", 1},
+                  {"width", 2},
+                  {"fields", {fieldJson("x", 0), fieldJson("y", 4), fieldJson("z", 8)}},
+                  {"is_bigendian", false},
+                  {"point_step", 12},
+                  {"row_step", 24},
+                  {"data", bytesJson(xyz_m)},
+                  {"is_dense", true}});
+  const tools::ros::DepthImage image{.width_px = 3, .height_px = 2, .depth_mm = {0, 1, 258, 1000, 65535, 7}};
+  decoder.expect("sensor_msgs/Image",
+                 bytesOf("rt/hapticd/depth/image_raw", sensor_msgs_msg_dds__Image__desc,
+                         [&] { EXPECT_TRUE(scene().image(kTime_ns, image)); }),
+                 {{"header", headerJson("hapticd/camera_optical")},
+                  {"height", 2},
+                  {"width", 3},
+                  {"encoding", "16UC1"},
+                  {"is_bigendian", 0},
+                  {"step", 6},
+                  {"data", bytesJson(image.depth_mm)}});
+  const tools::ros::PinholeCamera camera{640, 480, 594.5, 591.25, 339.5, 242.75};
+  decoder.expect(
+      "sensor_msgs/CameraInfo",
+      bytesOf("rt/hapticd/depth/camera_info", sensor_msgs_msg_dds__CameraInfo__desc,
+              [&] { EXPECT_TRUE(scene().cameraInfo(kTime_ns, camera)); }),
+      {{"header", headerJson("hapticd/camera_optical")},
+       {"height", 480},
+       {"width", 640},
+       {"distortion_model", "plumb_bob"},
+       {"d", {0, 0, 0, 0, 0}},
+       {"k", {594.5, 0, 339.5, 0, 591.25, 242.75, 0, 0, 1}},
+       {"r", {1, 0, 0, 0, 1, 0, 0, 0, 1}},
+       {"p", {594.5, 0, 339.5, 0, 0, 591.25, 242.75, 0, 0, 0, 1, 0}},
+       {"binning_x", 0},
+       {"binning_y", 0},
+       {"roi", {{"x_offset", 0}, {"y_offset", 0}, {"height", 0}, {"width", 0}, {"do_rectify", false}}}});
+  decoder.compare();
+}
+
+/// visualization_msgs/Marker as hapticd-ros leaves it where there is nothing to say.
+Json emptyMarkerJson() {
+  return {{"header", headerJson("hapticd/world")},
+          {"ns", ""},
+          {"id", 0},
+          {"type", 0},
+          {"action", 0},
+          {"pose", {{"position", vectorJson(0, 0, 0)}, {"orientation", quaternionJson({})}}},
+          {"scale", vectorJson(0, 0, 0)},
+          {"color", {{"r", 0}, {"g", 0}, {"b", 0}, {"a", 0}}},
+          {"lifetime", {{"sec", 0}, {"nanosec", 0}}},
+          {"frame_locked", false},
+          {"points", Json::array()},
+          {"colors", Json::array()},
+          {"texture_resource", ""},
+          {"texture",
+           {{"header", {{"stamp", {{"sec", 0}, {"nanosec", 0}}}, {"frame_id", ""}}},
+            {"format", ""},
+            {"data", Json::array()}}},
+          {"uv_coordinates", Json::array()},
+          {"text", ""},
+          {"mesh_resource", ""},
+          {"mesh_file", {{"filename", ""}, {"data", Json::array()}}},
+          {"mesh_use_embedded_materials", false}};
+}
+
+TEST_F(MessageBytes, OfMarkersMeanInEachMemberWhatWasPublished) {
+  if (std::filesystem::exists(NOT_INSTALLED)) GTEST_SKIP() << contentOf(NOT_INSTALLED);
+  const rt::Quaternion turned{0.5, -0.5, 0.5, -0.5};
+  const tools::ros::Marker path{.name = "way",
+                                .id = 7,
+                                .kind = tools::ros::Marker::Kind::line_strip,
+                                .T_frame_marker = {{1, 2, 3}, turned},
+                                .scale_m = {0.5, 0.25, 0.125},
+                                .colour = {0.25F, 0.5F, 0.75F, 1},
+                                .points_m = {{4, 5, 6}, {7, 8, 9}},
+                                .text = "words"};
+  Json all = emptyMarkerJson();
+  all["action"] = 3;
+  Json one = emptyMarkerJson();
+  one.update({{"ns", "way"},
+              {"id", 7},
+              {"type", 4},
+              {"pose", {{"position", vectorJson(1, 2, 3)}, {"orientation", quaternionJson(turned)}}},
+              {"scale", vectorJson(0.5, 0.25, 0.125)},
+              {"color", {{"r", 0.25}, {"g", 0.5}, {"b", 0.75}, {"a", 1}}},
+              {"points", {vectorJson(4, 5, 6), vectorJson(7, 8, 9)}},
+              {"text", "words"}});
+  Decoder decoder;
+  decoder.expect("visualization_msgs/MarkerArray",
+                 bytesOf("rt/hapticd/fixtures", visualization_msgs_msg_dds__MarkerArray__desc,
+                         [&] { EXPECT_TRUE(scene().fixtures(kTime_ns, std::span(&path, 1))); }),
+                 {{"markers", {all, one}}});
   decoder.compare();
 }
 

@@ -76,6 +76,16 @@ std::string CdrBytes::text() {
   return text;
 }
 
+std::string CdrBytes::block() {
+  const auto size = number<std::uint32_t>();
+  if (at_ > bytes_.size() || size > bytes_.size() - at_) {
+    is_short_ = true;
+    return "";
+  }
+  at_ += size;
+  return bytes_.substr(at_ - size, size);
+}
+
 RosListener::RosListener(int domain, const char* settings)
     // fails where the test publishes in the same process, so that the domain is there already
     : domain_(dds_create_domain(static_cast<dds_domainid_t>(domain), settings)),

@@ -21,7 +21,7 @@ std::string ownNamespace();
 /// from the byte after them.
 class CdrBytes {
  public:
-  explicit CdrBytes(std::string bytes) : bytes_(std::move(bytes)) {}
+  explicit CdrBytes(std::string bytes) : bytes_(std::move(bytes)), is_short_(bytes_.size() < 4) {}
 
   template <typename Number>
   Number number() {
@@ -33,8 +33,13 @@ class CdrBytes {
     return value;
   }
   std::string text();
-  /// Whether all has been read, and nothing was missing.
-  bool ended() const { return !is_short_ && at_ == bytes_.size(); }
+  /// A list of bytes.
+  std::string block();
+  /// Whether all has been read, and nothing was missing. Up to three bytes may fill the last word, as the
+  /// last byte of the encoding says.
+  bool ended() const {
+    return !is_short_ && at_ + (static_cast<unsigned char>(bytes_[3]) & 3U) == bytes_.size();
+  }
 
  private:
   std::string bytes_;

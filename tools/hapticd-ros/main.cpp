@@ -23,6 +23,7 @@
 #include "tools/hapticd-ros/dds/publications.h"
 #include "tools/hapticd-ros/dds/ros_graph.h"
 #include "tools/hapticd-ros/ros_bridge.h"
+#include "tools/hapticd-ros/scene/scene.h"
 #include "tools/hapticd-ros/status_file.h"
 #include "tools/lib/options/option_checks.h"
 #include "tools/lib/ros/ros_name.h"
@@ -123,6 +124,11 @@ int run(int argc, char** argv) {
   app.add_option("--rate", options.rate_hz, "of positions, velocities and forces (250)")
       ->type_name("HZ")
       ->check(within(1, 1000));
+  int cloud_rate_hz = 10;
+  app.add_option("--cloud-rate", cloud_rate_hz,
+                 "of point clouds and depth images, while somebody subscribes (10)")
+      ->type_name("HZ")
+      ->check(within(Scene::kSlowest_hz, Scene::kFastest_hz));
   std::vector<std::string> inputs;
   app.add_option("--take", inputs,
                  "a topic by which programs in the network may command the box: state_command, servo_cf, "
@@ -166,9 +172,11 @@ int run(int argc, char** argv) {
     if (!opened) return fail(opened.error(), EX_UNAVAILABLE);
     commands = std::move(*opened);
   }
+  auto scene = Scene::open(*joined, {options.socket, options.name_space, cloud_rate_hz});
+  if (!scene) return fail(scene.error(), EX_UNAVAILABLE);
   auto graph = RosGraph::open(*joined);
   if (!graph) return fail(graph.error(), EX_UNAVAILABLE);
-  std::vector<const Publisher*> publishers;
+  std::vector<const Publisher*> publishers = (*scene)->topics().all();
   for (const Publisher& publisher : publications->publishers()) publishers.push_back(&publisher);
   StatusFile status(std::move(*graph),
                     {network, *joined, options.name_space, publishers, commands.get(), box}, status_file);

@@ -50,6 +50,9 @@ std::vector<FixedFrame> fixedFrames(const Json& calibration, const Json& paramet
   }
   std::vector<FixedFrame> frames;
   addFrame(frames, prefix, "camera", camera);
+  // half a turn about x: from y up and looking along -z to y down and looking along z
+  if (!frames.empty())
+    frames.push_back({prefix + "camera", prefix + "camera_optical", {{}, rt::Quaternion{1, 0, 0, 0}}});
   addFrame(frames, prefix, "handle", handle);
   return frames;
 }

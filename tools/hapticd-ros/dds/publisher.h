@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "config/base/error.h"
 #include "tools/hapticd-ros/dds/participant.h"

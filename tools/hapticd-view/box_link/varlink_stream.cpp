@@ -2,15 +2,14 @@
 #include "tools/hapticd-view/box_link/varlink_stream.h"
 
 #include <fmt/format.h>
-#include <sys/socket.h>
 #include <boost/asio/post.hpp>
 #include <boost/asio/write.hpp>
 
 #include <array>
 #include <cerrno>
-#include <cstring>
 #include <utility>
 
+#include "tools/lib/client/receive.h"
 #include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools::view {
@@ -59,31 +58,6 @@ ClientError errorReply(const Json& reply) {
   if (const Json* parameters = fieldAt(reply, "parameters"); parameters && parameters->is_object())
     error.parameters = *parameters;
   return error;
-}
-
-/// Takes what has come and at most one descriptor; further ones are closed.
-ssize_t receive(int socket, std::array<char, 65536>& chunk, base::Descriptor& descriptor) {
-  constexpr std::size_t kMaxDescriptors = 4;  // room for all, so that none stays open unseen
-  iovec bytes{chunk.data(), chunk.size()};
-  alignas(cmsghdr) std::array<char, CMSG_SPACE(kMaxDescriptors * sizeof(int))> control{};
-  msghdr message{};
-  message.msg_iov = &bytes;
-  message.msg_iovlen = 1;
-  message.msg_control = control.data();
-  message.msg_controllen = control.size();
-  const ssize_t count = ::recvmsg(socket, &message, MSG_DONTWAIT | MSG_CMSG_CLOEXEC);
-  if (count < 0) return count;
-  for (cmsghdr* header = CMSG_FIRSTHDR(&message); header != nullptr; header = CMSG_NXTHDR(&message, header)) {
-    if (header->cmsg_level != SOL_SOCKET || header->cmsg_type != SCM_RIGHTS) continue;
-    const std::size_t descriptors = (header->cmsg_len - CMSG_LEN(0)) / sizeof(int);
-    for (std::size_t i = 0; i < descriptors; ++i) {
-      int number = -1;
-      std::memcpy(&number, CMSG_DATA(header) + i * sizeof(int), sizeof number);
-      base::Descriptor received(number);
-      if (!descriptor) descriptor = std::move(received);
-    }
-  }
-  return count;
 }
 
 }  // namespace
@@ -145,7 +119,7 @@ void VarlinkStream::waitForInput() {
 
 void VarlinkStream::read() {
   static thread_local std::array<char, 65536> chunk;
-  const ssize_t count = receive(socket_.native_handle(), chunk, received_);
+  const ssize_t count = receiveSome(socket_.native_handle(), chunk, received_);
   if (count < 0 && (errno == EAGAIN || errno == EINTR)) return waitForInput();
   if (count <= 0) return end(brokenLink(path_ + ": hapticd has closed the connection"));
   input_.append(chunk.data(), static_cast<std::size_t>(count));

@@ -17,6 +17,7 @@
 #include <string_view>
 #include <utility>
 
+#include "tools/lib/client/receive.h"
 #include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {
@@ -94,6 +95,7 @@ VarlinkClient::VarlinkClient(VarlinkClient&& other) noexcept
     : socket_(std::exchange(other.socket_, -1)),
       path_(std::move(other.path_)),
       input_(std::move(other.input_)),
+      received_(std::move(other.received_)),
       interrupt_(other.interrupt_),
       promises_more_(other.promises_more_) {}
 
@@ -166,7 +168,7 @@ ClientResult<void> VarlinkClient::send(const Json& call, int descriptor) {
 /// Reads what has arrived; true if there is something for next().
 bool VarlinkClient::takeWhatHasCome() {
   std::array<char, 4096> chunk;
-  const ssize_t count = ::recv(socket_, chunk.data(), chunk.size(), MSG_DONTWAIT);
+  const ssize_t count = receiveSome(socket_, chunk, received_);
   if (count > 0) input_.append(chunk.data(), static_cast<std::size_t>(count));
   return !input_.empty();
 }
@@ -182,7 +184,7 @@ ClientResult<std::string> VarlinkClient::receiveMessage(std::chrono::millisecond
     }
     if (input_.size() > kMaxReplyBytes) return std::unexpected(broken("the answer is too long"));
     if (auto ready = waitForInput(deadline); !ready) return std::unexpected(ready.error());
-    const ssize_t count = ::recv(socket_, chunk.data(), chunk.size(), MSG_DONTWAIT);
+    const ssize_t count = receiveSome(socket_, chunk, received_);
     if (count > 0) {
       input_.append(chunk.data(), static_cast<std::size_t>(count));
     } else if (count == 0 || (errno != EAGAIN && errno != EINTR)) {

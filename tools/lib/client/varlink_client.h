@@ -5,6 +5,9 @@
 #include <expected>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
+
+#include "config/base/descriptor.h"
 
 namespace hapticd::tools {
 
@@ -52,6 +55,8 @@ class VarlinkClient {
   ClientResult<Json> next(std::chrono::milliseconds limit);
   /// Whether another reply follows the last one that next() returned.
   bool promisesMore() const noexcept { return promises_more_; }
+  /// The first descriptor that came with replies since the last call (SCM_RIGHTS); -1: none has come.
+  base::Descriptor takeDescriptor() noexcept { return std::move(received_); }
   /// Makes next() return `interrupted` when `descriptor` becomes readable.
   void interruptBy(int descriptor) noexcept { interrupt_ = descriptor; }
 
@@ -68,6 +73,7 @@ class VarlinkClient {
   int socket_;
   std::string path_;
   std::string input_;
+  base::Descriptor received_;
   int interrupt_ = -1;
   bool promises_more_ = false;
 };

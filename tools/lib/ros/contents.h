@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -47,6 +48,48 @@ struct Diagnostic {
   std::string message;      ///< one line for people
   std::string hardware_id;  ///< may be empty
   std::vector<std::pair<std::string, std::string>> values;
+};
+
+/// A camera without distortion that looks along z, x right and y down, as ROS 2 has optical frames.
+struct PinholeCamera {
+  std::uint32_t width_px = 0;
+  std::uint32_t height_px = 0;
+  double fx_px = 0;  ///< focal lengths
+  double fy_px = 0;
+  double cx_px = 0;  ///< principal point, from the middle of the upper left pixel
+  double cy_px = 0;
+  friend bool operator==(const PinholeCamera&, const PinholeCamera&) = default;
+};
+
+/// A depth image: of each pixel its depth along the optical axis in millimetres, row by row from the upper
+/// left one; 0: no measurement (REP-118).
+struct DepthImage {
+  std::uint32_t width_px = 0;
+  std::uint32_t height_px = 0;
+  std::vector<std::uint16_t> depth_mm;
+};
+
+/// A shape to be drawn (visualization_msgs/Marker).
+struct Marker {
+  enum class Kind : std::int32_t {  ///< as in visualization_msgs
+    arrow = 0,                      ///< from the first point to the second
+    cube = 1,
+    sphere = 2,
+    cylinder = 3,    ///< along its z axis
+    line_strip = 4,  ///< scale_m.x: the width of the line
+    line_list = 5,   ///< likewise, each two points a line
+    text = 9,        ///< scale_m.z: the height of a letter
+    triangles = 11,  ///< each three points a triangle
+  };
+  std::string name;     ///< of what it shows
+  std::int32_t id = 0;  ///< tells the markers with one name apart
+  Kind kind = Kind::cube;
+  rt::RigidPose T_frame_marker;
+  rt::Vec3 scale_m{1, 1, 1};                ///< of a cube its edges, of a sphere its diameters
+  std::array<float, 4> colour{1, 1, 1, 1};  ///< red, green, blue, opacity, 0..1
+  std::vector<rt::Vec3> points_m;           ///< in the frame of the marker
+  std::string text;
+  friend bool operator==(const Marker&, const Marker&) = default;
 };
 
 }  // namespace hapticd::tools::ros
