@@ -152,7 +152,7 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/hapticbench/tracking", with(studies, {"tools/hapticbench"})},
       {"tools/hapticctl",
        {"tools/lib/child", "tools/lib/client", "tools/lib/depth_noise", "tools/lib/options", "tools/lib/plot",
-        "tools/lib/registration", "tools/lib/text", "tools/hapticctl/"}},
+        "tools/lib/registration", "tools/lib/ros", "tools/lib/text", "tools/hapticctl/"}},
       {"tools/hapticctl/additions",
        {"tools/lib/client", "tools/lib/options", "tools/lib/registration", "tools/lib/solids/field",
         "tools/lib/solids/files", "tools/lib/text", "tools/hapticctl/base", "tools/hapticctl/text"}},
