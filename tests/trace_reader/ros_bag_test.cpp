@@ -57,7 +57,7 @@ rt::Tick tickOf(std::uint64_t number) {
   const auto m = static_cast<double>(measurement);
   rt::HandleState& handle = tick.handle;
   handle.sequence = measurement;
-  handle.time_ns = 5'000'000'000 + static_cast<std::int64_t>(measurement) * kPeriod_ns - 313'131;
+  handle.time_ns = 5'000'000'000 + static_cast<std::int64_t>(measurement) * kPeriod_ns - 2'313'131;
   handle.position_m_in_world = {0.001 * m, -0.2, m / 7};
   handle.velocity_m_per_s_in_world = {std::sin(m), std::cos(m), 1e-300};
   if (number < 30) handle.condition = rt::HandleCondition::not_calibrated;
