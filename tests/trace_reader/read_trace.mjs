@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads a trace by the reader of the MCAP project, with all checksums that it knows: `read_trace.mjs FILE`.
 // Prints one JSON object a line: {"reader", "topic", "logTime", "message"} for each message, by the indexed reader
-// and by the stream reader; {"channel", "constants"} for the constants of each schema; {"metadata"},
-// {"attachment"}. Numbers are strings, for JSON has neither 64-bit integers nor NaN, infinity and -0.
+// and by the stream reader; {"channel", "constants", "schema", "metadata"} for the constants and name of each
+// schema and what the channel says of itself; {"profile"} of a file that has one; {"metadata"}, {"attachment"}. Numbers are strings, for JSON has neither 64-bit integers nor NaN, infinity and -0.
 // Exit status: 0 all is well, 1 the file is not.
 
 import { open, readFile } from "node:fs/promises";
@@ -69,6 +69,7 @@ function rawValues(depth, constants, decompressHandlers) {
 class Decoder {
   #decompressHandlers;
   #schemas = new Map();
+  #names = new Map();
   #channels = new Map();
 
   constructor(decompressHandlers) {
@@ -77,13 +78,14 @@ class Decoder {
 
   addSchema(schema) {
     if (schema.encoding !== "ros2msg") throw new Error(`schema encoding ${schema.encoding}`);
+    this.#names.set(schema.id, schema.name);
     this.#schemas.set(schema.id, parse(text.decode(schema.data), { ros2: true }));
   }
 
   addChannel(channel) {
     if (channel.messageEncoding !== "cdr") throw new Error(`message encoding ${channel.messageEncoding}`);
     const definitions = this.#schemas.get(channel.schemaId);
-    this.#channels.set(channel.id, { topic: channel.topic, reader: new MessageReader(definitions), definitions });
+    this.#channels.set(channel.id, { channel, topic: channel.topic, reader: new MessageReader(definitions), definitions });
   }
 
   print(reader, message) {
@@ -103,11 +105,13 @@ class Decoder {
   }
 
   printConstants() {
-    for (const { topic, definitions } of this.#channels.values()) {
+    for (const { channel, topic, definitions } of this.#channels.values()) {
       const constants = definitions[0].definitions.filter((field) => field.isConstant);
       print({
         channel: topic,
         constants: Object.fromEntries(constants.map((field) => [field.name, plain(field.value)])),
+        schema: this.#names.get(channel.schemaId),
+        metadata: plain(channel.metadata),
       });
     }
   }
@@ -129,6 +133,7 @@ async function readIndexed(path, decompressHandlers) {
     const decoder = new Decoder(decompressHandlers);
     for (const schema of reader.schemasById.values()) decoder.addSchema(schema);
     for (const channel of reader.channelsById.values()) decoder.addChannel(channel);
+    if (reader.header.profile !== "") print({ profile: reader.header.profile });
     decoder.printConstants();
     let messages = 0n;
     for await (const message of reader.readMessages({ validateCrcs: true })) {

@@ -51,9 +51,10 @@ int runMetricsOverHttp(const CommandOptions& options);
 
 /// Options of `trace export`.
 struct ExportOptions {
-  std::string format = "csv";     ///< or recording
-  std::string channel = "ticks";  ///< of a CSV: ticks, models, directives, events
-  std::string out;                ///< empty: the trace's name with another ending, in this folder
+  std::string format = "csv";          ///< recording, or rosbag2
+  std::string channel = "ticks";       ///< of a CSV: ticks, models, directives, events
+  std::string out;                     ///< empty: the trace's name with another ending, in this folder
+  std::string name_space = "hapticd";  ///< of a bag's topics
   base::IfExists if_exists = base::IfExists::refuse;
   trace::TraceSelection selection;
 };

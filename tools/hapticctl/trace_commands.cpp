@@ -18,6 +18,7 @@
 #include "tools/hapticctl/text/list_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/options/option_checks.h"
+#include "tools/lib/ros/ros_name.h"
 #include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
@@ -359,21 +360,27 @@ void addFiles(CommandLine& line, CLI::App& group) {
       [&options, requested](const fs::path& file) { return runTraceExport(options, file, *requested); });
   exported
       .add_option("--format", requested->format,
-                  "csv (default), or recording: the depth as a folder that camera.driver recorded plays, in\n"
-                  "libfreenect's format if it is of a Kinect v1")
+                  "csv (default); recording: the depth as a folder that camera.driver recorded plays, in\n"
+                  "libfreenect's format if it is of a Kinect v1; rosbag2: a bag of ROS 2 with the topics of\n"
+                  "hapticd-ros, and depth where the trace holds it")
       ->type_name("FORMAT")
-      ->check(CLI::IsMember({"csv", "recording"}));
+      ->check(CLI::IsMember({"csv", "recording", "rosbag2"}));
   exported
       .add_option("--channel", requested->channel,
                   "What a CSV file holds: ticks (default), models, directives, events")
       ->type_name("CHANNEL")
       ->check(CLI::IsMember({"ticks", "models", "directives", "events"}));
   exported
-      .add_option(
-          "--out", requested->out,
-          "The .csv or folder to write (default: the name of the trace, in this folder); the settings are\n"
-          "written beside a CSV file")
+      .add_option("--out", requested->out,
+                  "The .csv, folder or .mcap of a bag to write (default: the name of the trace, in this "
+                  "folder); the\n"
+                  "settings are written beside a CSV file")
       ->type_name("FILE");
+  exported
+      .add_option("--namespace", requested->name_space,
+                  "Namespace of the topics and frames of a bag (default: hapticd)")
+      ->type_name("NAME")
+      ->transform(CLI::Validator(ros::namespaceProblem, ""));
   addForce(exported, requested->if_exists);
   exported
       .add_option("--rows", requested->selection.most_ticks,

@@ -26,6 +26,7 @@
 #include "tools/hapticctl/text/status_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/plot/trace_plot.h"
+#include "tools/lib/ros/ros_bag.h"
 #include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
@@ -344,6 +345,29 @@ int exportDepth(const CommandOptions& options, const std::filesystem::path& file
   return kOk;
 }
 
+/// Exports a trace as a bag of ROS 2.
+int exportAsBag(const CommandOptions& options, const std::filesystem::path& file,
+                const ExportOptions& requested) {
+  constexpr std::array<std::string_view, 1> kEndings{".mcap"};
+  const std::filesystem::path out =
+      requested.out.empty() ? besideHere(file, ".rosbag2.mcap") : std::filesystem::path(requested.out);
+  if (const auto good = mayBecome(out, file); !good) return report(good.error(), options.json);
+  if (const auto good = base::checkEnding(out, kEndings); !good) return report(good.error(), options.json);
+  ProgressLine progress("exporting");
+  const auto bag = ros::exportBag(
+      file, out, requested.name_space, requested.selection, [&](double share) { progress.show(share); },
+      requested.if_exists);
+  progress.end();
+  if (!bag) return report(errorOf(file, bag.error()), options.json);
+  if (options.json) {
+    printJson({{"file", out.string()}, {"messages", bag->messages}, {"frames", bag->depth_frames}});
+  } else {
+    fmt::print("{}: {}, {}\n", printable(out.string()), base::counted(bag->messages, "message(s)"),
+               base::counted(bag->depth_frames, "depth frame(s)"));
+  }
+  return kOk;
+}
+
 base::Result<void> mayBecomeCsv(const std::filesystem::path& out) {
   constexpr std::array<std::string_view, 1> kEndings{".csv"};
   auto good = base::checkEnding(out, kEndings);
@@ -399,6 +423,7 @@ int runTraceRecover(const CommandOptions& options, const std::filesystem::path& 
 int runTraceExport(const CommandOptions& options, const std::filesystem::path& file,
                    const ExportOptions& requested) {
   if (requested.format == "recording") return exportDepth(options, file, requested);
+  if (requested.format == "rosbag2") return exportAsBag(options, file, requested);
   const std::filesystem::path out =
       requested.out.empty() ? besideHere(file, ".csv") : std::filesystem::path(requested.out);
   if (const auto good = mayBecome(out, file); !good) return report(good.error(), options.json);

@@ -5,8 +5,6 @@
 #include <poll.h>
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
 #include <cstdio>
 #include <utility>
 
@@ -56,8 +54,7 @@ void RosBridge::run() {
 std::optional<ClientError> RosBridge::follow() {
   auto link = BoxLink::open(options_.socket, options_.rate_hz, interrupt_);
   if (!link) return link.error();
-  measurement_ = 0;
-  buttons_.reset();
+  messages_.restart();
   frames_.clear();
   next_report_ns_ = 0;
   const auto failure = followTicks(*link);
@@ -92,9 +89,9 @@ void RosBridge::takeBatch(const Json& reply) {
 void RosBridge::takeTick(const rt::Tick& tick) {
   const OperatingState state = stateAt(tick);
   if (state != state_) publishState(state, utc_.utc_ns(tick.planned_ns));
-  // not only in chosen ticks: a button may be pressed for less than a period of them
-  if (tick.handle.sequence > 0 && (tick.handle.buttons != buttons_ || tick.planned_ns >= next_buttons_ns_))
-    publishButtons(tick);
+  // not only in chosen ticks: a button may be held for less than a period of them
+  if (auto buttons = messages_.newButtons(tick))
+    publications_.buttons(utc_.utc_ns(buttons->time_ns), buttons->axes, buttons->held);
   if (!choice_.takes(tick.planned_ns)) return;
   if (rt::monotonicNow_ns() - tick.planned_ns > kOldestTick_ns) {
     ++counters_.ticks_late;
@@ -118,27 +115,13 @@ OperatingState RosBridge::stateAt(const rt::Tick& tick) {
 }
 
 void RosBridge::publishMotion(const rt::Tick& tick) {
-  if (isFinite(tick.command_force_n_in_world))
-    publications_.setpointForce(utc_.utc_ns(tick.planned_ns), tick.command_force_n_in_world);
-  const rt::HandleState& handle = tick.handle;
-  // each measurement once: a handle that is gone, or slower than the ticks, has no new one
-  if (handle.sequence == measurement_ || !isMeasured(tick)) return;
-  measurement_ = handle.sequence;
-  const std::int64_t time_ns = utc_.utc_ns(handle.time_ns);
-  const rt::Quaternion orientation = handle.has_orientation ? handle.orientation_in_world : rt::Quaternion{};
-  publications_.measuredPose(time_ns, {handle.position_m_in_world, orientation});
-  publications_.measuredVelocity(time_ns, handle.velocity_m_per_s_in_world);
-}
-
-void RosBridge::publishButtons(const rt::Tick& tick) {
-  buttons_ = tick.handle.buttons;
-  next_buttons_ns_ = tick.planned_ns + kReportPeriod_ns;
-  button_count_ = std::max(button_count_, static_cast<std::size_t>(std::bit_width(tick.handle.buttons)));
-  std::vector<std::int32_t> held(button_count_);
-  for (std::size_t i = 0; i < held.size(); ++i) held[i] = (tick.handle.buttons >> i) & 1U ? 1 : 0;
-  std::vector<float> axes;
-  if (tick.handle.has_gripper) axes.push_back(static_cast<float>(tick.handle.gripper_rad));
-  publications_.buttons(utc_.utc_ns(tick.handle.time_ns), axes, held);
+  if (const auto force_n = commandedForce(tick))
+    publications_.setpointForce(utc_.utc_ns(tick.planned_ns), *force_n);
+  const auto measurement = messages_.newMeasurement(tick);
+  if (!measurement) return;
+  const std::int64_t time_ns = utc_.utc_ns(measurement->time_ns);
+  publications_.measuredPose(time_ns, measurement->T_world_tool);
+  publications_.measuredVelocity(time_ns, measurement->velocity_m_per_s_in_world);
 }
 
 void RosBridge::publishState(const OperatingState& state, std::int64_t utc_ns) {

@@ -14,6 +14,7 @@
 #include "tools/hapticd-ros/dds/publications.h"
 #include "tools/hapticd-ros/status_file.h"
 #include "tools/lib/ros/operating_state.h"
+#include "tools/lib/ros/tick_messages.h"
 #include "tools/lib/ros/utc_clock.h"
 
 namespace hapticd::tools::ros {
@@ -44,7 +45,6 @@ class RosBridge {
   void takeTick(const rt::Tick& tick);
   OperatingState stateAt(const rt::Tick& tick);
   void publishMotion(const rt::Tick& tick);
-  void publishButtons(const rt::Tick& tick);
   void publishState(const OperatingState& state, std::int64_t utc_ns);
   /// What is due once a second.
   std::optional<ClientError> reportOncePerSecond(BoxLink& link);
@@ -71,13 +71,8 @@ class RosBridge {
 
   // of the present link to hapticd
   std::optional<OperatingState> state_;
-  std::uint64_t measurement_ = 0;  // the newest that was published
-  std::optional<std::uint32_t> buttons_;
-  std::int64_t next_buttons_ns_ = 0;
-  std::size_t button_count_ = kFewestButtons;
+  TickMessages messages_;
   std::vector<FixedFrame> frames_;
-
-  static constexpr std::size_t kFewestButtons = 4;
 };
 
 }  // namespace hapticd::tools::ros

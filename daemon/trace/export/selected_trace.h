@@ -113,6 +113,8 @@ class SelectedTrace {
   static base::Result<SelectedTrace> open(const std::filesystem::path& file, const TraceSelection& selection);
 
   const std::filesystem::path& file() const { return file_; }
+  /// What it says of itself, with its attachments; the counts are those up to its first tick.
+  const TraceInfo& info() const { return info_; }
   /// Errors: the trace has no channel of ticks, because another program filtered it.
   base::Result<void> requireTicks() const { return info_.require(file_, kChannelName<rt::Tick>.topic); }
   /// The time, CLOCK_MONOTONIC, from which seconds() counts.

@@ -28,10 +28,15 @@ struct WallClock {
   bool isSet(std::int64_t latest_ns) const;
 };
 
-/// Whether a topic is one of hapticd's.
-inline bool isTopicOfHapticd(std::string_view topic) {
-  return topic.starts_with("/hapticd/");
+/// Whether a channel is one of a trace: its topic is one of hapticd's, and its messages are none of ROS 2's
+/// own, which a bag has that was exported from a trace. `schema`: its name; empty: not known.
+inline bool isChannelOfTrace(std::string_view topic, std::string_view schema) {
+  return topic.starts_with("/hapticd/") &&
+         (schema.empty() || schema.starts_with("hapticd_msgs/") || schema.starts_with("foxglove_msgs/"));
 }
+
+/// Name of the metadata record of a bag of ROS 2.
+inline constexpr std::string_view kBagMetadata = "rosbag2";
 
 /// Name of the metadata record that identifies an MCAP file as a trace of hapticd.
 inline constexpr std::string_view kTraceMetadata = "hapticd_trace";

@@ -108,14 +108,25 @@ void addSchema(std::string& to, std::uint16_t id, std::string_view name, std::st
   });
 }
 
-void addChannel(std::string& to, std::uint16_t id, std::uint16_t schema, std::string_view topic) {
+void addPairs(std::string& to, TextPairs pairs) {
+  ByteWriter writer(to);
+  writer.sized<std::uint32_t>([&] {
+    for (const auto& [key, value] : pairs) {
+      writer.text(key);
+      writer.text(value);
+    }
+  });
+}
+
+void addChannel(std::string& to, std::uint16_t id, std::uint16_t schema, std::string_view topic,
+                TextPairs metadata) {
   addRecord(to, Opcode::channel, [&] {
     ByteWriter writer(to);
     writer.number(id);
     writer.number(schema);
     writer.text(topic);
     writer.text("cdr");
-    writer.number(std::uint32_t{0});  // no metadata
+    addPairs(to, metadata);
   });
 }
 

@@ -215,10 +215,17 @@ void addRecord(std::string& to, Opcode opcode, Fill fill) {
   ByteWriter(to).sized<std::uint64_t>(fill);
 }
 
+/// Names and values, as channels and metadata have them.
+using TextPairs = std::span<const std::pair<std::string, std::string>>;
+
 /// Append a Schema or Channel record (encodings ros2msg and cdr). `id`: its id; `schema`: the id of the
 /// channel's schema.
 void addSchema(std::string& to, std::uint16_t id, std::string_view name, std::string_view text);
-void addChannel(std::string& to, std::uint16_t id, std::uint16_t schema, std::string_view topic);
+void addChannel(std::string& to, std::uint16_t id, std::uint16_t schema, std::string_view topic,
+                TextPairs metadata = {});
+
+/// Appends names and values, preceded by their length in bytes.
+void addPairs(std::string& to, TextPairs pairs);
 
 /// A decoded Message record.
 struct MessageRecord {

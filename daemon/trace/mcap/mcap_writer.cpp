@@ -21,43 +21,43 @@ std::string recordOf(const AttachmentRecord& attachment) {
   return record;
 }
 
+std::string metadataRecord(std::string_view name, TextPairs pairs) {
+  std::string record;
+  addRecord(record, Opcode::metadata, [&] {
+    ByteWriter(record).text(name);
+    addPairs(record, pairs);
+  });
+  return record;
+}
+
 }  // namespace
 
-Writer::Writer(TraceFile part, std::filesystem::path file, bool compress)
+Writer::Writer(TraceFile part, std::filesystem::path file, bool compress, std::string_view profile)
     : part_(std::move(part)), file_(std::move(file)), head_(kMagic) {
   if (compress) compressor_.emplace();
-  addRecord(head_, Opcode::header, [this] {
+  addRecord(head_, Opcode::header, [this, profile] {
     ByteWriter writer(head_);
-    writer.text("");  // no profile: that of ROS 2 requires quality-of-service metadata
+    writer.text(profile);
     writer.text("hapticd");
   });
 }
 
 std::uint16_t Writer::addChannel(std::string_view topic, std::string_view schema_name,
-                                 std::string_view schema) {
+                                 std::string_view schema, TextPairs metadata) {
   const std::uint16_t id = ++channels_;
   const std::size_t schema_at = head_.size();
   mcap::addSchema(head_, id, schema_name, schema);
   summary_.addSchema(std::string_view(head_).substr(schema_at + kRecordHeadBytes));
   const std::size_t channel_at = head_.size();
-  mcap::addChannel(head_, id, id, topic);
+  mcap::addChannel(head_, id, id, topic, metadata);
   summary_.addChannel(std::string_view(head_).substr(channel_at + kRecordHeadBytes));
   return id;
 }
 
-void Writer::addMetadata(std::string_view name, Pairs pairs) {
-  const std::size_t at = head_.size();
-  addRecord(head_, Opcode::metadata, [&] {
-    ByteWriter writer(head_);
-    writer.text(name);
-    writer.sized<std::uint32_t>([&] {
-      for (const auto& [key, value] : pairs) {
-        writer.text(key);
-        writer.text(value);
-      }
-    });
-  });
-  summary_.addMetadata(at, head_.size() - at, std::string_view(head_).substr(at + kRecordHeadBytes));
+void Writer::addMetadata(std::string_view name, TextPairs pairs) {
+  const std::string record = metadataRecord(name, pairs);
+  summary_.addMetadata(head_.size(), record.size(), std::string_view(record).substr(kRecordHeadBytes));
+  head_ += record;
 }
 
 void Writer::addAttachment(const AttachmentRecord& attachment) {
@@ -73,17 +73,29 @@ base::Result<void> Writer::begin() {
   return written;
 }
 
-base::Result<void> Writer::attach(const AttachmentRecord& attachment) {
+base::Result<void> Writer::appendBetweenChunks(std::string_view record) {
   if (failure_) return std::unexpected(*failure_);
+  auto written = append(record);
+  if (written) return {};
+  failure_ = written.error();
+  pending_.clear();
+  places_.clear();
+  return written;
+}
+
+base::Result<void> Writer::attach(const AttachmentRecord& attachment) {
   const std::string record = recordOf(attachment);
   const std::uint64_t offset = end_;
-  if (auto written = append(record); !written) {
-    failure_ = written.error();
-    pending_.clear();
-    places_.clear();
-    return written;
-  }
+  if (auto written = appendBetweenChunks(record); !written) return written;
   summary_.addAttachment(offset, record.size(), attachment);
+  return {};
+}
+
+base::Result<void> Writer::describe(std::string_view name, TextPairs pairs) {
+  const std::string record = metadataRecord(name, pairs);
+  const std::uint64_t offset = end_;
+  if (auto written = appendBetweenChunks(record); !written) return written;
+  summary_.addMetadata(offset, record.size(), std::string_view(record).substr(kRecordHeadBytes));
   return {};
 }
 
@@ -188,6 +200,11 @@ base::Result<void> Writer::finish() {
   std::error_code ignored;
   finished_ = !std::filesystem::exists(part_.path(), ignored);
   return ended ? flushed : ended;
+}
+
+base::Result<void> Writer::end() {
+  if (auto flushed = flush(); !flushed) return flushed;
+  return writeEnding();
 }
 
 }  // namespace hapticd::trace::mcap

@@ -23,19 +23,21 @@ namespace hapticd::trace::mcap {
 /// Thread: one.  RT: not safe.
 class Writer {
  public:
-  using Pairs = std::span<const std::pair<std::string, std::string>>;
-
-  /// `part`: the new file; finish() renames it to `file`.
-  Writer(TraceFile part, std::filesystem::path file, bool compress);
+  /// `part`: the new file; finish() renames it to `file`. `profile`: of MCAP, which prescribes what channels
+  /// say of themselves; empty: none.
+  Writer(TraceFile part, std::filesystem::path file, bool compress, std::string_view profile = "");
 
   // Called before begin(). Ids are 1, 2, ...
-  std::uint16_t addChannel(std::string_view topic, std::string_view schema_name, std::string_view schema);
-  void addMetadata(std::string_view name, Pairs pairs);
+  std::uint16_t addChannel(std::string_view topic, std::string_view schema_name, std::string_view schema,
+                           TextPairs metadata = {});
+  void addMetadata(std::string_view name, TextPairs pairs);
   void addAttachment(const AttachmentRecord& attachment);
   /// Writes the beginning of the file.
   base::Result<void> begin();
   /// Writes an attachment between the chunks. Errors: as flush().
   base::Result<void> attach(const AttachmentRecord& attachment);
+  /// Writes metadata between the chunks. Errors: as flush().
+  base::Result<void> describe(std::string_view name, TextPairs pairs);
 
   /// Adds a message to a future chunk. `time_ns` is its publish time, and its log time too unless a later
   /// one is in a chunk already: its log time is then that of the last message written.
@@ -60,12 +62,15 @@ class Writer {
   /// be retried after a failure.
   /// Errors: also that of the open chunk, although the file is finished.
   base::Result<void> finish();
+  /// Writes the open chunk and the end of the file without renaming it. Errors: as flush().
+  base::Result<void> end();
 
   const std::filesystem::path& file() const { return file_; }
   std::uint64_t bytes() const { return end_; }
 
  private:
   base::Result<void> append(std::string_view bytes);
+  base::Result<void> appendBetweenChunks(std::string_view record);
   struct Pending {
     std::uint64_t time_ns = 0;  ///< log time
     std::uint16_t channel = 0;

@@ -28,6 +28,8 @@ constexpr const char* kOtherReaders =
 constexpr std::int64_t kMaxClockStep_ns = 3600 * rt::kNsPerSecond;
 
 const mcap::Refusal kNotATrace{"is not a trace of hapticd", "give the path of a trace"};
+const mcap::Refusal kABag{"is a bag of ROS 2 and not a trace of hapticd",
+                          "give the path of the trace that it was made from; ros2 bag info shows a bag"};
 /// Of a file without metadata of hapticd, as many messages are looked at for a channel of hapticd.
 constexpr std::uint64_t kMaxForeignMessages = 10'000;
 
@@ -47,7 +49,7 @@ class Reading final : public mcap::Visitor {
   TraceInfo info;
 
   void channel(const mcap::Channel& channel) override {
-    is_ours_ = is_ours_ || isTopicOfHapticd(channel.topic);
+    is_ours_ = is_ours_ || isChannelOfTrace(channel.topic, channel.schema_name);
     (void)(bind<rt::Tick>(channel, info.ticks, visitor_.tick) ||
            bind<ModelRecord>(channel, info.models, visitor_.model) ||
            bind<DirectiveRecord>(channel, info.directives, visitor_.directive) ||
@@ -67,18 +69,21 @@ class Reading final : public mcap::Visitor {
 
   /// Whether it is a trace, as far as it has been read: other programs may have removed its metadata.
   bool isTrace() const { return header_seen_ || is_ours_; }
+  /// Why it is none.
+  const mcap::Refusal& whyNot() const { return is_bag_ ? kABag : kNotATrace; }
 
   std::string message(const mcap::Message& message) override {
     const auto time_ns = static_cast<std::int64_t>(message.time_ns);
     info.first_ns = messages_ == 0 ? time_ns : std::min(info.first_ns, time_ns);
     info.last_ns = messages_ == 0 ? time_ns : std::max(info.last_ns, time_ns);
     ++messages_;
-    if (!isTrace() && messages_ > kMaxForeignMessages) refusal_ = kNotATrace;
+    if (!isTrace() && messages_ > kMaxForeignMessages) refusal_ = whyNot();
     const auto taker = takers_.find(message.channel);
     return taker == takers_.end() ? "" : taker->second(message);
   }
 
   void metadata(std::string_view name, mcap::Pairs pairs) override {
+    is_bag_ = is_bag_ || name == kBagMetadata;
     if (name == kOwnerMetadata) takeOwner(std::move(pairs));
     if (name == kTraceMetadata) takeHeader(pairs);
   }
@@ -246,6 +251,7 @@ class Reading final : public mcap::Visitor {
   std::uint64_t last_tick_ = 0;
   bool header_seen_ = false;
   bool is_ours_ = false;  ///< has a channel of hapticd
+  bool is_bag_ = false;
   bool enough_ = false;
   std::optional<mcap::Refusal> refusal_;
 };
@@ -269,7 +275,7 @@ base::Result<TraceInfo> readTrace(const std::filesystem::path& file, const Trace
   Reading reading(visitor, no_file ? 0 : bytes);
   if (const auto read = mcap::read(file, reading); !read) return std::unexpected(read.error().error);
   if (!reading.isTrace()) {
-    return std::unexpected(base::Error{file.string(), kNotATrace.what, kNotATrace.remedy});
+    return std::unexpected(base::Error{file.string(), reading.whyNot().what, reading.whyNot().remedy});
   }
   reading.info.bytes = no_file ? 0 : bytes;
   reading.info.complete = !reading.enough();

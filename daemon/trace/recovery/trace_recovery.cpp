@@ -249,10 +249,16 @@ class Everything final : public mcap::Visitor {
 
   std::uint64_t chunks = 0;
   bool of_hapticd = false;
+  bool is_bag = false;
   bool stopped = false;
-  void channel(const mcap::Channel& channel) override { of_hapticd |= isTopicOfHapticd(channel.topic); }
+  void channel(const mcap::Channel& channel) override {
+    of_hapticd |= isChannelOfTrace(channel.topic, channel.schema_name);
+  }
   std::string message(const mcap::Message&) override { return ""; }
-  void metadata(std::string_view name, mcap::Pairs) override { of_hapticd |= name == kTraceMetadata; }
+  void metadata(std::string_view name, mcap::Pairs) override {
+    of_hapticd |= name == kTraceMetadata;
+    is_bag |= name == kBagMetadata;
+  }
   void attachment(const mcap::AttachmentRecord&) override {}
   void chunk(std::uint64_t offset, std::uint64_t size) override {
     ++chunks;
@@ -272,8 +278,9 @@ std::expected<RecoveredTrace, mcap::Fault> intact(const fs::path& path, const Re
     return std::unexpected(mcap::Fault{mcap::Fault::Kind::unreadable, mcap::interrupted(path)});
   }
   if (!everything.of_hapticd) {
-    return std::unexpected(
-        mcap::Fault{mcap::Fault::Kind::foreign, {path.string(), "is not a trace of hapticd", ""}});
+    const char* const what =
+        everything.is_bag ? "is a bag of ROS 2 and not a trace of hapticd" : "is not a trace of hapticd";
+    return std::unexpected(mcap::Fault{mcap::Fault::Kind::foreign, {path.string(), what, ""}});
   }
   return RecoveredTrace{.outcome = Outcome::intact, .file = path, .chunks = everything.chunks};
 }
@@ -282,10 +289,13 @@ bool isOfHapticd(const mcap::Salvage& whole) {
   const auto isTraceMetadata = [](const mcap::IntactRecord& metadata) {
     return mcap::ByteReader(metadata.content).text() == kTraceMetadata;
   };
-  const auto hasOurTopic = [](const auto& entry) {
+  const auto hasOurTopic = [&whole](const auto& entry) {
     mcap::ChannelRecord channel;
     mcap::ChannelRecord::of(entry.second.content, channel);
-    return isTopicOfHapticd(channel.topic);
+    mcap::SchemaRecord schema;
+    const auto found = whole.schemas.find(channel.schema);
+    if (found != whole.schemas.end()) mcap::SchemaRecord::of(found->second.content, schema);
+    return isChannelOfTrace(channel.topic, schema.name);
   };
   return std::ranges::any_of(whole.metadata, isTraceMetadata) ||
          std::ranges::any_of(whole.channels, hasOurTopic);
@@ -317,7 +327,8 @@ base::Result<mcap::Salvage> salvageOf(const TraceFile& file, const mcap::Fault& 
   if (!size) return std::unexpected(size.error());
   auto whole = mcap::salvage(file, *size, progress);
   if (whole && !isOfHapticd(*whole) && !whole->chunks.empty()) {
-    return refuse(file.path(), "is not a trace of hapticd", "it was not changed");
+    const bool is_known = why.kind == mcap::Fault::Kind::foreign;
+    return refuse(file.path(), is_known ? why.error.what : "is not a trace of hapticd", "it was not changed");
   }
   if (whole && whole->damages.empty()) {
     whole->damages.push_back({.what = why.error.where + ": " + why.error.what});

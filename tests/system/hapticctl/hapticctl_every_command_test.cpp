@@ -29,16 +29,18 @@ struct Leaf {
 
 /// Commands that work without a daemon. FILE stands for a trace, FOLDER for the folder of the test, PORT for
 /// one that listens.
-const std::vector<Command> kWithoutDaemon{{"camera", "list"},
-                                          {"handle", "list"},
-                                          {"completion", "bash"},
-                                          {"help", "trace", "list"},
-                                          {"trace", "info", "FILE"},
-                                          {"trace", "breaches", "FILE"},
-                                          {"trace", "export", "FILE", "--out", "FOLDER/out.csv"},
-                                          {"trace", "recover", "FILE", "--out", "FOLDER/recovered.mcap"},
-                                          {"trace", "plot", "FILE", "--out", "FOLDER/out.svg"},
-                                          {"view", "--port", "PORT", "--token-file", "FOLDER/token"}};
+const std::vector<Command> kWithoutDaemon{
+    {"camera", "list"},
+    {"handle", "list"},
+    {"completion", "bash"},
+    {"help", "trace", "list"},
+    {"trace", "info", "FILE"},
+    {"trace", "breaches", "FILE"},
+    {"trace", "export", "FILE", "--out", "FOLDER/out.csv"},
+    {"trace", "export", "FILE", "--format", "rosbag2", "--out", "FOLDER/out.mcap"},
+    {"trace", "recover", "FILE", "--out", "FOLDER/recovered.mcap"},
+    {"trace", "plot", "FILE", "--out", "FOLDER/out.svg"},
+    {"view", "--port", "PORT", "--token-file", "FOLDER/token"}};
 
 /// Lists of names, and other forms whose text is not that of the command alone.
 const std::vector<Command> kOtherForms{

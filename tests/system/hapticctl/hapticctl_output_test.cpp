@@ -152,6 +152,12 @@ TEST_F(HapticctlOutput, OnAFullDiskNothingIsLeftOfAFile) {
     EXPECT_NE(finished.errors, "");
     EXPECT_FALSE(fs::exists(file)) << out;
   }
+  const Finished bag = home.control({"trace", "export", (home.path() / "a.mcap").string(), "--format",
+                                     "rosbag2", "--out", (home.path() / "b.mcap").string()},
+                                    {.largest_file_bytes = 20'000});
+  EXPECT_EQ(bag.ending, exitedWith(1)) << bag.output;
+  EXPECT_TRUE(contains(bag.errors, "b.mcap: cannot be written: ")) << bag.errors;
+  EXPECT_TRUE(contains(bag.errors, "free space, or name a file on another disk with --out")) << bag.errors;
   EXPECT_EQ(std::distance(fs::directory_iterator(home.path()), {}), before);
 }
 

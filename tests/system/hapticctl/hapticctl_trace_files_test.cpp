@@ -112,6 +112,71 @@ TEST_F(HapticctlTraceFiles, ExportReplacesFilesOnlyWithForce) {
   EXPECT_TRUE(contentOf(old).starts_with("time_s,"));
 }
 
+TEST_F(HapticctlTraceFiles, ExportMakesABagOfRos2AndSaysWhatIsInIt) {
+  const Finished bag = home.run({"trace", "export", trace, "--format", "rosbag2", "--out", file("bag.mcap")});
+  EXPECT_EQ(bag.ending, exitedWith(0)) << bag.errors;
+  EXPECT_TRUE(bag.output.starts_with(file("bag.mcap") + ": ")) << bag.output;
+  EXPECT_TRUE(bag.output.ends_with(" messages, 0 depth frames\n")) << bag.output;
+  EXPECT_EQ(bag.errors, "");
+  const Finished as_json = home.run({"--json", "trace", "export", trace, "--format", "rosbag2", "--namespace",
+                                     "/left", "--out", file("left.mcap")});
+  const json content = json::parse(as_json.output);
+  EXPECT_EQ(content.at("file"), file("left.mcap"));
+  EXPECT_EQ(content.at("frames"), 0);
+  EXPECT_TRUE(bag.output.contains(": " + content.at("messages").dump() + " messages"))
+      << bag.output << content;
+  EXPECT_TRUE(contentOf(file("left.mcap")).contains("/left/measured_cp"));
+  EXPECT_FALSE(contentOf(file("left.mcap")).contains("//left"));
+}
+
+TEST_F(HapticctlTraceFiles, ABagIsRefusedOnlyForWhatACsvIsRefusedFor) {
+  const auto exported = [this](std::vector<std::string> more) {
+    more.insert(more.begin(), {"trace", "export", trace, "--format", "rosbag2"});
+    return home.run(more);
+  };
+  const std::string old = home.folder().write("old.mcap", "old");
+  const Finished there = exported({"--out", old});
+  EXPECT_EQ(there.ending, exitedWith(1));
+  EXPECT_TRUE(has(there.errors, "exists already")) << there.errors;
+  EXPECT_EQ(contentOf(old), "old");
+  EXPECT_EQ(exported({"--out", old, "--force"}).ending, exitedWith(0));
+  EXPECT_TRUE(contentOf(old).starts_with("\x89MCAP0"));
+  EXPECT_TRUE(has(exported({"--out", trace, "--force"}).errors, "is the trace itself"));
+  EXPECT_TRUE(has(exported({"--out", file("bag.db3")}).errors, "end the name in .mcap"));
+  const Finished name = exported({"--namespace", "9lives", "--out", file("bag.mcap")});
+  EXPECT_EQ(name.ending, exitedWith(2));
+  EXPECT_TRUE(has(name.errors, "letters, digits and underscores")) << name.errors;
+  EXPECT_TRUE(
+      has(exported({"--from", "2", "--to", "1", "--out", file("bag.mcap")}).errors, "is not a time range"));
+  cutOff();
+  const Finished csv = home.run({"trace", "export", trace, "--out", file("a.csv")});
+  const Finished damaged = exported({"--out", file("bag.mcap")});
+  EXPECT_EQ(damaged.ending, csv.ending);
+  EXPECT_EQ(damaged.errors, csv.errors);
+  EXPECT_FALSE(fs::exists(file("bag.mcap")));
+}
+
+TEST_F(HapticctlTraceFiles, ABagIsNotTakenForATrace) {
+  const std::string bag = file("bag.mcap");
+  const Finished made = home.run({"trace", "export", trace, "--format", "rosbag2", "--out", bag});
+  ASSERT_EQ(made.ending, exitedWith(0)) << made.errors;
+  const std::string before = contentOf(bag);
+  const std::vector<std::vector<std::string>> commands{{"info", bag},
+                                                       {"breaches", bag},
+                                                       {"export", bag, "--out", file("a.csv")},
+                                                       {"plot", bag, "--out", file("a.svg")},
+                                                       {"recover", bag, "--out", file("recovered.mcap")}};
+  for (std::vector<std::string> command : commands) {
+    command.insert(command.begin(), "trace");
+    const Finished refused = home.run(command);
+    EXPECT_EQ(refused.ending, exitedWith(1)) << command[1];
+    EXPECT_TRUE(has(refused.errors, bag + ": is a bag of ROS 2 and not a trace of hapticd"))
+        << command[1] << ": " << refused.errors;
+  }
+  EXPECT_FALSE(fs::exists(file("recovered.mcap")));
+  EXPECT_EQ(contentOf(bag), before);
+}
+
 TEST_F(HapticctlTraceFiles, NothingReplacesTheTraceItself) {
   const std::string before = contentOf(trace);
   const std::string picture = file("a.png");

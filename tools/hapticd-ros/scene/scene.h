@@ -12,10 +12,10 @@
 
 #include "config/base/descriptor.h"
 #include "tools/hapticd-ros/scene/depth_source.h"
-#include "tools/hapticd-ros/scene/depth_view.h"
 #include "tools/hapticd-ros/scene/fixture_watch.h"
 #include "tools/hapticd-ros/scene/frame_choice.h"
 #include "tools/hapticd-ros/scene/scene_topics.h"
+#include "tools/lib/ros/depth_view.h"
 #include "tools/lib/ros/utc_clock.h"
 
 namespace hapticd::tools::ros {

@@ -80,6 +80,9 @@ constexpr std::array kDefinitions{
         "visualization_msgs/UVCoordinate[] uv_coordinates\nstring text\nstring mesh_resource\n"
         "visualization_msgs/MeshFile mesh_file\nbool mesh_use_embedded_materials\n"},
     MessageDefinition{"visualization_msgs/MarkerArray", "visualization_msgs/Marker[] markers\n"},
+    MessageDefinition{"rcl_interfaces/Log",
+                      "builtin_interfaces/Time stamp\nuint8 level\nstring name\nstring msg\nstring file\n"
+                      "string function\nuint32 line\n"},
     MessageDefinition{"rmw_dds_common/Gid", "char[16] data\n"},
     MessageDefinition{"rmw_dds_common/NodeEntitiesInfo",
                       "string<=256 node_namespace\nstring<=256 node_name\n"

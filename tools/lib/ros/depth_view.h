@@ -14,17 +14,20 @@
 namespace hapticd::tools::ros {
 
 /// A depth frame of hapticd as ROS 2 sees it, in the optical frame of the camera: x right, y down, z forward.
-/// A pixel counts as measured where its raw value stands for a depth in front of the camera; the nearest and
-/// farthest depth that hapticd's forces heed are not applied.
-/// Thread: one at a time.  RT: not safe.
+/// A pixel counts as measured where its raw value stands for a depth in front of the camera, up to
+/// kFarthest_m; the nearest and farthest depth that hapticd's forces heed are not applied. Thread: one at a
+/// time.  RT: not safe.
 class DepthView {
  public:
+  /// Farther values are no measurements but next to the pole of a reciprocal depth law.
+  static constexpr double kFarthest_m = 20;
+
   /// Header and image stay valid while the view is used; the header has no fault, and the image has its size.
   void set(const rt::DepthFrameHeader& header, std::span<const std::byte> image);
 
   /// x, y and z of each measured pixel in metres, row by row; what was in `xyz_m` is replaced.
   void points(std::vector<float>& xyz_m) const;
-  /// The image in millimetres, rounded; depths that these 16 bits cannot hold are no measurements.
+  /// The image in millimetres, rounded; 0: no measurement.
   void millimetres(DepthImage& picture) const;
   PinholeCamera camera() const;
   /// When the frame was measured: the middle of the exposure where the camera tells it, else when it had

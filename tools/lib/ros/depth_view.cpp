@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticd-ros/scene/depth_view.h"
+#include "tools/lib/ros/depth_view.h"
 
 #include <cmath>
 #include <cstring>
@@ -33,11 +33,9 @@ void DepthView::tabulate() {
     if (raw == law_->raw_no_measurement) continue;
     const double value = factor * static_cast<double>(raw) + offset;
     const double depth_m = law_->kind == rt::DepthLawKind::linear ? value : 1 / value;
-    if (!(value > 0) || !std::isfinite(depth_m)) continue;
+    if (!(value > 0 && depth_m <= kFarthest_m)) continue;
     depth_m_[raw] = static_cast<float>(depth_m);
-    const double depth_mm = std::round(1000 * depth_m);
-    if (depth_mm <= std::numeric_limits<std::uint16_t>::max())
-      depth_mm_[raw] = static_cast<std::uint16_t>(depth_mm);
+    depth_mm_[raw] = static_cast<std::uint16_t>(std::lround(1000 * depth_m));
   }
 }
 
