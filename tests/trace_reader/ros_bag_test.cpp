@@ -70,7 +70,7 @@ rt::Tick tickOf(std::uint64_t number) {
 }
 
 constexpr std::uint32_t kWidth = 3, kHeight = 2;
-const std::vector<std::uint16_t> kRaw{0, 600, 1000, 1083, 1090, 2047};
+const std::vector<std::uint16_t> kRaw{0, 1083, 1000, 600, 1090, 2047};
 
 /// Frames of a Kinect v1, three values of padding in each row; the camera is moved before the second.
 rt::DepthFrameHeader cameraOf(std::uint64_t frame) {
@@ -361,7 +361,7 @@ TEST_F(RosBag, HoldsDepthInMillimetresByTheLawOfTheCamera) {
   ASSERT_EQ(infos.size(), kFrames);
   // 1/Z = -0.0030711016 raw + 3.3309495161, computed by hand; what is beyond 20 m, behind the camera or not
   // measured is 0
-  const std::vector<std::string> millimetres{"300", "672", "3848", "0", "0", "0"};
+  const std::vector<std::string> millimetres{"300", "0", "3848", "672", "0", "0"};
   for (std::uint64_t i = 0; i < kFrames; ++i) {
     const rt::DepthFrameHeader camera = cameraOf(i + 1);
     const std::int64_t time_ns = camera.exposure_ns != 0 ? camera.exposure_ns : camera.arrival_ns;
