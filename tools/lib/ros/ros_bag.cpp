@@ -161,7 +161,7 @@ base::Result<BagFile> BagFile::create(const fs::path& file, base::IfExists if_ex
 
 void BagFile::addMessage(BagTopic topic, std::int64_t utc_ns) {
   if (failure_) return;
-  /// Measurements and exposures are earlier than the ticks and frames that bring them.
+  // measurements and exposures are earlier than the ticks and frames that bring them
   constexpr std::int64_t kLatest_ns = 100'000'000;
   constexpr std::size_t kChunkBytes = 2 << 20;
   const auto place = static_cast<std::size_t>(topic);
