@@ -249,6 +249,14 @@ TEST_F(BoxOnTheWire, ReachesTheOthersWhenOneListenerHangs) {
   EXPECT_EQ(bridge_->wait(), exitedWith(0)) << bridge_->errors();
 }
 
+TEST_F(BoxOnTheWire, TakesANamespaceWithASlashInFrontAsRos2WritesIt) {
+  bridge_.emplace(std::vector<std::string>{HAPTICD_ROS_PROGRAM, "--socket", home_.statusSocket(), "--domain",
+                                           std::to_string(domain_), "--namespace", "/" + namespace_});
+  EXPECT_TRUE(becomesTrue([&] { return bridge_->output().contains("publishes /" + namespace_ + "/..."); }))
+      << bridge_->output();
+  EXPECT_TRUE(becomesTrue([&] { return listener_.writerOf(topic("measured_cp")).has_value(); }));
+}
+
 TEST_F(BoxOnTheWire, SaysWhichInterfaceThereIsNot) {
   startBridge({"--interface", "nowhere0"});
   EXPECT_EQ(bridge_->wait(), exitedWith(69));

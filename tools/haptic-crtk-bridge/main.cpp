@@ -35,7 +35,7 @@ void addArm(CLI::App& app, Options& options) {
       {"spatial", WrenchConvention::spatial}};
   app.add_option("--arm", options.arm.arm, "namespace of the arm, for example MTMR")
       ->type_name("NAME")
-      ->check(CLI::Validator(ros::namespaceProblem, ""));
+      ->transform(CLI::Validator(ros::namespaceProblem, ""));
   app.add_option(
          "--wrench", options.arm.convention,
          "how the arm takes a force: body-absolute (body/servo_cf along the axes of measured_cp, after "

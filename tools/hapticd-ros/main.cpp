@@ -113,7 +113,7 @@ int run(int argc, char** argv) {
       ->type_name("FILE");
   app.add_option("--namespace", options.name_space, "of the topics and frames (hapticd)")
       ->type_name("NAME")
-      ->check(CLI::Validator(namespaceProblem, ""));
+      ->transform(CLI::Validator(namespaceProblem, ""));
   app.add_option("--domain", network.domain, "of DDS (0)")
       ->envname("ROS_DOMAIN_ID")
       ->type_name("NUMBER")
