@@ -22,7 +22,9 @@ constexpr std::size_t kMostBytes = std::size_t{4} << 20;
 constexpr const char* kFooter =
     "It reads what hapticd-ros writes to its status file once a second. Lines with '!'\n"
     "say what does not arrive, and why: settings of DDS (QoS) that do not match,\n"
-    "other types, messages that were refused.\n";
+    "other types, messages that were refused.\n"
+    "\n"
+    "Exit status: 0 done, 1 hapticd-ros is not running, 2 wrong usage.\n";
 
 base::Result<Json> readStatus(const std::string& file) {
   const auto content = base::fileContent(file, {.longest = kMostBytes});
@@ -59,7 +61,7 @@ void addRosCommand(CommandLine& line) {
   const CommandOptions& options = line.options();
   const auto file = std::make_shared<std::string>(ros::kRosStatusFile);
   CLI::App& command =
-      line.add("ros", "Show what hapticd-ros publishes and takes, who subscribes, and what does not match",
+      line.add("ros", "Show what hapticd-ros publishes, who subscribes, and what does not match",
                [&options, file] { return runRos(options, *file); });
   command.footer(kFooter);
   command
