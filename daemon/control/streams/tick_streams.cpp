@@ -138,12 +138,12 @@ std::vector<Method> TickStreams::methods() {
 void TickStreams::ticks(const Call& call, const Caller& caller, Replies& replies) {
   const auto interval = intervalOf(call);
   if (!interval) return replies.finish(caller.connection, interval.error());
-  auto fields = fieldsOf(call);
-  if (!fields) return replies.finish(caller.connection, fields.error());
   const auto rate_hz = rateOf(call);
   if (!rate_hz) return replies.finish(caller.connection, rate_hz.error());
   auto changes = changesOf(call);
   if (!changes) return replies.finish(caller.connection, changes.error());
+  auto fields = fieldsOf(call);
+  if (!fields) return replies.finish(caller.connection, fields.error());
   if (streams_.size() == kMaxStreams) {
     return replies.finish(caller.connection, {"io.hapticd.Status.TooManyStreams", {{"limit", kMaxStreams}}});
   }
