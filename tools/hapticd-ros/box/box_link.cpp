@@ -7,8 +7,12 @@
 namespace hapticd::tools::ros {
 namespace {
 
-/// hapticd sends no faster.
-constexpr int kShortestIntervalMs = 5;
+/// Between two batches of ticks: as short as hapticd sends them where the rate asks for that, else with some
+/// ticks in each batch, because every batch costs a wake-up and the names of the fields.
+int intervalMs(int rate_hz) {
+  constexpr int kHighRate_hz = 250;
+  return std::max(rate_hz > kHighRate_hz ? 5 : 10, 1000 / rate_hz);
+}
 
 Json tickFields() {
   return Json::array({"number", "planned_ns", "mode", "cause", "handle_position_m_in_world",
@@ -30,7 +34,7 @@ ClientResult<BoxLink> BoxLink::open(const std::string& socket, int rate_hz, int 
   calls->interruptBy(interrupt);
   const auto subscribed = ticks->subscribe("io.hapticd.Status.Ticks",
                                            {{"fields", tickFields()},
-                                            {"intervalMs", std::max(kShortestIntervalMs, 1000 / rate_hz)},
+                                            {"intervalMs", intervalMs(rate_hz)},
                                             {"rateHz", rate_hz},
                                             {"orChanged", {"mode", "handle_buttons", "handle_condition"}}});
   if (!subscribed) return std::unexpected(subscribed.error());

@@ -7,6 +7,7 @@
 #include <limits>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
 #include "daemon/trace/format/fields.h"
@@ -44,6 +45,18 @@ void read(const Json& json, Enumeration& value) {
   if (const auto known = rt::withWord<Enumeration>(json.get_ref<const std::string&>())) value = *known;
 }
 
+/// The fields of a tick by name: their places in the order of visitFields().
+const std::unordered_map<std::string_view, std::size_t>& places() {
+  static const std::unordered_map<std::string_view, std::size_t> all = [] {
+    std::unordered_map<std::string_view, std::size_t> by_name;
+    const rt::Tick tick;
+    trace::visitFields(tick,
+                       [&](std::string_view name, const auto&) { by_name.emplace(name, by_name.size()); });
+    return by_name;
+  }();
+  return all;
+}
+
 }  // namespace
 
 Json allTickFields() {
@@ -59,13 +72,12 @@ void forEachTick(const Json& reply, const std::function<void(const rt::Tick&)>& 
   if (columns == nullptr || !columns->is_object() || !(count >= 0 && count <= kMaxTicksInReply)) return;
   std::vector<rt::Tick> ticks(static_cast<std::size_t>(count));
   // looked up once per field, and not once per tick
-  std::vector<const Json*> lists;
-  const rt::Tick names;
-  trace::visitFields(names, [&](std::string_view name, const auto&) {
-    const auto list = columns->find(std::string(name));
-    const bool usable = list != columns->end() && list->is_array() && list->size() >= ticks.size();
-    lists.push_back(usable ? &*list : nullptr);
-  });
+  std::vector<const Json*> lists(places().size(), nullptr);
+  for (const auto& [name, list] : columns->items()) {
+    const auto place = places().find(name);
+    if (place != places().end() && list.is_array() && list.size() >= ticks.size())
+      lists[place->second] = &list;
+  }
   for (std::size_t row = 0; row < ticks.size(); ++row) {
     auto list = lists.begin();
     trace::visitFields(ticks[row], [&](std::string_view, auto& value) {
