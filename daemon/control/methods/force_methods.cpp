@@ -53,9 +53,10 @@ Reply ForceMethods::take(const rt::ExternalForce& force, const Caller& caller) {
   }
   const std::int64_t now_ns = rt::monotonicNow_ns();
   if (force.time_ns > now_ns || force.time_ns <= now_ns - rt::kExternalForceLife_ns) {
-    return refused("age",
-                   fmt::format("the force is {} s old, and one acts for {} s from when it was computed",
-                               (static_cast<double>(now_ns) - static_cast<double>(force.time_ns)) * 1e-9, kLife_s));
+    return refused(
+        "age",
+        fmt::format("the force is {} s old, and one acts for {} s from when it was computed",
+                    (static_cast<double>(now_ns) - static_cast<double>(force.time_ns)) * 1e-9, kLife_s));
   }
   const Clock::time_point now = Clock::now();
   const bool first = now - newest_ >= kPause;

@@ -69,7 +69,8 @@ TEST_F(Completion, OffersTheOptions) {
 }
 
 TEST_F(Completion, OffersWhatAnOptionTakes) {
-  EXPECT_EQ((Words{"csv", "recording", "rosbag2"}), completions({"hapticctl", "trace", "export", "--format", ""}));
+  EXPECT_EQ((Words{"csv", "recording", "rosbag2"}),
+            completions({"hapticctl", "trace", "export", "--format", ""}));
   EXPECT_EQ((Words{}), completions({"hapticctl", "watch", "--interval", ""}));
 }
 
