@@ -26,7 +26,7 @@ struct StatusSources {
 };
 
 /// Announces the node of this program in the domain, and writes what it publishes and takes, and who else
-/// takes part, to a file for `hapticctl ros` and other programs; docs/ros2.md names the members.
+/// takes part, as JSON to a file for `hapticctl ros` and other programs.
 /// Thread: one.
 class StatusFile {
  public:

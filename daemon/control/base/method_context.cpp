@@ -47,7 +47,7 @@ Field<double> numberField(const Call& call, const char* name) {
 }
 
 std::expected<std::int64_t, Reply> timeField(const Call& call, std::int64_t now_ns) {
-  constexpr double kMaxAge_s = 1000;
+  constexpr double kMaxAge_s = 1000;  // what is older says nothing about now
   const Json* const time = field(call, "timeNs");
   const Json* const age = field(call, "ageS");
   if (time && (!time->is_number_integer() || age)) return std::unexpected(invalidParameter("timeNs"));

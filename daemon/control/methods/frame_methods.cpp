@@ -20,7 +20,6 @@ namespace {
 
 /// After this long without a pose of a frame the next one begins a feed, which is logged.
 constexpr std::chrono::seconds kPause{10};
-/// Older poses say nothing about where the frame is now.
 
 std::expected<rt::FramePose, Reply> poseOf(const Call& call, std::int64_t now_ns) {
   // A wrong type is named before what is missing, as for every method.

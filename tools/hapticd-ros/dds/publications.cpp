@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "ros_messages.h"
-#include "rt/base/clock.h"
+#include "tools/hapticd-ros/dds/sample_parts.h"
 
 namespace hapticd::tools::ros {
 namespace {
@@ -42,18 +42,6 @@ const std::array<TopicRow, kTopicCount> kTopics{{
 /// Of messages for readers that are there, as ROS 2 has it by default.
 constexpr int kDepth = 10;
 
-/// Cyclone DDS takes the texts and lists of samples as if it were to change them, and does not.
-char* borrowed(const std::string& text) {
-  return const_cast<char*>(text.c_str());
-}
-
-builtin_interfaces_msg_dds__Time_ rosTime(std::int64_t time_ns) {
-  return {static_cast<std::int32_t>(time_ns / rt::kNsPerSecond),
-          static_cast<std::uint32_t>(time_ns % rt::kNsPerSecond)};
-}
-std_msgs_msg_dds__Header_ header(std::int64_t time_ns, const std::string& frame) {
-  return {rosTime(time_ns), borrowed(frame)};
-}
 geometry_msgs_msg_dds__Vector3_ rosVector(const rt::Vec3& v) {
   return {v.x, v.y, v.z};
 }
@@ -126,10 +114,8 @@ void Publications::operatingState(std::int64_t time_ns, std::string_view state, 
 
 void Publications::buttons(std::int64_t time_ns, std::span<float> axes, std::span<std::int32_t> buttons) {
   sensor_msgs_msg_dds__Joy_ sample{header(time_ns, frame_), {}, {}};
-  sample.axes._length = sample.axes._maximum = static_cast<std::uint32_t>(axes.size());
-  sample.axes._buffer = axes.data();
-  sample.buttons._length = sample.buttons._maximum = static_cast<std::uint32_t>(buttons.size());
-  sample.buttons._buffer = buttons.data();
+  lend(sample.axes, axes.data(), axes.size());
+  lend(sample.buttons, buttons.data(), buttons.size());
   write(Topic::buttons, &sample);
 }
 
@@ -144,13 +130,11 @@ void Publications::diagnostics(std::int64_t time_ns, std::span<const Diagnostic>
     one.name = borrowed(part.name);
     one.message = borrowed(part.message);
     one.hardware_id = borrowed(part.hardware_id);
-    one.values._length = one.values._maximum = static_cast<std::uint32_t>(pairs.size());
-    one.values._buffer = pairs.data();
+    lend(one.values, pairs.data(), pairs.size());
   }
   const std::string no_frame;
   diagnostic_msgs_msg_dds__DiagnosticArray_ sample{header(time_ns, no_frame), {}};
-  sample.status._length = sample.status._maximum = static_cast<std::uint32_t>(status.size());
-  sample.status._buffer = status.data();
+  lend(sample.status, status.data(), status.size());
   write(Topic::diagnostics, &sample);
 }
 
@@ -163,8 +147,7 @@ void Publications::fixedFrames(std::int64_t time_ns, std::span<const FixedFrame>
                            rosQuaternion(frame.T_parent_frame.orientation)}});
   }
   tf2_msgs_msg_dds__TFMessage_ sample{};
-  sample.transforms._length = sample.transforms._maximum = static_cast<std::uint32_t>(transforms.size());
-  sample.transforms._buffer = transforms.data();
+  lend(sample.transforms, transforms.data(), transforms.size());
   write(Topic::tf_static, &sample);
 }
 

@@ -12,6 +12,7 @@
 
 #include "config/base/value_text.h"
 #include "ros_messages.h"
+#include "tools/hapticd-ros/dds/sample_parts.h"
 #include "tools/lib/ros/message_definitions.h"
 #include "tools/lib/ros/ros_name.h"
 
@@ -189,14 +190,11 @@ void RosGraph::announce(const std::string& name_space, const std::string& name,
   rmw_dds_common_msg_dds__NodeEntitiesInfo_ node{};
   fmt::format_to_n(node.node_namespace, sizeof node.node_namespace - 1, "/{}", name_space);
   fmt::format_to_n(node.node_name, sizeof node.node_name - 1, "{}", name);
-  node.reader_gid_seq._length = node.reader_gid_seq._maximum = static_cast<std::uint32_t>(reader_gids.size());
-  node.reader_gid_seq._buffer = reader_gids.data();
-  node.writer_gid_seq._length = node.writer_gid_seq._maximum = static_cast<std::uint32_t>(writer_gids.size());
-  node.writer_gid_seq._buffer = writer_gids.data();
+  lend(node.reader_gid_seq, reader_gids.data(), reader_gids.size());
+  lend(node.writer_gid_seq, writer_gids.data(), writer_gids.size());
   rmw_dds_common_msg_dds__ParticipantEntitiesInfo_ sample{};
   std::memcpy(sample.gid.data, own_id_.data(), sizeof sample.gid.data);
-  sample.node_entities_info_seq._length = sample.node_entities_info_seq._maximum = 1;
-  sample.node_entities_info_seq._buffer = &node;
+  lend(sample.node_entities_info_seq, &node, 1);
   announcement_.write(&sample);
 }
 

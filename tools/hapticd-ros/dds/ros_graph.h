@@ -4,6 +4,7 @@
 #include <dds/dds.h>
 
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>

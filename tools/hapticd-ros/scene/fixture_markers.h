@@ -17,8 +17,8 @@ struct FixtureSurroundings {
   std::optional<rt::RigidPose> T_world_camera;  ///< x right, y up, looking along -z
   /// T_world_frame of the frames that move and have a pose.
   std::map<std::string, rt::RigidPose> frames;
-  /// Of each solid that is known, by its SHA-256, the lines that show its shape: x, y and z of each point in
-  /// metres, one after another, in the frame of the solid.
+  /// Contour lines of solids, by the SHA-256 of their file. A line is x, y and z of its first point, then of
+  /// the next one, and so on; metres, in the frame of the solid.
   std::map<std::string, std::vector<std::vector<double>>> outlines;
 };
 

@@ -9,6 +9,7 @@
 
 #include "ros_messages.h"
 #include "rt/base/clock.h"
+#include "tools/hapticd-ros/dds/sample_parts.h"
 
 namespace hapticd::tools::ros {
 namespace {
@@ -18,25 +19,8 @@ using Late = Publisher::Late;
 /// So long a message may be on its way to one subscriber before the others get the next one all the same.
 constexpr std::int64_t kLongestWay_ns = rt::kNsPerSecond;
 
-/// Cyclone DDS takes the texts and lists of samples as if it were to change them, and does not.
-char* borrowed(const std::string& text) {
-  return const_cast<char*>(text.c_str());
-}
 std::uint8_t* borrowedBytes(const void* bytes) {
   return const_cast<std::uint8_t*>(static_cast<const std::uint8_t*>(bytes));
-}
-
-std_msgs_msg_dds__Header_ header(std::int64_t time_ns, const std::string& frame) {
-  return {{static_cast<std::int32_t>(time_ns / rt::kNsPerSecond),
-           static_cast<std::uint32_t>(time_ns % rt::kNsPerSecond)},
-          borrowed(frame)};
-}
-
-/// A list of DDS of what is in `items`.
-template <typename List>
-void lend(List& list, auto* items, std::size_t count) {
-  list._buffer = items;
-  list._length = list._maximum = static_cast<std::uint32_t>(count);
 }
 
 }  // namespace
