@@ -117,8 +117,8 @@ class BusyLoops {
   std::vector<std::jthread> threads_;
 };
 
-TEST(TraceCrash, AtAHundredRandomMomentsLosesAtMostTheOpenChunk) {
-  constexpr int kRounds = 20;
+TEST(TraceCrash, AtRandomMomentsLosesAtMostTheOpenChunk) {
+  constexpr int kRounds = 8;
   constexpr std::uint64_t kChunkTicks = 1002;          // a second of them, and its first and last one
   constexpr std::int64_t kMaxLost_ns = 2'000'000'000;  // a chunk of a second, and the next being written
   std::mt19937 random(1);
@@ -164,7 +164,7 @@ TEST(TraceCrash, AtAHundredRandomMomentsLosesAtMostTheOpenChunk) {
   EXPECT_LT(losses_ns[losses_ns.size() / 2], kMaxLost_ns);
   RecordProperty("longest_loss_ms", static_cast<int>(longest_loss_ns / 1'000'000));
   std::printf("longest loss %.3f s, %d of %d killed without a whole chunk\n",
-              static_cast<double>(longest_loss_ns) * 1e-9, empty, 100);
+              static_cast<double>(longest_loss_ns) * 1e-9, empty, static_cast<int>(killed.size()));
 }
 
 TEST(TraceCrash, ATraceWithoutOneWholeChunkIsNamedAsLost) {
