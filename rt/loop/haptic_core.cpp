@@ -59,6 +59,20 @@ LocalContact HapticCore::applyTissue(const Input& input, ForceSample& sample, Ti
   return contact;
 }
 
+/// Learns from the motion of the HIP since the last tick what the law's proxy does in the same scene.
+JointStiffness HapticCore::followGrip(const Input& input, const ForceSample& sample) HAPTICD_RT {
+  LawGrip& law = state_.law_grip;
+  const std::uint64_t model = isHeld(sample.state) && hasProxy(laws_.law()) ? input.scene.model : 0;
+  if (model != 0 && law.model == 0) law.grip.begin(sample.normal_in_world);
+  if (model != 0 && law.model == model) {
+    law.grip.follow(input.handle.position_m_in_world - state_.before.hip_m_in_world,
+                    sample.proxy_m_in_world - law.proxy_m_in_world);
+  }
+  law.proxy_m_in_world = sample.proxy_m_in_world;
+  law.model = model;
+  return model != 0 ? law.grip.across(sample.normal_in_world) : JointStiffness{};
+}
+
 /// Evaluates law and stiffness map, or briefly holds the last force where the scene is not modelled.
 HapticCore::Evaluation HapticCore::evaluateLaw(const Input& input, Tick& tick) HAPTICD_RT {
   Evaluation evaluation{forceOfLaw(input, tick), {}};
@@ -77,6 +91,7 @@ HapticCore::Evaluation HapticCore::evaluateLaw(const Input& input, Tick& tick) H
     sample.force_n_in_world = state_.held_force_n_in_world;
     return evaluation;
   }
+  evaluation.grip = followGrip(input, sample);
   state_.outside_model_s = 0;
   state_.too_near = sample.too_near;
   tick.points_used = sample.points_used;
@@ -129,7 +144,8 @@ FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const Eva
          .lag_damping_s = rules.fixture_damping_s,
          .max_stiffness_n_per_m = rules.fixture_stiffness_n_per_m,
          .max_damping_n_s_per_m = std::max(0.0, rules.largest_damping_n_s_per_m / scale - of_law),
-         .law_stiffness_n_per_m = evaluation.contact.largest_n_per_m});
+         .law_stiffness_n_per_m = evaluation.contact.largest_n_per_m,
+         .law_grip = evaluation.grip});
     state_.exerting = engaged;
   }
   state_.law_share = output.law_share;
@@ -240,9 +256,11 @@ HapticCore::LagRules HapticCore::lagRules(const Input& input, const Evaluation& 
   if (!automatic) return rules;
 
   rules.fixture_damping_s = input.handle.damps ? 0 : contactDamping_n_s_per_m(1, rules.lag_s);
-  double damping = contactDamping_n_s_per_m(contact.tangent_n_per_m, rules.lag_s);
-  if (by_mass) damping = std::min(damping, rules.largest_damping_n_s_per_m / (scale * tick.stiffness_gain));
+  const double most = by_mass ? rules.largest_damping_n_s_per_m / (scale * tick.stiffness_gain)
+                              : std::numeric_limits<double>::infinity();
+  const double damping = std::min(most, contactDamping_n_s_per_m(contact.tangent_n_per_m, rules.lag_s));
   if (std::isfinite(damping)) rules.damping_n_s_per_m = std::max(0.0, damping - damping_of_law);
+  rules.across_n_s_per_m = std::min(most, contactDamping_n_s_per_m(contact.secant_n_per_m, rules.lag_s));
   return rules;
 }
 
@@ -253,12 +271,13 @@ Vec3 HapticCore::damp(const Input& input, const Evaluation& evaluation, const Fi
   const ForceSample& sample = evaluation.sample;
   const Vec3 velocity =
       velocityToDamp(input.handle.velocity_m_per_s_in_world, sample.surface_velocity_m_per_s_in_world);
-  const double damping = input.handle.damps ? 0 : rules.damping_n_s_per_m;
+  const double here = input.handle.damps ? 0 : 1;
   const double to_law = 1 / tick.stiffness_gain;
   const Vec3 force = fixtures.holds ? tick.blended_force_n_in_world - to_law * fixtures.spring_force_n
                                     : tick.blended_force_n_in_world;
   tick.damped_force_n_in_world =
-      damped({force, sample.normal_in_world, velocity, evaluation.contact.friction}, damping);
+      damped({force, sample.normal_in_world, velocity, here * rules.across_n_s_per_m, evaluation.grip},
+             here * rules.damping_n_s_per_m);
   if (fixtures.holds) tick.damped_force_n_in_world += to_law * fixtures.force_n;
   if (!(fixtures.guidance_force_n == Vec3{}))
     tick.damped_force_n_in_world += to_law * fixtures.guidance_force_n;

@@ -64,6 +64,12 @@ class HapticCore {
     double law_spring_n2 = 0;
     double stiffness_n_per_m = 0;  ///< k_s, if it is automatic; else 0
   };
+  /// What the law's proxy does with the motions of the HIP.
+  struct LawGrip {
+    ProxyGrip grip;
+    Vec3 proxy_m_in_world;    ///< of the last tick ...
+    std::uint64_t model = 0;  ///< ... and the scene that held it; 0: none did
+  };
   /// What a tick passes to the next one, besides what the laws keep.
   struct State {
     MovingFrames frames;
@@ -78,6 +84,7 @@ class HapticCore {
     double outside_model_s = 0;      ///< time since that tick
     bool too_near = false;           ///< ForceSample::too_near of that tick
     double law_share = 1;            ///< FixtureForces::Output::law_share of the previous tick
+    LawGrip law_grip;
     EnergyDebt debt;
     std::int64_t last_ns = 0;  ///< time of the previous tick; 0: none
     HiddenLatency latency;
@@ -140,6 +147,7 @@ class HapticCore {
   struct LagRules {
     double lag_s = 0;
     double damping_n_s_per_m = 0;          ///< contact damping of the HIP in addition to the law's own
+    double across_n_s_per_m = 0;           ///< the same across the normal, where the proxy does not follow
     double fixture_damping_s = 0;          ///< the same for fixtures, per stiffness
     double largest_damping_n_s_per_m = 0;  ///< at the hand
     double fixture_stiffness_n_per_m = 0;  ///< largest that is stable; infinite: it is not to be limited
@@ -155,11 +163,13 @@ class HapticCore {
   struct Evaluation {
     ForceSample sample;
     LocalContact contact;
+    JointStiffness grip{};  ///< ProxyGrip::across() of the law's proxy
   };
 
   Evaluation evaluateLaw(const Input& input, Tick& tick) HAPTICD_RT;
   ForceSample forceOfLaw(const Input& input, const Tick& tick) HAPTICD_RT;
   LocalContact applyTissue(const Input& input, ForceSample& sample, Tick& tick) HAPTICD_RT;
+  JointStiffness followGrip(const Input& input, const ForceSample& sample) HAPTICD_RT;
   LagRules lagRules(const Input& input, const Evaluation& evaluation, Tick& tick) HAPTICD_RT;
   FixtureForces::Output evaluateFixtures(const Input& input, const Evaluation& evaluation,
                                          const LagRules& rules, Tick& tick) HAPTICD_RT;

@@ -71,17 +71,15 @@ Passivity::Output Passivity::apply(const Input& input, const SafetyParameters& p
   limitCredit(input);
   fadeAtRest(input);
 
-  const double length_n = norm(input.force_n);
-  if (energy_j_ >= 0 || !(length_n > 0)) return {input.force_n};
-  const Vec3 along = (1 / length_n) * input.force_n;
-  const double speed = dot(input.velocity_m_per_s, along);
-  if (!std::isfinite(speed)) return {input.force_n};
+  const double speed = norm(input.velocity_m_per_s);
+  if (energy_j_ >= 0 || input.force_n == Vec3{} || !(speed > 0) || !std::isfinite(speed))
+    return {input.force_n};
   const double most = std::min(kMaxDamping_n_s_per_m, std::max(0.0, input.max_damping_n_s_per_m));
   // What takes the debt back within the tick; a resting hand has no motion to take it from.
   const double power_w = most * speed * speed;
   const double damping =
       power_w * input.period_s > -energy_j_ ? -energy_j_ / (speed * speed * input.period_s) : most;
-  return {(length_n - damping * speed) * along, damping > 0 && speed != 0};
+  return {input.force_n - damping * input.velocity_m_per_s, damping > 0};
 }
 
 }  // namespace hapticd::rt

@@ -17,8 +17,8 @@ namespace hapticd::rt {
 /// delay ago. The second port is the scene: when a frame moves a surface, the energy of the spring to it
 /// changes at once, and the surface has done that work. A rising surface may therefore lift the hand: its
 /// work is credited, no faster than |F| v_surface_max; what a sinking surface takes back is debited at once.
-/// Beyond that, the box must never give more than it got: while W < 0 the motion along the force is damped,
-/// so that the excess is taken back within the tick as far as the largest damping allows. Where no force is
+/// Beyond that, the box must never give more than it got: while W < 0 the motion of the hand is damped, so
+/// that the excess is taken back within the tick as far as the largest damping allows. Where no force is
 /// requested nothing is done, so that there is no force in free space.
 ///
 /// A sampled spring of stiffness K gives K |dx|^2 / 2 too much each tick; the part dissipated by the device's

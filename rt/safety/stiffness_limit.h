@@ -7,6 +7,7 @@
 
 #include "rt/base/vec3.h"
 #include "rt/base/words.h"
+#include "rt/safety/joint_stiffness.h"
 
 /// Two rules that keep the loop of device, hand and delay stable: damping while in contact, and a limit of
 /// the stiffness. Both follow from the loop's lag, which is the mean age of the position to which the acting
@@ -113,27 +114,23 @@ struct DampedContact {
   Vec3 force_n;           ///< the law's force, after the scene blend
   Vec3 normal;            ///< unit normal out of the surface; zero: take the direction of the force
   Vec3 velocity_m_per_s;  ///< of the HIP, from velocityToDamp()
-  double friction = 0;    ///< Coulomb's coefficient of friction
+  /// Damping where the proxy does not follow the HIP across the normal, and where that is
+  /// (ProxyGrip::across()).
+  double across_n_s_per_m = 0;
+  JointStiffness grip{};
 };
 
-/// Returns the contact force with damping `damping_n_s_per_m` (>= 0) added. Along the normal, damping never
-/// makes the surface pull. Tangentially, only contacts with friction are damped, and the tangential force
-/// stays within the friction cone.
-/// RT: safe.
+/// Returns the contact force with damping `damping_n_s_per_m` (>= 0) along the normal, which never makes the
+/// surface pull, and with that across it. RT: safe.
 inline Vec3 damped(const DampedContact& contact, double damping_n_s_per_m) noexcept {
   const double length_n = norm(contact.force_n);
-  if (!(length_n > 0) || !(damping_n_s_per_m > 0)) return contact.force_n;
+  if (!(length_n > 0)) return contact.force_n;
   const Vec3 normal = contact.normal == Vec3{} ? (1 / length_n) * contact.force_n : contact.normal;
   const double along_n = dot(contact.force_n, normal);
   if (!(along_n > 0)) return contact.force_n;
-  const double speed = dot(contact.velocity_m_per_s, normal);
-  const Vec3 pressed = std::max(0.0, along_n - damping_n_s_per_m * speed) * normal;
-  const Vec3 aside_n = contact.force_n - along_n * normal;
-  if (!(contact.friction > 0)) return pressed + aside_n;
-  const Vec3 held_n = aside_n - damping_n_s_per_m * (contact.velocity_m_per_s - speed * normal);
-  const double max_n = std::max(norm(aside_n), contact.friction * along_n);
-  const double held_length_n = norm(held_n);
-  return pressed + (held_length_n > max_n ? (max_n / held_length_n) * held_n : held_n);
+  const double pressed_n = std::max(0.0, along_n - damping_n_s_per_m * dot(contact.velocity_m_per_s, normal));
+  return contact.force_n + (pressed_n - along_n) * normal +
+         dampedAcross_n(contact.grip, contact.across_n_s_per_m, length_n, contact.velocity_m_per_s);
 }
 
 }  // namespace hapticd::rt

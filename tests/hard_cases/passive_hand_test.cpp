@@ -9,10 +9,10 @@
 #include "tests/hard_cases/hard_rig.h"
 #include "tests/support/passive_hand.h"
 #include "tests/support/sanitizer.h"
-#include "tests/unit/rt/fixtures/fixture_rig.h"
+#include "tests/unit/rt/fixtures/random_fixtures.h"
 
-// Passive hands that are pressed into random corners of forbidden regions and the live surface, over a
-// connection that delays, jitters and loses packets.
+// Passive hands that are pressed into random corners and hollows of forbidden regions and the live surface,
+// over a connection that delays, jitters and loses packets.
 namespace hapticd::test {
 namespace {
 
@@ -35,16 +35,56 @@ std::string nameOf(const Case& c) {
                      c.poor ? ", jitter and loss" : "");
 }
 
-/// Two or three planes that meet in a point, the live surface among them where there is one.
-class Corner {
+/// Where a hand is pressed: a box in front of a scene, with fixtures.
+class PressedPlace {
  public:
-  Corner(RandomShapes& random, bool with_surface)
-      : scene_({.kind = SceneKind::plane, .distance_m = kDistance_m, .tilt_rad = random.between(-0.4, 0.4)},
-               fineCameraFor(kDistance_m)),
-        rig_(with_surface ? rt::ForceLaw::surface : rt::ForceLaw::nearest_springs, scene_.depthModel()) {
-    rig_.box.parameters().force.stiffness_n_per_m = logBetween(random, 50, 2000);
+  const Vec3& point() const { return point_; }
+  const Vec3& outward() const { return outward_; }
+  /// Where the hand begins, without a force.
+  const Vec3& start() const { return start_; }
+  tools::OfflineBox& box() { return rig_.box; }
+
+ protected:
+  PressedPlace(const tools::TrueSceneParameters& scene, rt::ForceLaw law)
+      : scene_(scene, fineCameraFor(kDistance_m)), rig_(law, scene_.depthModel()) {
     rig_.box.start().device_mass_kg = kDevice_kg;
     rig_.show(scene_);
+    rig_.box.setAdditions(set_.get(), nullptr);
+  }
+  /// A direction at up to 60 degrees from another one.
+  static Vec3 nextTo(const Vec3& other, RandomShapes& random) {
+    Vec3 direction = random.direction();
+    while (dot(direction, other) < 0.5) direction = random.direction();
+    return direction;
+  }
+  rt::Fixture& add(rt::FixtureKind kind, const rt::Shape& shape, RandomShapes& random) {
+    rt::Fixture& fixture = set_->fixtures[set_->count++];
+    fixture.kind = kind;
+    fixture.identity = set_->count;
+    fixture.definition = set_->count;
+    fixture.shape = shape;
+    fixture.stiffness_n_per_m = logBetween(random, 100, 5000);
+    fixture.max_force_n = logBetween(random, 1, 20);
+    ++set_->generation;
+    return fixture;
+  }
+
+  TrueScene scene_;
+  HardRig rig_;
+  std::unique_ptr<rt::FixtureSet> set_ = std::make_unique<rt::FixtureSet>();
+  Vec3 point_;
+  Vec3 outward_;
+  Vec3 start_;
+};
+
+/// Two or three planes that meet in a point, the live surface among them where there is one.
+class Corner : public PressedPlace {
+ public:
+  Corner(RandomShapes& random, bool with_surface)
+      : PressedPlace(
+            {.kind = SceneKind::plane, .distance_m = kDistance_m, .tilt_rad = random.between(-0.4, 0.4)},
+            with_surface ? rt::ForceLaw::surface : rt::ForceLaw::nearest_springs) {
+    rig_.box.parameters().force.stiffness_n_per_m = logBetween(random, 50, 2000);
     const TrueScene::Approach approach = scene_.approach(0);
     point_ = with_surface ? approach.surface_m_in_world
                           : approach.surface_m_in_world - 0.3 * approach.inward_in_world;
@@ -56,23 +96,10 @@ class Corner {
     // In the middle of the normals, so that nothing leads out of the corner along a crease.
     for (const Vec3& normal : normals_) outward_ += normal;
     outward_ = (1 / norm(outward_)) * outward_;
-    rig_.box.setAdditions(set_.get(), nullptr);
+    start_ = point_ + 0.01 * outward_;
   }
-
-  const Vec3& point() const { return point_; }
-  const Vec3& outward() const { return outward_; }
-  tools::OfflineBox& box() { return rig_.box; }
 
  private:
-  static double logBetween(RandomShapes& random, double least, double most) {
-    return std::exp(random.between(std::log(least), std::log(most)));
-  }
-  /// A direction at up to 60 degrees from another one.
-  static Vec3 nextTo(const Vec3& other, RandomShapes& random) {
-    Vec3 direction = random.direction();
-    while (dot(direction, other) < 0.5) direction = random.direction();
-    return direction;
-  }
   /// Adds a plane at 30 degrees to the others at least: a blunter corner gives way to the side so easily that
   /// a hand without a spring creeps there for seconds.
   void addPlane(const Vec3& axis, RandomShapes& random) {
@@ -84,24 +111,103 @@ class Corner {
          ++i)
       normal = nextTo(axis, random);
     normals_.push_back(normal);
-    rt::Fixture& plane = set_->fixtures[set_->count++];
-    plane.kind = rt::FixtureKind::plane;
-    plane.identity = set_->count;
-    plane.definition = set_->count;
-    plane.shape.kind = rt::ShapeKind::plane;
-    plane.shape.position_m_in_world = point_;
-    plane.shape.axis_in_world = normal;
-    plane.stiffness_n_per_m = logBetween(random, 100, 5000);
-    plane.max_force_n = logBetween(random, 1, 20);
-    ++set_->generation;
+    add(rt::FixtureKind::plane,
+        {.kind = rt::ShapeKind::plane, .position_m_in_world = point_, .axis_in_world = normal}, random);
   }
 
-  TrueScene scene_;
-  HardRig rig_;
-  std::unique_ptr<rt::FixtureSet> set_ = std::make_unique<rt::FixtureSet>();
-  Vec3 point_;
   std::vector<Vec3> normals_;
-  Vec3 outward_;
+};
+
+/// What a hand may be pressed into where the proxy cannot follow it in one direction or more.
+enum class HollowKind : std::uint8_t { box, cone, sphere, capsule, solid, surface, standoff, mixed };
+constexpr const char* kHollowNames[] = {"box",   "cone",    "sphere",   "capsule",
+                                        "solid", "surface", "standoff", "mixed"};
+
+class Hollow : public PressedPlace {
+ public:
+  Hollow(RandomShapes& random, HollowKind kind)
+      : PressedPlace({.kind = SceneKind::inner_corner, .distance_m = kDistance_m},
+                     isLive(kind) ? rt::ForceLaw::surface : rt::ForceLaw::nearest_springs) {
+    rig_.box.parameters().force.stiffness_n_per_m = logBetween(random, 50, isLive(kind) ? 1000 : 2000);
+    const Vec3 crease = scene_.approach(0).surface_m_in_world;
+    start_ = crease + Vec3{0, random.between(-0.02, 0.02), isLive(kind) ? 0.02 : 0.3};
+    outward_ = nextTo({0, 0, 1}, random);
+    switch (kind) {
+      case HollowKind::surface:
+        break;
+      case HollowKind::standoff:
+        addStandoff(random);
+        break;
+      case HollowKind::mixed:
+        addMixed(random);
+        break;
+      default:
+        addHollow(kind, random);
+    }
+    point_ = isLive(kind) ? crease + 0.005 * random.direction() : start_ - random.between(0, 0.01) * outward_;
+    rig_.box.setAdditions(set_.get(), nullptr);
+  }
+
+ private:
+  static bool isLive(HollowKind kind) {
+    return kind == HollowKind::surface || kind == HollowKind::standoff || kind == HollowKind::mixed;
+  }
+  void addStandoff(RandomShapes& random) {
+    rt::Fixture& standoff = add(rt::FixtureKind::standoff, {}, random);
+    standoff.clearance_m = random.between(0.002, 0.015);
+    rig_.box.parameters().standoff_clearance_m = standoff.clearance_m;
+  }
+  /// A region around the start that keeps the hand inside; the hand is pressed towards a corner of it if it
+  /// has some.
+  void addHollow(HollowKind kind, RandomShapes& random) {
+    rt::Shape shape{
+        .position_m_in_world = start_, .axis_in_world = random.direction(), .rotation = random.rotation()};
+    const double small_m = random.between(0.002, 0.02);
+    if (kind == HollowKind::box || kind == HollowKind::solid) {
+      shape.kind = rt::ShapeKind::box;
+      shape.half_size_m = {small_m, random.between(0.002, 0.02), random.between(0.002, 0.02)};
+      const bool edge = random.between(0, 1) < 0.4;
+      outward_ = rotated(shape.rotation, Vec3{1, random.between(0.5, 2), edge ? 0 : random.between(0.5, 2)});
+      outward_ = (1 / norm(outward_)) * outward_;
+    } else if (kind == HollowKind::cone) {
+      const double half_angle = random.between(0.15, 1.3);
+      shape.kind = rt::ShapeKind::cone;
+      shape.half_angle_sine = std::sin(half_angle);
+      shape.half_angle_cosine = std::cos(half_angle);
+      shape.position_m_in_world = start_ - small_m * shape.axis_in_world;
+      outward_ = nextTo(shape.axis_in_world, random);
+    } else {
+      shape.kind = kind == HollowKind::sphere ? rt::ShapeKind::sphere : rt::ShapeKind::capsule;
+      shape.radius_m = small_m;
+      shape.length_m = random.between(0, 0.02);
+    }
+    if (kind != HollowKind::solid) {
+      add(kindOf(shape.kind), shape, random).side = rt::FixtureSide::in;
+      return;
+    }
+    rt::Fixture& solid = add(rt::FixtureKind::solid, shape, random);
+    solid.side = rt::FixtureSide::in;
+    solid.grid = anyGrid(random);
+    // Somewhere in it, where there is room for the hand.
+    Vec3 place;
+    do place = random.place(0.015);
+    while (distanceAt(solid.grid, place).distance_m > -0.001);
+    solid.shape.position_m_in_world = start_ - rotated(shape.rotation, place);
+  }
+  /// Up to 16 members of all kinds that leave the start free, besides the live surface.
+  void addMixed(RandomShapes& random) {
+    FixtureRig shapes;
+    const int count = static_cast<int>(random.between(0, 15));
+    for (int i = 0; i < count; ++i) addAny(shapes, random, {});
+    *set_ = *shapes.set;
+    for (std::size_t i = 0; i < set_->count; ++i) {
+      rt::Fixture& fixture = set_->fixtures[i];
+      fixture.shape.position_m_in_world += start_;
+      for (std::size_t k = 0; k < fixture.element_count; ++k)
+        set_->elements[fixture.first_element + k].start_m_in_world += start_;
+    }
+    addStandoff(random);
+  }
 };
 
 struct Outcome {
@@ -113,13 +219,13 @@ struct Outcome {
   rt::Cause cause = rt::Cause::none;  ///< why the force was held at zero; none: it never was
 };
 
-Outcome press(Corner& corner, const Case& c, RandomShapes& random) {
+Outcome press(PressedPlace& corner, const Case& c, RandomShapes& random) {
   const Vec3& out = corner.outward();
   Hand hand{.mass_kg = c.mass_kg,
             .stiffness_n_per_m = c.hand_n_per_m,
             .anchor_m = corner.point() - 0.015 * out + 0.003 * random.direction(),
             .push_n = c.hand_n_per_m > 0 ? Vec3{} : -0.8 * out,
-            .place_m = corner.point() + 0.01 * out,
+            .place_m = corner.start(),
             .velocity_m_per_s = -0.1 * out + 0.05 * random.direction()};
   constexpr int kEngage = 600;
   const double jitter_s = c.poor ? 0.0025 : 0;
@@ -189,6 +295,26 @@ TEST_P(PassiveHand, ComesToRestInACornerOfRegionsAndGainsNothing) {
 TEST_P(PassiveHand, ComesToRestBetweenARegionAndTheLiveSurfaceAndGainsNothing) {
   pressIntoCorners(true, kMemoryOfSanitizer ? 1 : 12);
 }
+
+class PassiveHandInAHollow : public testing::TestWithParam<int> {};
+
+TEST_P(PassiveHandInAHollow, ComesToRestAndGainsNothing) {
+  constexpr unsigned kHollows = kMemoryOfSanitizer ? 10 : 250;
+  constexpr double kDelays_s[] = {0, 0.002, 0.005, 0.01, 0.02};
+  for (unsigned seed = 1; seed <= kHollows; ++seed) {
+    RandomShapes random(seed);
+    const Case c{random.between(0, 1) < 0.7 ? 60.0 : 400.0, logBetween(random, 0.045, 0.3),
+                 kDelays_s[seed % std::size(kDelays_s)], random.between(0, 1) < 0.3};
+    Hollow hollow(random, HollowKind{static_cast<std::uint8_t>(GetParam())});
+    const Outcome outcome = press(hollow, c, random);
+    EXPECT_EQ(outcome.cause, rt::Cause::none) << nameOf(c) << ", hollow " << seed;
+    EXPECT_LE(outcome.gained_j, 1e-9) << nameOf(c) << ", hollow " << seed;
+    EXPECT_LT(outcome.peak_to_peak_m, 1e-4) << nameOf(c) << ", hollow " << seed;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Kind, PassiveHandInAHollow, testing::Range(0, 8),
+                         [](const auto& kind) { return kHollowNames[kind.param]; });
 
 INSTANTIATE_TEST_SUITE_P(Delay, PassiveHand, testing::Values(0, 0.002, 0.005, 0.01, 0.02),
                          [](const auto& delay) {
