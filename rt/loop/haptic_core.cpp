@@ -140,6 +140,7 @@ FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const Eva
          .now_ns = input.now_ns,
          .period_s = input.period_s,
          .engages = engaged && !state_.exerting,
+         .begins_anew = state_.supervisor.returns(),
          .exerted_share = state_.before.mode_gain,
          .lag_damping_s = rules.fixture_damping_s,
          .max_stiffness_n_per_m = rules.fixture_stiffness_n_per_m,
@@ -393,6 +394,11 @@ SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervi
   const Before before = state_.before;
   const bool comparable = state_.origin.model != 0;
   tick.depth_share = state_.supervisor.depthShare();
+  // What exerts nothing begins at the hand when it does again.
+  if (state_.supervisor.returns() || !(tick.depth_share > 0)) {
+    laws_.release();
+    state_.tissue.release();
+  }
   const Evaluation evaluation = evaluateLaw(input, tick);
   const LagRules rules = lagRules(input, evaluation, tick);
   const FixtureForces::Output fixtures = evaluateFixtures(input, evaluation, rules, tick);

@@ -77,6 +77,9 @@ class Supervisor {
   /// Returns the share of what needs depth, 0..1, besides gain().
   double depthShare() const noexcept { return depth_share_; }
 
+  /// Whether a force that was granted is held at zero: what it comes from begins anew when it returns.
+  bool returns() const noexcept { return mode_ == Mode::holding && accepted_ && !(gain_ > 0); }
+
   Mode mode() const noexcept { return mode_; }
   Cause cause() const noexcept { return cause_; }
   /// Returns the share of the law's force to exert, 0..1.
