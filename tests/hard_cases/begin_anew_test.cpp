@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <memory>
+
+#include "tests/hard_cases/hard_rig.h"
+#include "tests/rt/core_rig.h"
+#include "tests/support/passive_hand.h"
+#include "tests/support/sanitizer.h"
+#include "tests/unit/rt/fixtures/random_fixtures.h"
+
+// Fixtures, laws and stiffnesses that change while a passive hand presses on them, and forces that return
+// after a pause: what begins anew begins at the hand, and what ends gives way slowly.
+namespace hapticd::test {
+namespace {
+
+using rt::Vec3;
+
+/// A hand on a box, over a connection with a delay.
+class PressedBox {
+ public:
+  PressedBox(RandomShapes& random, const Vec3& place, double delay_s)
+      : random_(random), up_(delay_s / 2, 0, 0), down_(delay_s / 2, 0, 0) {
+    rig.start.device_mass_kg = 0.045;
+    rig.handle.delay_s = up_.longestDelay_s() + down_.longestDelay_s();
+    rig.handle.position_m_in_world = place;
+    rig.directive.engage = true;
+    rig.steps(600);
+    hand = {.mass_kg = logBetween(random, 0.045, 0.3),
+            .stiffness_n_per_m = 60,
+            .anchor_m = place,
+            .place_m = place};
+  }
+
+  rt::Tick step() {
+    up_.send(tick_, hand.place_m, hand.velocity_m_per_s, random_);
+    const Connection::Packet& state = up_.received(tick_);
+    rt::Tick tick;
+    if (state.number >= 0) {
+      rig.handle.position_m_in_world = state.first;
+      rig.handle.velocity_m_per_s_in_world = state.second;
+      tick = rig.step();
+    }
+    down_.send(tick_, tick.command_force_n_in_world, {}, random_);
+    hand.move(down_.received(tick_++).first);
+    return tick;
+  }
+  void steps(int count) {
+    for (int i = 0; i < count; ++i) step();
+  }
+
+  CoreRig rig;
+  Hand hand{};
+
+ private:
+  RandomShapes& random_;
+  Connection up_;
+  Connection down_;
+  int tick_ = 0;
+};
+
+/// What the hand got at most in some time, and how fast it became.
+struct Kick {
+  double speed_m_per_s = 0;
+  double gained_j = 0;  ///< beyond what a region that grows at its largest speed gives
+};
+Kick kickDuring(PressedBox& box, int ticks) {
+  Kick kick;
+  const double before_j = box.hand.energy_j();
+  double growth_j = 0;
+  for (int i = 0; i < ticks; ++i) {
+    const rt::Tick tick = box.step();
+    growth_j += norm(tick.command_force_n_in_world) * rt::kMaxGrowth_m_per_s * kHandTick_s;
+    kick.speed_m_per_s = std::max(kick.speed_m_per_s, norm(box.hand.velocity_m_per_s));
+    kick.gained_j = std::max(kick.gained_j, box.hand.energy_j() - before_j - growth_j);
+  }
+  return kick;
+}
+
+class BeginAnew : public testing::TestWithParam<double> {
+ protected:
+  static rt::Fixture anyFixture(RandomShapes& random, const Vec3& at) {
+    FixtureRig shapes;
+    do {
+      shapes.set->count = 0;
+      addAny(shapes, random, {});
+    } while (rt::isGuidance(shapes[0].kind) || shapes[0].effect == rt::FixtureEffect::slow);
+    rt::Fixture fixture = shapes[0];
+    fixture.shape.position_m_in_world += at;
+    fixture.max_force_n = random.between(0.5, 4);
+    fixture.stiffness_n_per_m = logBetween(random, 50, 2000);
+    fixture.soft_stiffness_n_per_m = std::min(fixture.soft_stiffness_n_per_m, fixture.stiffness_n_per_m);
+    fixture.fade_in_s = random.between(0, 0.5);
+    return fixture;
+  }
+};
+
+/// 45 to 300 g, a spring of 60 N/m to a place 5 to 25 mm behind a boundary: the hand rests when the fixture
+/// becomes another one under the same name.
+TEST_P(BeginAnew, AChangeUnderThePressedHandDoesNotKickIt) {
+  constexpr unsigned kHands = kMemoryOfSanitizer ? 10 : 500;
+  constexpr int kChanges = 4;
+  for (unsigned seed = 1; seed <= kHands; ++seed) {
+    RandomShapes random(seed);
+    const Vec3 place = CoreRig().wall.inFrontOfWall(0.3);
+    auto set = std::make_unique<rt::FixtureSet>();
+    PressedBox box(random, place, GetParam());
+    box.rig.fixtures = set.get();
+    rt::Fixture& fixture = set->fixtures[0];
+    fixture = anyFixture(random, place);
+    fixture.identity = 1;
+    fixture.definition = set->generation = set->count = 1;
+    box.steps(100);
+    const rt::Fixture first = fixture;
+    const Vec3 towards = random.direction();
+    for (int i = 0; i < 100; ++i) {
+      box.hand.anchor_m += 3e-4 * towards;
+      box.steps(10);
+    }
+    box.steps(1500);
+    for (int change = 0; change < kChanges; ++change) {
+      const double what = random.between(0, 1);
+      const rt::Fixture before = fixture;
+      if (what < 0.3) {
+        fixture = anyFixture(random, place);
+      } else if (what < 0.5) {
+        fixture.shape.position_m_in_world += random.place(0.1);
+      } else if (what < 0.7) {
+        fixture.stiffness_n_per_m *= logBetween(random, 0.1, 20);
+        fixture.max_force_n *= logBetween(random, 0.2, 3);
+      } else if (what < 0.8) {
+        fixture.enabled = !fixture.enabled;
+      } else if (what < 0.9) {
+        fixture = first;  // undo, or a reload
+      } else {
+        set->count = 1 - set->count;
+      }
+      fixture.identity = 1;
+      fixture.definition = before.definition + (what >= 0.7 && what < 0.8 ? 0 : 1);
+      ++set->generation;
+      const Kick kick = kickDuring(box, 800);
+      const std::string where =
+          fmt::format("hand {} of {:.0f} g, change {} ({:.2f})", seed, 1e3 * box.hand.mass_kg, change, what);
+      EXPECT_LE(kick.speed_m_per_s, 0.05) << where;
+      EXPECT_LE(kick.gained_j, 1e-3) << where;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Delay, BeginAnew, testing::Values(0, 0.002, 0.01), [](const auto& delay) {
+  return fmt::format("{}ms", std::lround(delay.param * 1e3));
+});
+
+}  // namespace
+}  // namespace hapticd::test
