@@ -35,16 +35,23 @@ StiffnessRules::Limit StiffnessRules::least(double without_noise_n_per_m) const 
   return least;
 }
 
-double AutomaticStiffness::begin(const LiveParameters& configured) HAPTICD_RT {
+double AutomaticStiffness::begin(const LiveParameters& configured, double loaded_n,
+                                 double period_s) HAPTICD_RT {
   const bool was_on = on_;
   on_ = configured.force.stiffness_is_automatic;
-  if (!on_) {
-    stiffness_n_per_m_ = configured.force.stiffness_n_per_m;
-  } else if (!was_on) {
-    const double modest = std::min(kModestStiffness_n_per_m, configured.force.stiffness_ceiling_n_per_m);
+  if (on_ && was_on) return stiffness_n_per_m_;
+  double aim = configured.force.stiffness_n_per_m;
+  if (on_) {
+    aim = std::min(kModestStiffness_n_per_m, configured.force.stiffness_ceiling_n_per_m);
     // Switching over must not make a surface in contact stiffer.
-    stiffness_n_per_m_ = stiffness_n_per_m_ > 0 ? std::min(modest, stiffness_n_per_m_) : modest;
+    if (stiffness_n_per_m_ > 0) aim = std::min(aim, stiffness_n_per_m_);
   }
+  const double step = kChange_n_per_s * period_s * stiffness_n_per_m_ / loaded_n;
+  stiffness_n_per_m_ = stiffness_n_per_m_ > 0 && loaded_n > 0
+                           ? std::clamp(aim, stiffness_n_per_m_ - step, stiffness_n_per_m_ + step)
+                           : aim;
+  // Until it has arrived, it counts as configured.
+  on_ = on_ && stiffness_n_per_m_ <= aim;
   return stiffness_n_per_m_;
 }
 

@@ -441,7 +441,8 @@ Tick HapticCore::step(const Input& input) HAPTICD_RT {
   tick.hip_m_in_world = input.handle.position_m_in_world;
   tick.proxy_m_in_world = tick.hip_m_in_world;
   tick.fixture_proxy_m_in_world = tick.hip_m_in_world;
-  tick.stiffness_n_per_m = state_.stiffness.begin(input.directive.parameters);
+  tick.stiffness_n_per_m = state_.stiffness.begin(
+      input.directive.parameters, state_.before.gain * norm(state_.before.law_force_n_in_world), input.period_s);
   tick.handle = input.handle;
   tick.external_force_n_in_world = input.external_n_in_world;
   tick.directive_generation = input.directive.generation;
