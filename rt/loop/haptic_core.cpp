@@ -14,6 +14,9 @@ namespace {
 /// While the HIP's neighbourhood is not modelled, the last force is held for this long; the scene thread
 /// takes far less to model the same frame again.
 constexpr double kMaxHold_s = 0.01;
+/// Displacement of the HIP over which the proxy of a law is compared: the law leaves up to a tenth of it
+/// undone.
+constexpr double kLearned_m = 2e-4;
 
 }  // namespace
 
@@ -66,7 +69,7 @@ JointStiffness HapticCore::followGrip(const Input& input, const ForceSample& sam
   if (model != 0 && law.model == 0) law.grip.begin(sample.normal_in_world);
   if (model != 0 && law.model == model) {
     law.grip.follow(input.handle.position_m_in_world - state_.before.hip_m_in_world,
-                    sample.proxy_m_in_world - law.proxy_m_in_world);
+                    sample.proxy_m_in_world - law.proxy_m_in_world, kLearned_m);
   }
   law.proxy_m_in_world = sample.proxy_m_in_world;
   law.model = model;
@@ -441,8 +444,9 @@ Tick HapticCore::step(const Input& input) HAPTICD_RT {
   tick.hip_m_in_world = input.handle.position_m_in_world;
   tick.proxy_m_in_world = tick.hip_m_in_world;
   tick.fixture_proxy_m_in_world = tick.hip_m_in_world;
-  tick.stiffness_n_per_m = state_.stiffness.begin(
-      input.directive.parameters, state_.before.gain * norm(state_.before.law_force_n_in_world), input.period_s);
+  tick.stiffness_n_per_m =
+      state_.stiffness.begin(input.directive.parameters,
+                             state_.before.gain * norm(state_.before.law_force_n_in_world), input.period_s);
   tick.handle = input.handle;
   tick.external_force_n_in_world = input.external_n_in_world;
   tick.directive_generation = input.directive.generation;
