@@ -2,6 +2,7 @@
 #include "rt/laws/automatic_stiffness.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace hapticd::rt {
 
@@ -47,7 +48,7 @@ double AutomaticStiffness::begin(const LiveParameters& configured, double loaded
     if (stiffness_n_per_m_ > 0) aim = std::min(aim, stiffness_n_per_m_);
   }
   const double step = kChange_n_per_s * period_s * stiffness_n_per_m_ / loaded_n;
-  stiffness_n_per_m_ = stiffness_n_per_m_ > 0 && loaded_n > 0
+  stiffness_n_per_m_ = stiffness_n_per_m_ > 0 && loaded_n > 0 && std::isfinite(aim)
                            ? std::clamp(aim, stiffness_n_per_m_ - step, stiffness_n_per_m_ + step)
                            : aim;
   // Until it has arrived, it counts as configured.

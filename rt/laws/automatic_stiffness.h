@@ -91,8 +91,8 @@ constexpr auto fieldsOf(std::type_identity<Status>) {
 class AutomaticStiffness {
  public:
   /// Returns the stiffness k_s in effect at this tick: the configured one, or the automatic one if that is
-  /// on. Called once at the beginning of each tick. `loaded_n`: force that is exerted with the stiffness; while it
-  /// is, a changed one is approached so slowly that the force changes by kChange_n_per_s.
+  /// on. Called once at the beginning of each tick. `loaded_n`: force that is exerted with the stiffness;
+  /// while it is, a changed one is approached so slowly that the force changes by kChange_n_per_s.
   double begin(const LiveParameters& configured, double loaded_n = 0, double period_s = 0) HAPTICD_RT;
 
   /// Moves the automatic stiffness for the next tick, `period_s` after the one before. Called when the law

@@ -118,7 +118,7 @@ TEST(FixtureChange, HowFarARegionJumpsMakesNoDifferenceToTheHand) {
   }
 }
 
-TEST(FixtureChange, AStifferRegionDoesNotPushTheHandThatPressesOnIt) {
+TEST(FixtureChange, AStifferRegionTakesTheHandThatPressesOnItOverSlowly) {
   FixtureCore core;
   rt::Fixture& plane = core.add(FixtureKind::plane, floor());
   plane.stiffness_n_per_m = 100;
@@ -126,16 +126,12 @@ TEST(FixtureChange, AStifferRegionDoesNotPushTheHandThatPressesOnIt) {
   core.engage({0, 0, 0.002});
   PressingHand hand(core, {0, 0, -0.04}, {0, 0, 0.002});
   hand.moveFor(4);
-  const Vec3 resting = hand.place();
-  const double energy_j = hand.energy_j();
   plane.stiffness_n_per_m = 5000;
   plane.max_force_n = 4;
   core.redefine(plane);
-  for (int i = 0; i < 5000; ++i) {
-    hand.move();
-    ASSERT_LE(hand.energy_j(), energy_j + 1e-9) << i;
-  }
-  EXPECT_NEAR(norm(hand.place() - resting), 0, 1e-6);
+  hand.moveFor(5);
+  EXPECT_LT(hand.fastest_m_per_s(), 2 * 0.005);
+  const Vec3 resting = hand.place();
   for (int i = 0; i < 200; ++i) core.at({0, 0, resting.z + (0.001 - resting.z) * i / 199});
   rt::Tick tick;
   for (int i = 0; i < 200; ++i) tick = core.at({0, 0, 0.0002 - 0.000004 * i});

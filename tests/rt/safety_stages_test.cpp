@@ -175,14 +175,17 @@ TEST(ContactDamping, UsesTheForceAsNormalWhereThereIsNone) {
   EXPECT_LT(norm(rt::damped({{3, 0, 4}, {}, {0.6, 0, 0.8}}, 2) - Vec3{1.8, 0, 2.4}), 1e-15);
 }
 
-TEST(ContactDamping, StaysWithinTheFrictionCone) {
-  // held: 1 N of the 2 N that friction 0.5 supports under 4 N
-  const auto with = [](const Vec3& velocity) { return rt::damped({{1, 0, 4}, {0, 0, 1}, velocity, 0.5}, 5); };
-  EXPECT_EQ(with({-0.1, 0, 0}), (Vec3{1.5, 0, 4}));
-  EXPECT_EQ(with({0.1, 0, 0}), (Vec3{0.5, 0, 4}));
-  EXPECT_EQ(with({-1, 0, 0}), (Vec3{2, 0, 4})) << "no more than friction";
-  const Vec3 sliding = rt::damped({{-2, 0, 4}, {0, 0, 1}, {1, 0, 0}, 0.5}, 5);
-  EXPECT_EQ(sliding, (Vec3{-2, 0, 4})) << "what slides is not slowed down further";
+TEST(ContactDamping, ActsAcrossTheNormalWhereTheProxyStays) {
+  rt::ProxyGrip grip;
+  grip.begin({0, 0, 1});
+  grip.follow({1e-3, 0, 0}, {}, 1e-4);            // it stays along x ...
+  grip.follow({0, 1e-3, 0}, {0, 1e-3, 0}, 1e-4);  // ... and goes along y
+  const auto with = [&](const Vec3& velocity) {
+    return rt::damped({{0, 0, 4}, {0, 0, 1}, velocity, 5, grip.across({0, 0, 1})}, 2);
+  };
+  EXPECT_LT(norm(with({0.1, 0, 0}) - Vec3{-0.5, 0, 4}), 1e-12);
+  EXPECT_LT(norm(with({0, 0.1, 0.1}) - Vec3{0, 0, 3.8}), 1e-12);
+  EXPECT_NEAR(norm(with({100, 0, 0}) - Vec3{0, 0, 4}), rt::kDampingOfSpring * 4, 1e-9) << "at most";
 }
 
 // ---- Command history
@@ -358,7 +361,7 @@ TEST(Passivity, DebitsTheWorkOfASinkingSurfaceAtOnce) {
   EXPECT_NEAR(passivity.energy_j(), 0.0005, 1e-15);
 }
 
-TEST(Passivity, DampsAlongTheForceByNoMoreThanTheLimit) {
+TEST(Passivity, DampsTheMotionByNoMoreThanTheLimit) {
   rt::Passivity passivity;
   rt::SafetyParameters parameters;
   rt::Passivity::Input input = still(2);
@@ -366,7 +369,7 @@ TEST(Passivity, DampsAlongTheForceByNoMoreThanTheLimit) {
   input.velocity_m_per_s = {0.03, 0, 0.1};
   rt::Passivity::Output out = passivity.apply(input, parameters);
   EXPECT_TRUE(out.acted);
-  EXPECT_NEAR(norm(out.force_n - Vec3{0, 0, 2 - 0.5}), 0, 1e-15) << "5 N s/m, and nothing across";
+  EXPECT_NEAR(norm(out.force_n - Vec3{-0.15, 0, 2 - 0.5}), 0, 1e-15) << "5 N s/m in every direction";
   input.max_damping_n_s_per_m = 3;  // limit from the loop's lag
   EXPECT_NEAR(passivity.apply(input, parameters).force_n.z, 2 - 0.3, 1e-15);
   input.max_damping_n_s_per_m = 1e9;

@@ -167,7 +167,7 @@ const Situation kSituations[] = {
      }},
     {"Faulted", Mode::faulted, Cause::force_not_finite,
      [](Stopping& loop) {
-       loop.rig.directive.parameters.force.stiffness_n_per_m = 1e300;
+       loop.rig.directive.parameters.force.stiffness_n_per_m = std::numeric_limits<double>::infinity();
        loop.rig.send();
      }},
 };
