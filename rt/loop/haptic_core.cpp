@@ -162,6 +162,15 @@ FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const Eva
   return output;
 }
 
+namespace {
+
+/// Returns 2 k times the energy of a spring k with the force F = k d that saturates at a largest force.
+double springEnergy_n2(double force_n, double largest_n) noexcept {
+  return force_n > largest_n ? largest_n * (2 * force_n - largest_n) : force_n * force_n;
+}
+
+}  // namespace
+
 /// Blends the force of law and forbidden regions over a change of scene, law, parameters or fixtures. The
 /// force is clamped to the limit first, so that the blend never starts from more than the handle can have
 /// exerted. All this happens before the law's stiffness limit, which is already in the forces of fixtures.
@@ -171,12 +180,13 @@ HapticCore::Change HapticCore::blend(const Input& input, const Evaluation& evalu
   const ForceSample& sample = evaluation.sample;
   const LocalContact& contact = evaluation.contact;
   const double to_law = 1 / tick.stiffness_gain;
-  const Vec3 force_n_in_world =
-      fixtures.holds ? sample.force_n_in_world + to_law * fixtures.spring_force_n : sample.force_n_in_world;
+  const double limit = parameters.safety.max_force_n / (input.start.handle.force_scale * tick.stiffness_gain);
+  const double of_law_n = norm(sample.force_n_in_world);
+  const Vec3 law_n = shortened(sample.force_n_in_world, of_law_n, limit);
+  const Vec3 force_n_in_world = fixtures.holds ? law_n + to_law * fixtures.spring_force_n : law_n;
   const double fixture_stiffness = to_law * fixtures.steepest_n_per_m;
   const double stiffness = std::max(tick.stiffness_n_per_m, contact.tangent_n_per_m) + fixture_stiffness;
   const double length = norm(force_n_in_world);
-  const double limit = parameters.safety.max_force_n / (input.start.handle.force_scale * tick.stiffness_gain);
   const Vec3 cut =
       std::isfinite(length) && length > limit ? (limit / length) * force_n_in_world : force_n_in_world;
   SpringParameters springs = parameters.force;
@@ -196,9 +206,10 @@ HapticCore::Change HapticCore::blend(const Input& input, const Evaluation& evalu
   change.surface = change.inputs || unexplained > 0;
   const bool blends = change.inputs || (comparable && unexplained > max_n);
   state_.origin = now;
-  const double share = length > limit ? limit / length : 1;
   const double tissue_n2 = 2 * tick.stiffness_n_per_m * contact.energy_j;
-  const Vec3& law_n = sample.force_n_in_world;
+  const double cut_n2 = of_law_n * of_law_n - springEnergy_n2(of_law_n, limit);
+  const double law_n2 =
+      contact.in_tissue ? std::max(0.0, tissue_n2 - cut_n2) : springEnergy_n2(of_law_n, limit);
   state_.before = {.hip_m_in_world = input.handle.position_m_in_world,
                    .velocity_m_per_s_in_world = input.handle.velocity_m_per_s_in_world,
                    .force_n_in_world = cut,
@@ -211,9 +222,9 @@ HapticCore::Change HapticCore::blend(const Input& input, const Evaluation& evalu
                    .standoff_force_n_in_world = fixtures.standoff_force_n,
                    .standoff_j = fixtures.standoff_j,
                    .standoff_power_w = fixtures.standoff_power_w,
-                   .spring_n2 = contact.in_tissue ? share * share * tissue_n2 : dot(cut, cut),
-                   .law_spring_n2 = contact.in_tissue ? tissue_n2 : dot(law_n, law_n),
-                   .stiffness_n_per_m = state_.stiffness.on() ? tick.stiffness_n_per_m : 0};
+                   .law_spring_n2 = law_n2,
+                   .stiffness_n_per_m = tick.stiffness_n_per_m,
+                   .handle_ns = input.handle.time_ns};
   const Vec3 blended =
       state_.blend.apply(cut, blends, parameters.blend, stiffness, input.period_s, blends ? 0 : unexplained);
   tick.blending = !(blended == cut);
@@ -300,8 +311,8 @@ double HapticCore::fixtureWork_j(const Before& before, const Change& change, con
   return now.fixture_changes_j + now.standoff_j - before.standoff_j + dot(twice_mean, hip_motion_m) / 2;
 }
 
-/// Computes the input of passivity control for this tick. The energy of a spring under a force F that is
-/// exerted with the gain g is g F^2 / (2 k), or g U in tissue (Before::spring_n2). A change of it beyond the
+/// Computes the input of passivity control for this tick. The energy of a spring that is exerted with the
+/// gain g is g U (Before::law_spring_n2). A change of it beyond the
 /// work of the HIP (F . dx with the mean force over the tick) was caused by the scene or by the gain: a
 /// surface moved.
 SafetyChain::Motion HapticCore::motionSince(const Before& before, const Change& change, const Input& input,
@@ -314,6 +325,7 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Change& 
   const Vec3 hip_motion_m = input.handle.position_m_in_world - before.hip_m_in_world;
   SafetyChain::Motion motion;
   motion.known = true;
+  motion.motion_s = static_cast<double>(input.handle.time_ns - before.handle_ns) * 1e-9;
   motion.hand_m = to_hand * hip_motion_m;
   motion.velocity_m_per_s = to_hand * input.handle.velocity_m_per_s_in_world;
   motion.stiffness_n_per_m =
@@ -325,21 +337,18 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Change& 
                     scale.force_scale * to_hand;
   if (stiffness > 0) {
     const Before& now = state_.before;
-    const bool fixtures_hold = now.fixture_j > 0 || before.fixture_j > 0;
-    const Vec3& force = fixtures_hold ? now.law_force_n_in_world : now.force_n_in_world;
-    const Vec3& force_before = fixtures_hold ? before.law_force_n_in_world : before.force_n_in_world;
-    const Vec3 twice_mean = force + force_before;
-    const double now_n2 = fixtures_hold ? now.law_spring_n2 : now.spring_n2;
-    double before_n2 = fixtures_hold ? before.law_spring_n2 : before.spring_n2;
-    // An automatic stiffness may have fallen since, and the energy of the springs with it.
-    const bool fell = now.stiffness_n_per_m > 0 && before.stiffness_n_per_m > now.stiffness_n_per_m;
-    if (fell) before_n2 *= now.stiffness_n_per_m / before.stiffness_n_per_m;
-    const double stored = (now_n2 - before_n2) / (2 * stiffness);
+    const double stiffness_before = before.stiffness_n_per_m > 0 ? before.stiffness_n_per_m : stiffness;
+    const Vec3 twice_mean = now.law_force_n_in_world + before.law_force_n_in_world;
+    const double now_j = now.law_spring_n2 / (2 * stiffness);
+    const double stored = now_j - before.law_spring_n2 / (2 * stiffness_before);
     const double of_hip = -dot(twice_mean, hip_motion_m) / 2;
-    double of_surface =
-        change.surface ? stored - of_hip : dot(twice_mean, surface_velocity_m_per_s) / 2 * input.period_s;
-    double work_j = before.gain * of_surface + (gain - before.gain) * (now_n2 / (2 * stiffness));
-    if (fixtures_hold) {
+    const double of_stiffness = dot(now.law_force_n_in_world, now.law_force_n_in_world) / (2 * stiffness) *
+                                (1 - stiffness_before / stiffness);
+    const double of_surface =
+        change.surface ? stored - of_hip
+                       : dot(twice_mean, surface_velocity_m_per_s) / 2 * input.period_s + of_stiffness;
+    double work_j = before.gain * of_surface + (gain - before.gain) * now_j;
+    if (now.fixture_j > 0 || before.fixture_j > 0) {
       work_j += before.mode_gain * fixtureWork_j(before, change, input, hip_motion_m) +
                 (now.mode_gain - before.mode_gain) * now.fixture_j;
     }
@@ -365,7 +374,8 @@ bool HapticCore::isInDebt(const Input& input, const Tick& tick) HAPTICD_RT {
   const double allowed_j = std::max(stored_j, EnergyDebt::kMin_j) +
                            max_n * kHandSpeed_m_per_s * state_.latency.delay_s(input.handle);
   const bool at_zero = state_.supervisor.gain() == 0 && state_.safety.lastForce_n_in_world() == Vec3{};
-  return state_.debt.follow(state_.safety.energy_j(), allowed_j, at_zero, input.period_s);
+  return state_.debt.follow(state_.safety.energy_j(), allowed_j, at_zero, input.directive.engage_request,
+                            input.period_s);
 }
 
 /// Returns the force that measures the latency of the device.

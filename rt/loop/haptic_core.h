@@ -50,19 +50,19 @@ class HapticCore {
     Vec3 velocity_m_per_s_in_world;
     Vec3 force_n_in_world;
     double gain = 0;
-    double mode_gain = 0;  ///< Supervisor::gain(), part of `gain`
-    Vec3 law_force_n_in_world;
-    double fixture_j = 0;  ///< energy in the springs of the forbidden regions
+    double mode_gain = 0;       ///< Supervisor::gain(), part of `gain`
+    Vec3 law_force_n_in_world;  ///< no longer than the largest force
+    double fixture_j = 0;       ///< energy in the springs of the forbidden regions
     double guidance_j = 0;
     double fixture_changes_j = 0;
     Vec3 standoff_force_n_in_world;
     double standoff_j = 0;
     double standoff_power_w = 0;  ///< these five: see FixtureForces::Output
-    /// 2 k_s times the energy of the law's springs under these two forces: F^2, unless a stiffness map
-    /// changes the contact.
-    double spring_n2 = 0;
+    /// 2 k_s times the energy of the law's springs: F^2 up to the largest force, where they saturate, unless
+    /// a stiffness map changes the contact.
     double law_spring_n2 = 0;
-    double stiffness_n_per_m = 0;  ///< k_s, if it is automatic; else 0
+    double stiffness_n_per_m = 0;  ///< k_s in effect
+    std::int64_t handle_ns = 0;    ///< HandleState::time_ns
   };
   /// What the law's proxy does with the motions of the HIP.
   struct LawGrip {

@@ -135,11 +135,12 @@ class EngageRequests {
   }
 
  private:
-  /// Returns whether the force has already been requested and not been refused; after a refusal a new request
-  /// is needed. `loop` may be older than the loop's decision on the newest request; a refusal is then not
-  /// known yet.
+  /// Returns whether the force has already been requested and not been refused; after a refusal, or a debt of
+  /// energy, a new request is needed. `loop` may be older than the loop's decision on the newest request; a
+  /// refusal is then not known yet.
   bool isAlreadyRequested(bool inside, const LoopState& loop, const Directive& directive) const noexcept {
-    const bool refused = loop.directive_generation >= generation_ && loop.tick.mode == Mode::idle;
+    const bool decided = loop.directive_generation >= generation_;
+    const bool refused = decided && (loop.tick.mode == Mode::idle || loop.tick.cause == Cause::energy_debt);
     return directive.engage && !refused && (directive.engage_inside || !inside);
   }
 

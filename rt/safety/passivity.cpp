@@ -25,8 +25,8 @@ constexpr double kMaxDamping_n_s_per_m = 5;
 
 void Passivity::updateBalance(const Input& input) HAPTICD_RT {
   const double work_j = dot(input.acted_n, input.motion_m);
-  const double damped_j =
-      input.device_damping_n_s_per_m * dot(input.motion_m, input.motion_m) / input.period_s;
+  const double damped_j = input.device_damping_n_s_per_m * dot(input.motion_m, input.motion_m) /
+                          std::max(input.period_s, input.motion_s);
   if (std::isfinite(work_j + damped_j)) energy_j_ += damped_j - work_j;
   if (std::isfinite(input.surface_work_j)) {
     if (input.surface_work_j > 0) {

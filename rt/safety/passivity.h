@@ -3,6 +3,10 @@
 
 #include <algorithm>
 
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
 #include "rt/base/parameters.h"
 #include "rt/base/realtime_safe.h"
 #include "rt/base/vec3.h"
@@ -49,6 +53,7 @@ class Passivity {
     /// Limit from the loop's lag, in addition to that of the controller itself.
     double max_damping_n_s_per_m = 1e9;
     bool motion_known = true;  ///< `motion_m` was measured
+    double motion_s = 0;  ///< time that `motion_m` took; a device slower than the loop: more than a period
     double stored_j = 0;  ///< energy known to be in the springs of fixtures, in addition to those of the law
   };
   /// Result of one tick.
@@ -77,25 +82,38 @@ class Passivity {
 /// Decides when the hand has got so much more energy than it gave that the force must end.
 ///
 /// The debt begins at zero whenever the force begins anew from zero: what happened before, or what the hand
-/// did while it met no force, is no sign of an unstable loop.  Thread: one.  RT: safe.
+/// did while it met no force, is no sign of an unstable loop. A loop that is in debt again soon is unstable,
+/// and would be for ever.  Thread: one.  RT: safe.
 class EnergyDebt {
  public:
   /// The smallest debt that ends the force: below it the account is not exact enough.
   static constexpr double kMin_j = 0.005;
-  /// After a debt the force may act again when it has been zero for this long.
+  /// After a debt the force may act again when it has been zero for this long ...
   static constexpr double kPause_s = 1;
+  /// ... but after a second one within this time only when a person asks for it.
+  static constexpr double kAgain_s = 60;
 
   /// To be called at each tick with the energy that the hand gave less what it got, the largest debt that a
-  /// contact at the limits explains, and whether the force is zero and was not to be exerted in the last
-  /// tick. Returns whether the force must be zero.
-  bool follow(double energy_j, double allowed_j, bool at_zero, double period_s) noexcept {
+  /// contact at the limits explains, whether the force is zero and was not to be exerted in the last
+  /// tick, and the newest request of a person. Returns whether the force must be zero.
+  bool follow(double energy_j, double allowed_j, bool at_zero, std::uint64_t request,
+              double period_s) noexcept {
+    since_last_s_ += period_s;
+    if (std::exchange(request_, request) != request) {
+      since_last_s_ = kAgain_s;
+      lasts_ = false;
+    }
     if (at_zero) {
       start_j_ = std::min(energy_j, 0.0);
       zero_s_ += period_s;
-      if (zero_s_ > kPause_s) exceeded_ = false;
+      if (zero_s_ > kPause_s && !lasts_) exceeded_ = false;
     } else {
       zero_s_ = 0;
-      if (start_j_ - energy_j > allowed_j) exceeded_ = true;
+      if (!exceeded_ && start_j_ - energy_j > allowed_j) {
+        exceeded_ = true;
+        lasts_ = since_last_s_ < kAgain_s;
+        since_last_s_ = 0;
+      }
     }
     return exceeded_;
   }
@@ -103,7 +121,10 @@ class EnergyDebt {
  private:
   double start_j_ = 0;  ///< balance when the force was zero last; a surplus counts
   bool exceeded_ = false;
+  bool lasts_ = false;  ///< until a person asks
   double zero_s_ = 0;
+  double since_last_s_ = kAgain_s;  ///< time since the last debt
+  std::uint64_t request_ = 0;
 };
 
 }  // namespace hapticd::rt

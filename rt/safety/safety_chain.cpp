@@ -19,7 +19,7 @@ SafetyChain::Output SafetyChain::apply(const Vec3& force_n_in_world, const Safet
       {checked, commands_.acting_n(motion.delay_s, period_s), motion.hand_m, motion.velocity_m_per_s,
        motion.surface_work_j, motion.stiffness_n_per_m, motion.device_damping_n_s_per_m,
        motion.max_surface_speed_m_per_s, period_s, commands_.largest_n(motion.delay_s, period_s),
-       motion.max_damping_n_s_per_m, motion.known, motion.stored_j},
+       motion.max_damping_n_s_per_m, motion.known, motion.motion_s, motion.stored_j},
       parameters);
   out.passivity_acted = passive.acted;
   out.passive_n_in_world = passive.force_n;

@@ -40,6 +40,7 @@ class SafetyChain {
     double delay_s = 0;                  ///< from a motion of the hand to the force that responds to it
     double max_damping_n_s_per_m = 1e9;  ///< at the hand; limit for damping with this delay
     bool known = false;                  ///< the hand's motion was measured
+    double motion_s = 0;                 ///< see Passivity::Input
     Vec3 cue_n_in_world{};               ///< palpation cue, added after the low-pass
     Vec3 external_n_in_world{};          ///< external force at the hand, added there too
     double stored_j = 0;                 ///< see Passivity::Input

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdint>
+
 #include "tests/rt/fixture_core.h"
 
 namespace hapticd::test {
@@ -17,21 +20,38 @@ constexpr double kAllowed_j = 0.01;
 
 TEST(EnergyDebt, EndsTheForceUntilItHasBeenZeroForASecond) {
   EnergyDebt debt;
-  EXPECT_FALSE(debt.follow(-0.0099, kAllowed_j, false, kPeriod_s));
-  EXPECT_TRUE(debt.follow(-0.0101, kAllowed_j, false, kPeriod_s));
-  EXPECT_TRUE(debt.follow(0, kAllowed_j, false, kPeriod_s)) << "it fades out";
-  for (int i = 0; i < 999; ++i) EXPECT_TRUE(debt.follow(-0.0101, kAllowed_j, true, kPeriod_s));
-  debt.follow(-0.0101, kAllowed_j, true, kPeriod_s);
-  EXPECT_FALSE(debt.follow(-0.0101, kAllowed_j, true, kPeriod_s));
-  EXPECT_FALSE(debt.follow(-0.02, kAllowed_j, false, kPeriod_s)) << "counted from where the force began";
-  EXPECT_TRUE(debt.follow(-0.0202, kAllowed_j, false, kPeriod_s));
+  EXPECT_FALSE(debt.follow(-0.0099, kAllowed_j, false, 0, kPeriod_s));
+  EXPECT_TRUE(debt.follow(-0.0101, kAllowed_j, false, 0, kPeriod_s));
+  EXPECT_TRUE(debt.follow(0, kAllowed_j, false, 0, kPeriod_s)) << "it fades out";
+  for (int i = 0; i < 999; ++i) EXPECT_TRUE(debt.follow(-0.0101, kAllowed_j, true, 0, kPeriod_s));
+  debt.follow(-0.0101, kAllowed_j, true, 0, kPeriod_s);
+  EXPECT_FALSE(debt.follow(-0.0101, kAllowed_j, true, 0, kPeriod_s));
+  EXPECT_FALSE(debt.follow(-0.02, kAllowed_j, false, 0, kPeriod_s)) << "counted from where the force began";
+  EXPECT_TRUE(debt.follow(-0.0202, kAllowed_j, false, 0, kPeriod_s));
+}
+
+TEST(EnergyDebt, LastsWhenItComesAgainWithinAMinuteUntilAPersonAsks) {
+  for (const double between_s : {2.0, 59.0, 61.0}) {
+    EnergyDebt debt;
+    const auto zeroFor = [&](double time_s, std::uint64_t request) {
+      bool held = true;
+      for (int i = 0; i < std::lround(time_s / kPeriod_s); ++i)
+        held = debt.follow(0, kAllowed_j, true, request, kPeriod_s);
+      return held;
+    };
+    EXPECT_TRUE(debt.follow(-0.02, kAllowed_j, false, 1, kPeriod_s));
+    EXPECT_FALSE(zeroFor(between_s, 1));
+    EXPECT_TRUE(debt.follow(-0.02, kAllowed_j, false, 1, kPeriod_s));
+    EXPECT_EQ(zeroFor(600, 1), between_s < 60) << between_s;
+    EXPECT_FALSE(zeroFor(2, 2)) << between_s;
+  }
 }
 
 TEST(EnergyDebt, LetsASurplusCount) {
   EnergyDebt debt;
-  EXPECT_FALSE(debt.follow(0.005, kAllowed_j, true, kPeriod_s));
-  EXPECT_FALSE(debt.follow(-0.0099, kAllowed_j, false, kPeriod_s));
-  EXPECT_TRUE(debt.follow(-0.0101, kAllowed_j, false, kPeriod_s));
+  EXPECT_FALSE(debt.follow(0.005, kAllowed_j, true, 0, kPeriod_s));
+  EXPECT_FALSE(debt.follow(-0.0099, kAllowed_j, false, 0, kPeriod_s));
+  EXPECT_TRUE(debt.follow(-0.0101, kAllowed_j, false, 0, kPeriod_s));
 }
 
 /// Whoever goes deeper while the clutch is held and is pushed out after it gets the energy of the spring each
