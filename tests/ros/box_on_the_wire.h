@@ -59,6 +59,7 @@ class BoxOnTheWire : public ::testing::Test {
         state_.state = bytes.text();
         state_.is_homed = bytes.number<std::uint8_t>() != 0;
         state_.is_busy = bytes.number<std::uint8_t>() != 0;
+        states_.push_back(state_.state);
       }
       return state_.state == state;
     });
@@ -73,6 +74,7 @@ class BoxOnTheWire : public ::testing::Test {
   RosListener listener_{domain_};
   std::optional<Program> bridge_;
   State state_;
+  std::vector<std::string> states_;  ///< all that have come
 };
 
 }  // namespace hapticd::test

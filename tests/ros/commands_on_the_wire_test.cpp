@@ -90,6 +90,49 @@ TEST_F(CommandsOnTheWire, ChangeTheStateAsCrtkDefinesIt) {
   ASSERT_TRUE(stateBecomes("DISABLED"));
 }
 
+TEST_F(CommandsOnTheWire, PauseAndResumeWithoutAnotherStateInBetween) {
+  Daemon daemon(home_, kEngagedYaml);
+  ASSERT_TRUE(daemon.answers());
+  startBridgeTaking({"state_command"});
+  listenToState();
+  advertise("state_command", crtk_msgs_msg_dds__StringStamped__desc);
+  ASSERT_TRUE(stateBecomes("ENABLED")) << bridge_->errors();
+  states_.clear();
+  std::vector<std::string> expected;
+  for (int i = 0; i < 5; ++i) {  // ten commands, as many as are taken in a second
+    for (const auto& [word, state] : {std::pair{"pause", "PAUSED"}, std::pair{"resume", "ENABLED"}}) {
+      command(word);
+      ASSERT_TRUE(stateBecomes(state)) << bridge_->errors();
+      expected.emplace_back(state);
+    }
+  }
+  EXPECT_EQ(states_, expected);
+}
+
+TEST_F(CommandsOnTheWire, ResumeAndDoNotEnableABoxThatHolds) {
+  std::vector<std::string> start =
+      home_.command(kEngagedYaml, {"control.allow_fault_injection=true", "safety.depth_timeout_s=0.5"});
+  start.insert(start.end(), {"--inject", home_.write("faults", "1 600 frozen_camera\n")});
+  Daemon daemon(home_, start);
+  ASSERT_TRUE(daemon.answers());
+  const std::string file = (home_.path() / "ros.json").string();
+  startBridge({"--control-socket", home_.controlSocket(), "--take", "state_command", "--status-file", file});
+  talker_.emplace(domain_);
+  listenToState();
+  advertise("state_command", crtk_msgs_msg_dds__StringStamped__desc);
+  ASSERT_TRUE(stateBecomes("PAUSED")) << bridge_->errors();
+  EXPECT_EQ(daemon.status().at("mode"), "holding");
+  command("enable");
+  EXPECT_TRUE(says("the state is PAUSED, which resume ends"));
+  command("resume");
+  EXPECT_TRUE(becomesTrue([&] {
+    const json status = json::parse(home_.control({"--json", "ros", "--file", file}).output, nullptr, false);
+    return status.is_object() && status.at("taken").at(0).at("taken") == 1;
+  })) << home_.control({"ros", "--file", file}).output;
+  command("disable");
+  EXPECT_TRUE(stateBecomes("DISABLED"));
+}
+
 TEST_F(CommandsOnTheWire, ThatTheConfigurationDoesNotNameAreNotSubscribedTo) {
   Daemon daemon(home_, kFreeYaml);
   ASSERT_TRUE(daemon.answers());

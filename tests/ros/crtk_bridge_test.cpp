@@ -99,6 +99,14 @@ void expectNear(const rt::Vec3& a, const rt::Vec3& b, double tolerance) {
 struct WrenchCase {
   std::string convention;
   bool in_local = false;
+  bool knows_only_base = false;  // the arm
+
+  CrtkArmSettings arm() const {
+    CrtkArmSettings settings = turnedArm();
+    settings.has_absolute = !knows_only_base;
+    settings.knows_only_base = knows_only_base;
+    return settings;
+  }
 };
 void PrintTo(const WrenchCase& one, std::ostream* stream) {
   *stream << one.convention;
@@ -106,7 +114,7 @@ void PrintTo(const WrenchCase& one, std::ostream* stream) {
 class CrtkWrench : public CrtkBridge, public ::testing::WithParamInterface<WrenchCase> {};
 
 TEST_P(CrtkWrench, ActsAtTheTipAlongTheAxesOfTheMeasurementsAndWithoutTorque) {
-  makeArm();
+  makeArm(GetParam().arm());
   startPushing({"--wrench", GetParam().convention});
   // the hand gives way: what it does until the force has settled is not looked at
   const rt::Quaternion& base = settings_.T_base_local.orientation;
@@ -122,7 +130,7 @@ TEST_P(CrtkWrench, ActsAtTheTipAlongTheAxesOfTheMeasurementsAndWithoutTorque) {
 }
 
 TEST_P(CrtkWrench, ComesWithThePositionInMetresAndTheOrientationOfTheTool) {
-  makeArm();
+  makeArm(GetParam().arm());
   start({"--wrench", GetParam().convention});
   ASSERT_TRUE(handleIs(true, false)) << program_->errors();
   const drivers::udp::StatePacket state = peer_->state();
@@ -141,7 +149,7 @@ TEST_P(CrtkWrench, ComesWithThePositionInMetresAndTheOrientationOfTheTool) {
 
 INSTANTIATE_TEST_SUITE_P(All, CrtkWrench,
                          ::testing::Values(WrenchCase{"body-absolute"}, WrenchCase{"body"},
-                                           WrenchCase{"spatial", true}),
+                                           WrenchCase{"base", false, true}, WrenchCase{"spatial", true}),
                          [](const auto& one) {
                            return one.param.convention == "body-absolute" ? "bodyAbsolute"
                                                                           : one.param.convention;
@@ -310,15 +318,36 @@ TEST_F(CrtkBridge, RefusesAFrameThatIsNotTheWantedOne) {
   EXPECT_EQ(arm_->record().wrenches, 0U);
 }
 
-TEST_F(CrtkBridge, RefusesAnArmThatDoesNotTakeTheAxesOfForces) {
+TEST_F(CrtkBridge, RefusesAnArmThatDoesNotTakeTheAxesOfForcesAndNamesNoConventionForIt) {
   CrtkArmSettings settings = turnedArm();
   settings.has_absolute = false;
   makeArm(settings);
   peer_->command({.force_n = kForce_n});
   start();
   EXPECT_TRUE(says("body/set_cf_orientation_absolute: nobody subscribes to it"));
+  EXPECT_TRUE(says("'haptic-crtk-bridge check --wrench base' finds it"));
+  EXPECT_EQ(program_->errors().find("--wrench body"), std::string::npos) << program_->errors();
   EXPECT_EQ(arm_->record().wrenches, 0U);
   startPushing({"--wrench", "body"});
+}
+
+TEST_F(CrtkBridge, RefusesToTakeAnArmWhoseAxesMayBeSetForOneThatKnowsOnlyItsBase) {
+  makeArm();
+  peer_->command({.force_n = kForce_n});
+  start({"--wrench", "base"});
+  EXPECT_TRUE(says("this one takes body/set_cf_orientation_absolute"));
+  EXPECT_EQ(arm_->record().wrenches, 0U);
+}
+
+TEST_F(CrtkBridge, DropsAMessageThatIsLargerThanAnyOfAnArmAndTakesTheNext) {
+  makeArm();
+  startPushing();
+  arm_->setState(std::string(2 << 20, 'x'), true);
+  EXPECT_TRUE(says("dropping oversize"));
+  EXPECT_EQ(program_->errors().find("xxxx"), std::string::npos);
+  arm_->setState("PAUSED", true);
+  EXPECT_TRUE(says("is PAUSED"));
+  EXPECT_TRUE(commandsZero());
 }
 
 TEST_F(CrtkBridge, WaitsForAnArmAndForItsState) {

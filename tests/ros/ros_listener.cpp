@@ -183,6 +183,12 @@ bool RosTalker::isMatched(const std::string& topic) const {
          status.current_count > 0;
 }
 
+dds_guid_t RosTalker::guidOf(const std::string& topic) const {
+  dds_guid_t guid{};
+  EXPECT_EQ(dds_get_guid(writers_.at(topic), &guid), DDS_RETCODE_OK);
+  return guid;
+}
+
 void RosTalker::announce(const std::string& name_space, const std::string& node) {
   const auto gidOf = [](dds_entity_t entity) {
     dds_guid_t guid{};

@@ -105,6 +105,8 @@ class RosTalker {
   void advertise(const std::string& topic, const dds_topic_descriptor_t& type, bool reliable = true);
   /// Whether a reader of the topic is matched.
   bool isMatched(const std::string& topic) const;
+  /// By which discovery tells the writer of a topic from all others.
+  dds_guid_t guidOf(const std::string& topic) const;
   /// Announces a node with all writers, as RMWs of ROS 2 do.
   void announce(const std::string& name_space, const std::string& node);
   /// sample: of the type that was announced. `sent_utc_ns`: when it pretends to be written; nothing: now.

@@ -178,7 +178,7 @@ void SimulatedCrtkArm::drive(std::int64_t now_ns) {
   const bool dropped = settings_.watchdog_ns > 0 && now_ns - record_.last_wrench_ns > settings_.watchdog_ns;
   const rt::RigidPose at = tip();
   const rt::Quaternion from_base = inverse(settings_.T_base_local.orientation);
-  const rt::Quaternion axes = record_.absolute ? from_base : at.orientation;
+  const rt::Quaternion axes = record_.absolute || settings_.knows_only_base ? from_base : at.orientation;
   rt::Vec3 force_n = wrench_.spatial ? wrench_.force_n : rotated(axes, wrench_.force_n);
   rt::Vec3 torque_n_m = wrench_.spatial ? wrench_.torque_n_m - cross(at.position_m_in_world, force_n)
                                         : rotated(axes, wrench_.torque_n_m);

@@ -34,6 +34,7 @@ struct CrtkArmSettings {
   std::int64_t clock_ahead_ns = 0;      ///< of its stamps
   std::int64_t watchdog_ns = 0;         ///< a wrench that is older is dropped; 0: it is kept, as CRTK has it
   bool has_absolute = true;             ///< takes body/set_cf_orientation_absolute
+  bool knows_only_base = false;         ///< as if that were set, as the JHU components of the Touch have it
   bool keeps_state = true;              ///< operating_state is kept for those who come later
   rt::RigidPose T_base_local = {};      ///< from local/measured_cp to measured_cp
   rt::Quaternion turned = {};           ///< of the tool in the hand

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <deque>
+#include <random>
 
 #include "rt/base/pose.h"
 
@@ -34,6 +35,9 @@ class LooseHandle final : public Device {
     bool dead_man = true;
     bool calibrated = true;
     double noise_m = 0;
+    bool measures_orientation = false;
+    bool turns_forces = false;  ///< with the tool
+    bool turns_back = false;    ///< against it
   };
 
   LooseHandle(ScriptedClock& clock, const Settings& settings)
@@ -47,6 +51,7 @@ class LooseHandle final : public Device {
     const double noise_m = settings_.noise_m * std::sin(1e-6 * 7.3 * static_cast<double>(moved_ns_));
     reading.position_m = place_m_ + Vec3{noise_m, -noise_m, noise_m};
     reading.calibrated = settings_.calibrated;
+    if (settings_.measures_orientation) reading.orientation = orientation;
     reading.latency_ns = 1'500'000;
     return reading;
   }
@@ -61,6 +66,7 @@ class LooseHandle final : public Device {
     velocity_ = {};
   }
   const Vec3& place() const { return place_m_; }
+  rt::Quaternion orientation;  ///< of the tool
   double most_n() const { return most_n_; }
 
  private:
@@ -75,6 +81,8 @@ class LooseHandle final : public Device {
     if (!commands_.empty() && commands_.front().acts_ns <= moved_ns_) {
       const bool old = settings_.dead_man && moved_ns_ - commands_.front().acts_ns >= kDeadManNs;
       if (!old) force_n = settings_.sign * commands_.front().force_n;
+      if (settings_.turns_forces) force_n = rotated(orientation, force_n);
+      if (settings_.turns_back) force_n = rotated(inverse(orientation), force_n);
     }
     velocity_ = velocity_ + (step_s / settings_.mass_kg) * force_n;
     place_m_ = place_m_ + step_s * velocity_;
@@ -100,6 +108,10 @@ class ScriptedPerson final : public Person {
     if (++requests > patience) return false;
     if (request.starts_with("Hold the handle in the middle")) handle_.putAt({});
     if (request.starts_with("The device will")) handle_.putAt(handle_.place());  // stops it
+    if (request.starts_with("Turn the tool") && !turns.empty()) {
+      handle_.orientation = turns.front();
+      turns.pop_front();
+    }
     for (const auto& [words, move] : moves) {
       if (request.starts_with("Move") && request.find(words) != std::string::npos) handle_.putAt(move);
     }
@@ -110,6 +122,7 @@ class ScriptedPerson final : public Person {
   std::vector<std::pair<std::string, Vec3>> moves{{"to your right", {0.004, 0.05, -0.002}},
                                                   {"up", {0, 0.003, 0.047}},
                                                   {"towards you", {0.052, 0, 0.004}}};
+  std::deque<rt::Quaternion> turns;
   int patience = 1000;
   int requests = 0;
   bool agrees = true;
@@ -134,7 +147,7 @@ Checked check(const LooseHandle::Settings& settings,
   if (change) change(person);
   Checked checked;
   checked.report.kind = "openhaptics";
-  checked.result = DeviceCheck(handle, person, clock).run(checked.report);
+  checked.result = DeviceCheck(handle, person, clock, /*turns_tool=*/true).run(checked.report);
   checked.most_n = handle.most_n();
   checked.said = person.said;
   return checked;
@@ -164,6 +177,58 @@ TEST(DeviceCheck, NamesAForceOfTheWrongSignAndAPersonWhoDisagrees) {
   EXPECT_FALSE(wrong.report.axes[0].yields);
   const Checked disagreed = check({}, [](ScriptedPerson& person) { person.agrees = false; });
   EXPECT_EQ(disagreed.report.problems.size(), 3U) << textOf(disagreed.report);
+}
+
+TEST(DeviceCheck, FindsAlongWhichAxesForcesActWhereTheToolIsTurned) {
+  const auto turning = [](ScriptedPerson& person) {
+    // the second one is not far enough from the first
+    person.turns = {rt::quaternionOf(Vec3{M_PI, 0, 0}), rt::quaternionOf(Vec3{M_PI - 0.5, 0, 0}),
+                    rt::quaternionOf(Vec3{0.2, M_PI / 2, 0.1})};
+  };
+  for (const auto& [with, against] : {std::pair{false, false}, {true, false}, {false, true}}) {
+    const Checked checked =
+        check({.noise_m = 2e-5, .measures_orientation = true, .turns_forces = with, .turns_back = against},
+              turning);
+    ASSERT_TRUE(checked.result) << checked.result.error().text();
+    const bool turned = with || against;
+    EXPECT_EQ(checked.report.force_axes, turned ? ForceAxes::turned : ForceAxes::as_commanded)
+        << textOf(checked.report);
+    EXPECT_EQ(checked.report.problems.size(), turned ? 1U : 0U) << textOf(checked.report);
+  }
+  const Checked unturned = check({.measures_orientation = true});
+  EXPECT_EQ(unturned.report.force_axes, ForceAxes::unknown);
+  EXPECT_NE(textOf(unturned.report).find("was not turned far enough"), std::string::npos);
+}
+
+TEST(ForceAxes, AreThoseOfMostOrientationsAndNeverOthersForAHandThatMoves) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  const auto anyVector = [&] { return Vec3{normal(random), normal(random), normal(random)}; };
+  int found = 0;
+  constexpr int kTries = 3000;
+  for (int i = 0; i < kTries; ++i) {
+    std::array<rt::Quaternion, 3> turned;
+    const auto isNear = [](const rt::Quaternion& a, const rt::Quaternion& b) {
+      return norm(rotationVectorOf(inverse(a) * b)) < 1.2;
+    };
+    do {
+      for (rt::Quaternion& q : turned)
+        q = rt::normalised({normal(random), normal(random), normal(random), normal(random)});
+    } while (isNear(turned[0], turned[1]) || isNear(turned[0], turned[2]) || isNear(turned[1], turned[2]));
+    const ForceAxes axes = i % 3 == 0 ? ForceAxes::as_commanded : ForceAxes::turned;
+    std::vector<Push> pushes;
+    for (const rt::Quaternion& q : turned) {
+      for (const Vec3& direction : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}}) {
+        const rt::Quaternion way = i % 3 == 0 ? rt::Quaternion{} : i % 3 == 1 ? q : inverse(q);
+        // 5 mm by the push and about 1.7 mm by the hand
+        pushes.push_back({direction, 5e-3 * rotated(way, direction) + 1e-3 * anyVector(), q});
+      }
+    }
+    const ForceAxes said = forceAxesOf(pushes);
+    EXPECT_TRUE(said == axes || said == ForceAxes::unclear) << i;
+    if (said == axes) ++found;
+  }
+  EXPECT_GT(found, kTries * 9 / 10);
 }
 
 TEST(DeviceCheck, NamesADeviceThatKeepsTheLastForce) {
@@ -203,6 +268,7 @@ TEST(CheckLog, IsReadAsItWasWritten) {
   report.version = "0.1.0";
   report.axes[1].confirmed.reset();
   report.dead_man_ms.reset();
+  report.force_axes = ForceAxes::turned;
   report.problems = {"One.", "Two."};
   const auto read = reportIn(logOf(report));
   ASSERT_TRUE(read) << read.error().text();

@@ -164,13 +164,13 @@ bool ArmTopics::takeContrarySetting() {
       [&](const std_msgs_msg_dds__Bool_& message, const ros::Origin&) {
         contrary = contrary || message.data != wantsAbsolute();
       });
-  return contrary && !isSpatial();
+  return contrary && setsAxes();
 }
 
 bool ArmTopics::sendSettings() {
   const std_msgs_msg_dds__Bool_ absolute{wantsAbsolute()};
   const std_msgs_msg_dds__Bool_ gravity{true};
-  bool sent = isSpatial() || (absolute_.write(&absolute) && absolute_.isAcknowledged(kSettingsPatience));
+  bool sent = !setsAxes() || (absolute_.write(&absolute) && absolute_.isAcknowledged(kSettingsPatience));
   if (options_.gravity_compensation)
     sent = sent && gravity_.write(&gravity) && gravity_.isAcknowledged(kSettingsPatience);
   return sent;
@@ -191,11 +191,22 @@ std::optional<base::Error> ArmTopics::problem() const {
     return base::Error{"/" + options_.arm + "/" + name, "nobody subscribes to it", remedy};
   };
   if (wrenches_.subscribers() == 0)
-    return unheard(wrenchName(options_).c_str(), "is this an arm of CRTK? --wrench names another one");
+    return unheard(
+        wrenchName(options_).c_str(),
+        "is this an arm of CRTK? 'haptic-crtk-bridge check' tries another --wrench with little force");
+  // what is recommended here has to be safe for an arm of which nothing is known: a force along other axes
+  // than meant may pull into the wall that it is to push out of
   if (wantsAbsolute() && absolute_.subscribers() == 0) {
-    return unheard(kAbsoluteName,
-                   "without it the direction of a force is not known: --wrench body or --wrench spatial, as "
-                   "the arm takes it");
+    return unheard(
+        kAbsoluteName,
+        "without it the direction of a force is not known; 'haptic-crtk-bridge check --wrench base' "
+        "finds it with little force, in several orientations of the tool");
+  }
+  if (options_.convention == WrenchConvention::base && absolute_.subscribers() > 0) {
+    return base::Error{"--wrench base",
+                       "is for arms that know one direction of forces only, and this one takes "
+                       "body/set_cf_orientation_absolute",
+                       "leave --wrench out"};
   }
   if (options_.gravity_compensation && gravity_.subscribers() == 0)
     return unheard(kGravityName, "leave --gravity-compensation out for an arm without it");

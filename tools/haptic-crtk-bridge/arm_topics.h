@@ -64,7 +64,8 @@ class ArmTopics {
             ros::Publisher absolute, ros::Publisher gravity);
 
   bool wantsAbsolute() const { return options_.convention == WrenchConvention::body_absolute; }
-  bool isSpatial() const { return options_.convention == WrenchConvention::spatial; }
+  /// Whether the axes of forces are what body/set_cf_orientation_absolute says.
+  bool setsAxes() const { return wantsAbsolute() || options_.convention == WrenchConvention::body; }
 
   ros::Participant participant_;
   ArmOptions options_;

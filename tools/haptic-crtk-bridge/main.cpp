@@ -32,6 +32,7 @@ void addArm(CLI::App& app, Options& options) {
   static const std::map<std::string, WrenchConvention> kConventions{
       {"body-absolute", WrenchConvention::body_absolute},
       {"body", WrenchConvention::body},
+      {"base", WrenchConvention::base},
       {"spatial", WrenchConvention::spatial}};
   app.add_option("--arm", options.arm.arm, "namespace of the arm, for example MTMR")
       ->type_name("NAME")
@@ -39,7 +40,8 @@ void addArm(CLI::App& app, Options& options) {
   app.add_option(
          "--wrench", options.arm.convention,
          "how the arm takes a force: body-absolute (body/servo_cf along the axes of measured_cp, after "
-         "body/set_cf_orientation_absolute), body (body/servo_cf along the axes of the tip), or "
+         "body/set_cf_orientation_absolute), body (body/servo_cf along the axes of the tip), base "
+         "(body/servo_cf along the axes of measured_cp, by arms without that setting), or "
          "spatial (spatial/servo_cf, with local/measured_cp) (body-absolute)")
       ->type_name("CONVENTION")
       ->transform(CLI::CheckedTransformer(kConventions).description(""));
@@ -64,6 +66,15 @@ base::Result<std::unique_ptr<ThreadedDevice>> deviceFor(const Options& options) 
                                           kName);
 }
 
+/// What to try where forces go along other axes than commanded; only a further check may use it.
+std::string wrenchRemedy(WrenchConvention convention, ForceAxes axes) {
+  if (axes == ForceAxes::turned && convention == WrenchConvention::body)
+    return "The arm takes forces along the axes of measured_cp: check it with --wrench base.";
+  if (axes == ForceAxes::turned && convention != WrenchConvention::spatial)
+    return "The arm takes forces along the axes of the tip: check it with --wrench body.";
+  return "";
+}
+
 int fail(const base::Error& error, int status) {
   fmt::print(stderr, "{}: {}\n", kName, error.text());
   return status;
@@ -73,9 +84,10 @@ int runCheck(int argc, char** argv) {
   CLI::App app{
       "haptic-crtk-bridge check: leads you through a check of an arm, without a hapticd: axes, signs, a "
       "push\n"
-      "of 0.3 N along each axis, latency, and that the force ends when commands stop. Use it before the\n"
-      "first contact: a force in a wrong frame is the commonest error with these arms. It prints the angles\n"
-      "of the handle's pose for hapticd.yaml and writes a log to send in.",
+      "of 0.3 N along each axis in three orientations of the tool, latency, and that the force ends when\n"
+      "commands stop. Use it before the first contact: a force in a wrong frame is the commonest error with\n"
+      "these arms, and it shows which --wrench the arm takes. It prints the angles of the handle's pose for\n"
+      "hapticd.yaml and writes a log to send in.",
       "haptic-crtk-bridge check"};
   app.footer(
       "Exit status: 0 nothing wrong, 64 usage, 65 not a log, 66 no log, 69 a problem was found or the\n"
@@ -97,6 +109,7 @@ int runCheck(int argc, char** argv) {
   if (options.arm.arm.empty()) return fail({"--arm", "names no arm", "for example --arm MTMR"}, EX_USAGE);
   auto device = deviceFor(options);
   if (!device) return fail(device.error(), EX_UNAVAILABLE);
+  check.remedy = [&options](ForceAxes axes) { return wrenchRemedy(options.arm.convention, axes); };
   return checkDevice(check, **device);
 }
 

@@ -12,6 +12,7 @@ namespace hapticd::tools::crtk {
 enum class WrenchConvention : std::uint8_t {
   body_absolute,  ///< body/servo_cf, at the tip, along the axes of the frame of measured_cp
   body,           ///< body/servo_cf, at the tip, along the axes of the tip
+  base,           ///< as body_absolute, by an arm that knows no other axes and so takes no setting of them
   spatial,        ///< spatial/servo_cf, along the axes of the frame of local/measured_cp, about its origin
 };
 
@@ -27,6 +28,7 @@ inline Wrench wrenchOf(WrenchConvention convention, const rt::Vec3& force_n_in_f
                        const rt::RigidPose& T_frame_tip) {
   switch (convention) {
     case WrenchConvention::body_absolute:
+    case WrenchConvention::base:
       break;
     case WrenchConvention::body:
       return {rotated(inverse(T_frame_tip.orientation), force_n_in_frame), {}};

@@ -107,7 +107,7 @@ int run(int argc, char** argv) {
   const std::string standard_socket = config::Settings().control.status_socket;
   const char* const named = std::getenv("HAPTICD_SOCKET");
   options.socket = named != nullptr && *named != '\0' ? named : standard_socket;
-  Network network;
+  Network network{.domain = 0, .interface = "", .largest_message_bytes = kLargestSceneMessage_bytes};
   app.add_option("--socket", options.socket,
                  "of a running hapticd (HAPTICD_SOCKET, else " + standard_socket + ")")
       ->type_name("FILE");

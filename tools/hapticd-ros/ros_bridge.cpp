@@ -100,15 +100,14 @@ void RosBridge::takeTick(const rt::Tick& tick) {
   publishMotion(tick);
 }
 
-/// A pause ends also where somebody else engages the box after it.
 OperatingState RosBridge::stateAt(const rt::Tick& tick) {
   box_.mode = tick.mode;
   OperatingState state = operatingStateOf(tick);
   std::int64_t since_ns = box_.paused_since_ns;
-  if (since_ns == 0 || tick.planned_ns < since_ns) return state;
+  if (since_ns == 0) return state;
   if (tick.mode == rt::Mode::idle) {
     state.state = kPaused;
-  } else {
+  } else if (tick.planned_ns >= since_ns) {
     box_.paused_since_ns.compare_exchange_strong(since_ns, 0);
   }
   return state;

@@ -57,16 +57,14 @@ BoxCommands::Refusal BoxCommands::done(const std::expected<Json, std::string>& r
 }
 
 BoxCommands::Refusal BoxCommands::changeState(std::string_view command) {
-  const bool paused = state_.paused_since_ns != 0;
+  const bool paused = state_.paused_since_ns != 0 || state_.mode == rt::Mode::holding;
   if (command == "enable") {
     if (paused) return "the state is PAUSED, which resume ends";
     return enable();
   }
   if (command == "resume") {
     if (!paused) return "the state is not PAUSED";
-    if (auto refusal = enable()) return refusal;
-    state_.paused_since_ns = 0;
-    return std::nullopt;
+    return enable();
   }
   if (command == "pause") return pause();
   if (command != "disable") return "the commands are enable, disable, pause and resume";
@@ -85,8 +83,9 @@ BoxCommands::Refusal BoxCommands::enable() {
 
 BoxCommands::Refusal BoxCommands::pause() {
   if (!isActive(state_.mode)) return "the state is not ENABLED";
+  state_.paused_since_ns = BoxState::kPausing;
   const auto reply = call("Control.Disengage");
-  if (reply) state_.paused_since_ns = rt::monotonicNow_ns();
+  state_.paused_since_ns = reply ? rt::monotonicNow_ns() : 0;
   return done(reply);
 }
 

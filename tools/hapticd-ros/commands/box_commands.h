@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,11 +17,14 @@
 namespace hapticd::tools::ros {
 
 /// What the two threads of hapticd-ros know of the box. hapticd has no pause that lasts: a box that was
-/// paused over the network is disengaged, and resumes by being engaged again. Thread: any.
+/// paused over the network is disengaged, and resumes by being engaged again; its first tick that is not idle
+/// ends the pause, whoever engaged it. Thread: any.
 struct BoxState {
   std::atomic<bool> answers{false};
   std::atomic<rt::Mode> mode{rt::Mode::starting};  ///< set by the one that reads ticks
-  std::atomic<std::int64_t> paused_since_ns{0};    ///< CLOCK_MONOTONIC; 0: not paused
+  /// CLOCK_MONOTONIC; 0: not paused; kPausing: hapticd is being asked
+  std::atomic<std::int64_t> paused_since_ns{0};
+  static constexpr std::int64_t kPausing = std::numeric_limits<std::int64_t>::max();
 };
 
 /// Does in hapticd what messages ask for, over its control socket. Every function returns why it was not

@@ -4,8 +4,13 @@
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <ifaddrs.h>
+#include <linux/filter.h>
 #include <net/if.h>
+#include <net/if_arp.h>
 #include <netdb.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <array>
 #include <cerrno>
@@ -66,6 +71,45 @@ struct Interface {
   bool is_loopback = false;
 };
 
+/// Lets a socket receive only what arrives at the interface, by the device and not by addresses, which can be
+/// forged. Returns 0, or -1 with errno.
+int restrictTo(const Interface& interface, int descriptor) {
+  if (interface.is_loopback)
+    return ::setsockopt(descriptor, SOL_SOCKET, SO_BINDTODEVICE, interface.name.data(),
+                        static_cast<socklen_t>(interface.name.size()));
+  // bound to the device, it would not hear programs of this computer, which reach it by way of loopback
+  std::array filter{
+      sock_filter BPF_STMT(BPF_LD | BPF_W | BPF_ABS, std::uint32_t(SKF_AD_OFF + SKF_AD_HATYPE)),
+      sock_filter BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, ARPHRD_LOOPBACK, 2, 0),
+      sock_filter BPF_STMT(BPF_LD | BPF_W | BPF_ABS, std::uint32_t(SKF_AD_OFF + SKF_AD_IFINDEX)),
+      sock_filter BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, ::if_nametoindex(interface.name.c_str()), 0, 1),
+      sock_filter BPF_STMT(BPF_RET | BPF_K, std::uint32_t(-1)),
+      sock_filter BPF_STMT(BPF_RET | BPF_K, 0)};
+  const sock_fprog program{filter.size(), filter.data()};
+  return ::setsockopt(descriptor, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program);
+}
+
+/// While it lives, what this thread binds is restricted to the interface.
+class Restriction {
+ public:
+  explicit Restriction(const Interface& interface) : interface_(interface) { current = this; }
+  ~Restriction() { current = nullptr; }
+  Restriction(const Restriction&) = delete;
+  Restriction& operator=(const Restriction&) = delete;
+
+  bool apply(int descriptor) {
+    ++sockets_;
+    return restrictTo(interface_, descriptor) == 0;
+  }
+  int sockets() const { return sockets_; }
+
+  static inline thread_local Restriction* current = nullptr;
+
+ private:
+  const Interface& interface_;
+  int sockets_ = 0;
+};
+
 /// Returns the interface with this name or address, or the loopback interface.
 base::Result<Interface> find(const std::string& wanted) {
   ifaddrs* first = nullptr;
@@ -92,7 +136,7 @@ base::Result<Interface> find(const std::string& wanted) {
 
 /// On loopback ROS 2 looks for others at the ports of the first 33 participants, without multicast, when its
 /// discovery range is LOCALHOST; the same is done here, beside multicast for those who rely on it.
-std::string configurationFor(const Interface& interface) {
+std::string configurationFor(const Interface& interface, std::uint32_t largest_message_bytes) {
   const std::string discovery = interface.is_loopback
                                     ? "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
                                       "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
@@ -106,10 +150,11 @@ std::string configurationFor(const Interface& interface) {
       "<CycloneDDS><Domain><General>"
       "<Interfaces><NetworkInterface "
       "name=\"{}\"{}/></Interfaces><AllowMulticast>{}</AllowMulticast>{}</General>"
-      "{}<Internal><HeartbeatInterval>20 ms</HeartbeatInterval><WriterLingerDuration>200 "
-      "ms</WriterLingerDuration></Internal></Domain></CycloneDDS>",
+      "{}<Internal><MaxSampleSize>{} B</MaxSampleSize><HeartbeatInterval>20 ms</HeartbeatInterval>"
+      "<WriterLingerDuration>200 ms</WriterLingerDuration></Internal></Domain></CycloneDDS>",
       interface.name, interface.is_loopback ? " multicast=\"true\"" : "",
-      interface.is_loopback ? "spdp" : "default", interface.is_loopback ? kLargeDatagrams : "", discovery);
+      interface.is_loopback ? "spdp" : "default", interface.is_loopback ? kLargeDatagrams : "", discovery,
+      largest_message_bytes);
 }
 
 base::Error failureOf(const std::string& what, const Network& network, dds_return_t code,
@@ -122,6 +167,14 @@ base::Error failureOf(const std::string& what, const Network& network, dds_retur
 
 }  // namespace
 
+/// In place of the C library's: Cyclone DDS binds what receives to every address of this computer whatever
+/// its settings say, so each socket is restricted before it can receive anything.
+extern "C" int bind(int descriptor, const sockaddr* address, socklen_t size) noexcept {
+  Restriction* const restriction = address->sa_family == AF_INET ? Restriction::current : nullptr;
+  if (restriction != nullptr && !restriction->apply(descriptor)) return -1;
+  return static_cast<int>(::syscall(SYS_bind, descriptor, address, size));
+}
+
 base::Result<Participant> Participant::join(const Network& network) {
   static const DdsWords words;
   const auto interface = find(network.interface);
@@ -129,7 +182,9 @@ base::Result<Participant> Participant::join(const Network& network) {
   const auto id = static_cast<dds_domainid_t>(network.domain);
 
   DdsWords::keep();
-  DdsEntity domain(dds_create_domain(id, configurationFor(*interface).c_str()));
+  Restriction restriction(*interface);
+  DdsEntity domain(
+      dds_create_domain(id, configurationFor(*interface, network.largest_message_bytes).c_str()));
   if (domain.get() < 0)
     return std::unexpected(failureOf("Cyclone DDS does not start", network, domain.get(), DdsWords::given()));
   dds_qos_t* const qos = dds_create_qos();
@@ -140,6 +195,10 @@ base::Result<Participant> Participant::join(const Network& network) {
   const std::string said = DdsWords::given();
   if (participant.get() < 0)
     return std::unexpected(failureOf("no participant can be made", network, participant.get(), said));
+  if (restriction.sockets() == 0)
+    return std::unexpected(base::Error{fmt::format("DDS domain {}", network.domain),
+                                       "its sockets cannot be bound to " + interface->name,
+                                       "this build and this Cyclone DDS do not go together"});
   if (!said.empty())
     fmt::print(stderr, "{}: Cyclone DDS: {}\n", program_invocation_short_name, base::printable(said));
   return Participant(std::make_shared<Joined>(std::move(domain), std::move(participant), interface->name,

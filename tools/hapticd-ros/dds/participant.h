@@ -3,6 +3,7 @@
 
 #include <dds/dds.h>
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <utility>
@@ -17,6 +18,8 @@ struct Network {
 
   int domain = 0;         ///< 0..232, as ROS_DOMAIN_ID
   std::string interface;  ///< name or address; empty: the loopback interface
+  /// Of what is sent and taken; a larger message is dropped before it is put together.
+  std::uint32_t largest_message_bytes = 1 << 20;
 };
 
 /// An entity of Cyclone DDS, deleted with what belongs to it.  Thread: one at a time.
@@ -34,13 +37,15 @@ class DdsEntity {
   dds_entity_t entity_;
 };
 
-/// A program in a DDS domain, at one interface of this computer and at no other one. What Cyclone DDS has to
-/// say goes to standard error. CYCLONEDDS_URI is not read: it could open other interfaces.
-/// Copies are the same participant, which ends with the last of them.
+/// A program in a DDS domain, at one interface of this computer and at no other one: what arrives elsewhere,
+/// wherever it says that it is from, does not reach its sockets. At another interface than loopback programs
+/// of this computer reach them too. What Cyclone DDS has to say goes to standard error. CYCLONEDDS_URI is not
+/// read: it could open other interfaces. Copies are the same participant, which ends with the last of them.
 /// Thread: one at a time. Cyclone DDS starts threads of its own, which inherit the signal mask.
 class Participant {
  public:
-  /// Errors: an interface that does not exist or is down, and what Cyclone DDS reports.
+  /// Errors: an interface that does not exist or is down, sockets that cannot be bound to it, and what
+  /// Cyclone DDS reports.
   static base::Result<Participant> join(const Network& network);
 
   dds_entity_t get() const noexcept { return joined_->participant.get(); }

@@ -20,6 +20,9 @@
 
 namespace hapticd::tools::ros {
 
+/// A cloud of 1920 x 1080 points has 24.9 MB.
+inline constexpr std::uint32_t kLargestSceneMessage_bytes = 32 << 20;
+
 struct SceneOptions {
   std::string socket;      ///< of hapticd's status
   std::string name_space;  ///< of topics and frames

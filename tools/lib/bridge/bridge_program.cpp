@@ -2,6 +2,7 @@
 #include "tools/lib/bridge/bridge_program.h"
 
 #include <fmt/format.h>
+#include <netinet/in.h>
 #include <sysexits.h>
 
 #include <cstdint>
@@ -36,7 +37,8 @@ base::Result<void> readEndpoint(const std::string& text, const char* option, dri
 BridgeProgram::BridgeProgram(CLI::App& app, std::string name, BridgeDamping damping)
     : name_(std::move(name)) {
   app.add_option("--peer", peer_, "where hapticd waits")->required()->type_name("ADDRESS:PORT");
-  app.add_option("--local", local_, "where packets are sent from (any free port)")->type_name("ADDRESS:PORT");
+  app.add_option("--local", local_, "where packets are sent from (any free port; at loopback if --peer is)")
+      ->type_name("ADDRESS:PORT");
   app.add_option("--key-file", key_file_, "with the key of udp_handle.key_file (no authentication)")
       ->type_name("FILE");
   app.add_option("--protocol", bridge_.protocol,
@@ -90,6 +92,8 @@ int BridgeProgram::fail(const base::Error& error, int status) const {
 
 base::Result<void> BridgeProgram::readEndpoints() {
   if (auto ok = readEndpoint(peer_, "--peer", bridge_.peer); !ok) return ok;
+  // nothing of another computer is meant for a bridge whose hapticd is here
+  if (isLoopback(bridge_.peer)) bridge_.local.address = INADDR_LOOPBACK;
   return local_.empty() ? base::Result<void>{} : readEndpoint(local_, "--local", bridge_.local);
 }
 

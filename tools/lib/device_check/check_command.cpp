@@ -6,7 +6,6 @@
 
 #include "config/base/file_content.h"
 #include "config/base/whole_file.h"
-#include "tools/lib/device_check/check_report.h"
 #include "tools/lib/device_check/device_check.h"
 #include "tools/lib/device_check/person_at_terminal.h"
 
@@ -30,7 +29,9 @@ int checkDevice(const CheckOptions& options, ThreadedDevice& device) {
   CheckReport report;
   report.version = options.version;
   report.kind = options.kind;
-  const auto done = DeviceCheck(device, person, clock).run(report);
+  const auto done = DeviceCheck(device, person, clock, options.remedy != nullptr).run(report);
+  if (const std::string remedy = options.remedy ? options.remedy(report.force_axes) : ""; !remedy.empty())
+    report.problems.push_back(remedy);
   const DeviceAbout about = device.about();
   report.model = about.model;
   report.serial = about.serial;

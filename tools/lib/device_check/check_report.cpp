@@ -14,6 +14,11 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::string_view kFormat = "haptic-vendor-bridge check 1";
 constexpr std::array<const char*, 3> kAxisNames{"right", "up", "towards the person"};
+constexpr std::array<std::string_view, 4> kForceAxes{"unknown", "as commanded", "turned", "unclear"};
+
+std::string wordOf(ForceAxes axes) {
+  return std::string(kForceAxes[static_cast<std::size_t>(axes)]);
+}
 
 Json jsonOf(const rt::Vec3& v) {
   return Json::array({v.x, v.y, v.z});
@@ -57,6 +62,11 @@ class Members {
   void take(const char* name, const Json& json, std::string& value) {
     if (!json.is_string()) return fail(name, "is not a text");
     value = json.get<std::string>();
+  }
+  void take(const char* name, const Json& json, ForceAxes& value) {
+    const auto* const found = std::ranges::find(kForceAxes, json.is_string() ? json.get<std::string>() : "");
+    if (found == kForceAxes.end()) return fail(name, "is no way in which axes are turned");
+    value = static_cast<ForceAxes>(found - kForceAxes.begin());
   }
   void take(const char* name, const Json& json, std::vector<std::string>& value) {
     if (!json.is_array()) return fail(name, "is not a list");
@@ -131,6 +141,7 @@ std::string logOf(const CheckReport& report) {
               {"statedLatencyMs", report.stated_latency_ms},
               {"axes", axes},
               {"rotationWorldHandle", report.rotation_world_handle},
+              {"forceAxes", wordOf(report.force_axes)},
               {"latencyMs", jsonOf(report.latency_ms)},
               {"deadManMs", jsonOf(report.dead_man_ms)},
               {"problems", report.problems}}
@@ -154,6 +165,7 @@ base::Result<CheckReport> reportIn(std::string_view log) {
   members.read("measuresGripper", report.measures_gripper);
   members.read("statedLatencyMs", report.stated_latency_ms);
   members.read("rotationWorldHandle", report.rotation_world_handle);
+  members.read("forceAxes", report.force_axes);
   members.read("latencyMs", report.latency_ms);
   members.read("deadManMs", report.dead_man_ms);
   members.read("problems", report.problems);
@@ -175,6 +187,8 @@ std::string textOf(const CheckReport& report) {
                         1e3 * axis.moved_m.x, 1e3 * axis.moved_m.y, 1e3 * axis.moved_m.z,
                         axis.yields ? "moves the handle along" : "does not move the handle along");
   }
+  if (report.force_axes != ForceAxes::unknown)
+    text += fmt::format("forces where the tool is turned: {}\n", wordOf(report.force_axes));
   const auto inMs = [](const std::optional<double>& ms) {
     return ms ? fmt::format("{:.1f} ms", *ms) : std::string("not measured");
   };

@@ -21,6 +21,14 @@ struct CheckedAxis {
   std::optional<bool> confirmed;  ///< whether the person says so; nothing: was not asked
 };
 
+/// Along which axes forces act, as pushes in several orientations of the tool show it.
+enum class ForceAxes {
+  unknown,  ///< it was not turned
+  as_commanded,
+  turned,  ///< those of the tool are taken for those of the device, or the reverse
+  unclear,
+};
+
 /// What the check found of a device; its log is this in JSON.
 struct CheckReport {
   std::string version;  ///< of the program
@@ -33,9 +41,10 @@ struct CheckReport {
   double stated_latency_ms = 0;  ///< by the driver
   std::array<CheckedAxis, 3> axes;
   std::array<double, 9> rotation_world_handle{};  ///< row by row, from the movements; zero: not found
-  std::optional<double> latency_ms;               ///< from a force until the handle accelerates
-  std::optional<double> dead_man_ms;              ///< from the last command until the force ended
-  std::vector<std::string> problems;              ///< whole sentences; empty: nothing was found wrong
+  ForceAxes force_axes = ForceAxes::unknown;
+  std::optional<double> latency_ms;   ///< from a force until the handle accelerates
+  std::optional<double> dead_man_ms;  ///< from the last command until the force ended
+  std::vector<std::string> problems;  ///< whole sentences; empty: nothing was found wrong
 };
 
 /// The log: one JSON object, whose numbers that are not known are null.

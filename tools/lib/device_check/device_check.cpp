@@ -103,6 +103,27 @@ std::optional<Onset> onsetOf(std::span<const CheckSample> samples, const rt::Vec
   return least < 0.5 * line ? best : std::nullopt;
 }
 
+ForceAxes forceAxesOf(std::span<const Push> pushes) {
+  std::size_t moved = 0;
+  bool as_commanded = true;
+  bool with_tool = true;
+  bool against_tool = true;
+  for (const Push& push : pushes) {
+    if (norm(push.moved_m) <= DeviceCheck::kMinYield_m) continue;
+    ++moved;
+    const auto went = [&](const rt::Vec3& direction) {  // within 45 degrees
+      return dot(push.moved_m, direction) > M_SQRT1_2 * norm(push.moved_m);
+    };
+    as_commanded = as_commanded && went(push.direction);
+    with_tool = with_tool && went(rotated(push.orientation, push.direction));
+    against_tool = against_tool && went(rotated(inverse(push.orientation), push.direction));
+  }
+  // where fewer than two thirds moved the handle, an orientation or an axis may be missing
+  const bool turned = with_tool || against_tool;
+  if (3 * moved < 2 * pushes.size() || as_commanded == turned) return ForceAxes::unclear;
+  return turned ? ForceAxes::turned : ForceAxes::as_commanded;
+}
+
 base::Result<void> DeviceCheck::run(CheckReport& report) {
   if (auto ok = waitUntilReady(); !ok) return ok;
   const DeviceReading reading = device_.read();
@@ -159,35 +180,81 @@ base::Result<void> DeviceCheck::checkAxes(CheckReport& report) {
   return {};
 }
 
-base::Result<void> DeviceCheck::checkForces(CheckReport& report) {
+base::Result<Push> DeviceCheck::push(const rt::Vec3& direction, const std::string& words) {
   constexpr double kRamp_s = 0.2;
   constexpr double kPush_s = 0.8;
+  if (!person_.isReady(
+          fmt::format("The device will push gently {} for a second. Hold the handle loosely.", words)))
+    return std::unexpected(gaveUp());
+  const rt::Quaternion orientation = device_.read().orientation.value_or(rt::Quaternion{});
+  const auto samples = drive(kPush_s, [&](double time_s) {
+    const double share = std::min({1.0, time_s / kRamp_s, (kPush_s - time_s) / kRamp_s});
+    return std::optional(std::max(0.0, share) * kForce_n * direction);
+  });
+  if (!samples) return std::unexpected(samples.error());
+  Push push{direction, {}, orientation};
+  for (const CheckSample& sample : *samples) {
+    const rt::Vec3 moved_m = sample.position_m - samples->front().position_m;
+    if (norm(moved_m) > norm(push.moved_m)) push.moved_m = moved_m;
+  }
+  return push;
+}
+
+base::Result<void> DeviceCheck::checkForces(CheckReport& report) {
   if (report.rotation_world_handle == std::array<double, 9>{}) return {};
+  std::vector<Push> pushes;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     CheckedAxis& checked = report.axes[axis];
-    const rt::Vec3 direction = row(report.rotation_world_handle, axis);
-    if (!person_.isReady(fmt::format("The device will push gently {} for a second. Hold the handle loosely.",
-                                     kDirections[axis])))
-      return std::unexpected(gaveUp());
-    const auto samples = drive(kPush_s, [&](double time_s) {
-      const double share = std::min({1.0, time_s / kRamp_s, (kPush_s - time_s) / kRamp_s});
-      return std::optional(std::max(0.0, share) * kForce_n * direction);
-    });
-    if (!samples) return std::unexpected(samples.error());
-    double farthest_m = 0;
-    for (const CheckSample& sample : *samples) {
-      const rt::Vec3 pushed = sample.position_m - samples->front().position_m;
-      if (std::abs(dot(pushed, direction)) <= std::abs(farthest_m)) continue;
-      farthest_m = dot(pushed, direction);
-      checked.pushed_m = pushed;
-    }
-    checked.yields = farthest_m > kMinYield_m;
+    const auto pushed = push(row(report.rotation_world_handle, axis), kDirections[axis]);
+    if (!pushed) return std::unexpected(pushed.error());
+    pushes.push_back(*pushed);
+    checked.pushed_m = pushed->moved_m;
+    const double along_m = dot(pushed->moved_m, pushed->direction);
+    checked.yields = along_m > kMinYield_m;
     checked.confirmed = person_.answer(fmt::format("Did it push {}?", kDirections[axis]));
     if (!checked.confirmed) return std::unexpected(gaveUp());
-    if (farthest_m < -kMinYield_m || !*checked.confirmed) {
+    if (along_m < -kMinYield_m || !*checked.confirmed) {
       report.problems.push_back(fmt::format(
           "A force {} does not push there: do not use this device with hapticd.", kDirections[axis]));
     }
+  }
+  return turns_tool_ && report.measures_orientation ? checkTurnedForces(report, std::move(pushes))
+                                                    : base::Result<void>{};
+}
+
+/// An arm may take a force along the axes of its tool or along its own, which is the same until the tool is
+/// turned.
+base::Result<void> DeviceCheck::checkTurnedForces(CheckReport& report, std::vector<Push> pushes) {
+  constexpr int kTurns = 2;
+  constexpr double kLeast_rad = 1.2;  // between any two orientations
+  const auto isNew = [&](const rt::Quaternion& orientation) {
+    return std::ranges::all_of(pushes, [&](const Push& push) {
+      return norm(rotationVectorOf(inverse(push.orientation) * orientation)) > kLeast_rad;
+    });
+  };
+  for (int turn = 0, attempt = 0; turn < kTurns; ++attempt) {
+    if (attempt == kTurns + kTries) {
+      report.problems.emplace_back(
+          "The tool was not turned far enough: whether forces turn with it is not known.");
+      return {};
+    }
+    if (!person_.isReady(
+            "Turn the tool by a quarter turn or more, so that it points where it has not pointed "
+            "before, and keep it so."))
+      return std::unexpected(gaveUp());
+    if (!isNew(device_.read().orientation.value_or(rt::Quaternion{}))) continue;
+    ++turn;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto pushed = push(row(report.rotation_world_handle, axis), kDirections[axis]);
+      if (!pushed) return std::unexpected(pushed.error());
+      pushes.push_back(*pushed);
+    }
+  }
+  report.force_axes = forceAxesOf(pushes);
+  if (report.force_axes != ForceAxes::as_commanded) {
+    report.problems.emplace_back(
+        "Where the tool is turned a force does not push where it points: do not use this device with "
+        "hapticd.");
   }
   return {};
 }

@@ -29,6 +29,13 @@ struct CheckSample {
   rt::Vec3 position_m;
 };
 
+/// A push, in the device's axes.
+struct Push {
+  rt::Vec3 direction;          ///< that was commanded, of length 1
+  rt::Vec3 moved_m;            ///< by it, where it was farthest from its start
+  rt::Quaternion orientation;  ///< of the tool
+};
+
 /// Leads a person through axes, direction of the force, latency and dead man of a device, with at most
 /// kForce_n. Thread: one.
 class DeviceCheck {
@@ -38,8 +45,9 @@ class DeviceCheck {
   static constexpr double kMinYield_m = 5e-4;  ///< of a handle that goes where a force pushes
   static constexpr double kReady_s = 120;      ///< for opening, initialising and calibrating
 
-  DeviceCheck(Device& device, Person& person, CheckClock& clock)
-      : device_(device), person_(person), clock_(clock) {}
+  /// `turns_tool`: whether a person is asked to turn the tool of a device that measures its orientation.
+  DeviceCheck(Device& device, Person& person, CheckClock& clock, bool turns_tool = false)
+      : device_(device), person_(person), clock_(clock), turns_tool_(turns_tool) {}
 
   /// Fills what it finds into `report`.
   /// Errors: the device is not ready in time or was lost, the person gave up.
@@ -49,8 +57,11 @@ class DeviceCheck {
   base::Result<void> waitUntilReady();
   base::Result<void> checkAxes(CheckReport& report);
   base::Result<void> checkForces(CheckReport& report);
+  base::Result<void> checkTurnedForces(CheckReport& report, std::vector<Push> pushes);
   base::Result<void> measureTimes(CheckReport& report);
   base::Result<rt::Vec3> place();
+  /// Pushes for a second, and says before where to.
+  base::Result<Push> push(const rt::Vec3& direction, const std::string& words);
   /// Commands `force(time)` each millisecond for `duration_s`; where it returns nothing, no command is given.
   base::Result<std::vector<CheckSample>> drive(double duration_s,
                                                const std::function<std::optional<rt::Vec3>(double)>& force);
@@ -58,7 +69,12 @@ class DeviceCheck {
   Device& device_;
   Person& person_;
   CheckClock& clock_;
+  bool turns_tool_;
 };
+
+/// Along which axes the pushes went. Each that moved the handle has to agree, and to differ from the other
+/// ones somewhere.
+ForceAxes forceAxesOf(std::span<const Push> pushes);
 
 /// The person's axes in the device's frame from three movements (right, up, towards the person): a rotation
 /// whose rows are the device's axes with their signs, which maps vectors of the device to the world where the
