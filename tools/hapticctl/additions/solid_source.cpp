@@ -149,9 +149,9 @@ base::Result<MadeSolid> fromLabels(const SolidSource& source, const Json& defini
                             textOf(report.frame), textOf(report.frame_from)) +
                 result.text +
                 fmt::format(
-                    "  smoothing  by {:.2f} mm; convex parts shrink by up to about {:.2f} mm, which "
+                    "  smoothing  by a voxel; convex parts shrink by up to about {:.2f} mm, which "
                     "--clearance-m makes up for\n",
-                    1000 * field->smoothing_m, 1000 * field->bias_bound_m);
+                    1000 * field->bias_bound_m);
   result.document["biasBoundM"] = field->bias_bound_m;
   addWarnings(result, report.warnings, field->report.warnings);
   return result;

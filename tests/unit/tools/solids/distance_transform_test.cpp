@@ -76,7 +76,7 @@ TEST(GaussianSmoothing, LeavesLinearFunctionsAloneUpToTheEdge) {
     for (int y = 0; y < size[1]; ++y)
       for (int x = 0; x < size[0]; ++x) values.push_back(static_cast<float>(0.25 * x - 0.5 * y + z));
   const std::vector<float> before = values;
-  smoothGaussian(values, size, 1.5);
+  smoothGaussian(values, size, {1.5, 1.5, 1.5});
   // 4 sigma are 6 samples, fewer than each axis has; rounding of floats below 16
   for (std::size_t i = 0; i < values.size(); ++i) EXPECT_NEAR(values[i], before[i], 1e-5);
 }
@@ -85,7 +85,7 @@ TEST(GaussianSmoothing, AddsTheVarianceToAParabola) {
   const GridSize size{41, 1, 1};
   std::vector<float> values;
   for (int x = 0; x < size[0]; ++x) values.push_back(static_cast<float>((x - 20) * (x - 20)));
-  smoothGaussian(values, size, 1.5);
+  smoothGaussian(values, size, {1.5, 1.5, 1.5});
   // the mean of (x + n)^2 is x^2 + sigma^2; cut off at 4 sigma, 0.1 % of it is missing
   EXPECT_NEAR(values[20], 1.5 * 1.5, 0.01);
   EXPECT_NEAR(values[25], 25 + 1.5 * 1.5, 0.01);

@@ -196,6 +196,30 @@ TEST(LabelReader, RefusesNiftiThatItWouldMisread) {
   EXPECT_FALSE(labelFrom(std::string(400, '\0'), "a.nii"));
 }
 
+TEST(LabelReader, DoesNotTakeNumbersOfNiftiThatMeanNothing) {
+  test::MadeUpNifti file = withQform();
+  for (std::size_t axis = 1; axis <= 3; ++axis) file.pixdim[axis] = -file.pixdim[axis];
+  file.scl_slope = file.scl_inter = std::nanf("");
+  const auto read = labelFrom(file.file(), "a.nii");
+  expectTheVoxel(read, "spacings have no sign");
+  ASSERT_EQ(read->report.warnings.size(), 1U);
+  EXPECT_NE(read->report.warnings[0].find("negative"), std::string::npos);
+  file.quatern = {0, 0, 1.2F};
+  EXPECT_FALSE(labelFrom(file.file(), "a.nii"));
+  file.sform_code = 1;
+  file.srow = withSform().srow;
+  expectTheVoxel(labelFrom(file.file(), "a.nii"), "the quaternion is not used");
+}
+
+TEST(LabelReader, SaysThatTheFrameOfTheFileDecides) {
+  LabelOptions options;
+  options.frame = Frame::lps;
+  const auto read = labelFrom(withSform().file(), "a.nii", options);
+  expectTheVoxel(read, "RAS");
+  ASSERT_EQ(read->report.warnings.size(), 1U);
+  EXPECT_NE(read->report.warnings[0].find("ignored"), std::string::npos);
+}
+
 template <typename Number>
 std::string voxelsOf(std::size_t count, std::size_t at, Number value, std::endian order) {
   std::string voxels;
@@ -335,6 +359,13 @@ TEST(LabelReader, ReadsDetachedVoxelsFromTheFolderOnly) {
     EXPECT_FALSE(readLabel(folder.write("b.nhdr", test::nrrdHeader(withLines(all, {"data file: " + other})))))
         << other;
   EXPECT_FALSE(labelFrom(test::nrrdHeader(withLines(all, {"data file: voxels.raw"})), "a.nhdr"));
+  const test::TemporaryFolder other_folder;
+  std::filesystem::create_symlink(other_folder.write("voxels.raw", voxelsWith(1)),
+                                  folder.path() / "link.raw");
+  const auto linked =
+      readLabel(folder.write("c.nhdr", test::nrrdHeader(withLines(all, {"data file: link.raw"}))));
+  ASSERT_FALSE(linked);
+  EXPECT_NE(linked.error().text().find("outside"), std::string::npos) << linked.error().text();
 }
 
 TEST(LabelReader, RefusesHostileHeadersWithoutAllocating) {
@@ -385,6 +416,20 @@ TEST(LabelReader, RefusesMoreCompressedDataThanItsLimit) {
   options.limits.voxel_bytes = 1000;
   const std::string header = test::nrrdHeader(withLines(withLines(kShape, kOrientation), {"encoding: gzip"}));
   EXPECT_FALSE(labelFrom(header + test::gzipped(voxelsWith(1)), "a.nrrd", options));
+}
+
+/// Voxels are decompressed piece by piece; what is kept of them is limited by the size of the file.
+TEST(LabelReader, RefusesASegmentWhoseBoxIsFarLargerThanItsFile) {
+  std::string voxels(std::size_t{520} * 520 * 520, '\0');
+  voxels.front() = voxels.back() = 1;
+  const auto read = labelFrom(test::nrrdHeader({"type: uchar", "dimension: 3", "sizes: 520 520 520",
+                                                "space: LPS", "space directions: (1,0,0) (0,1,0) (0,0,1)",
+                                                "space origin: (0,0,0)", "encoding: gzip"}) +
+                                  test::gzipped(voxels),
+                              "bomb.nrrd");
+  ASSERT_FALSE(read);
+  EXPECT_EQ(read.error().where, "bomb.nrrd");
+  EXPECT_NE(read.error().what.find("of this file"), std::string::npos) << read.error().text();
 }
 
 TEST(LabelReader, RefusesATruncationAtEveryByte) {

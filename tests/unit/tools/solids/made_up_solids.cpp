@@ -232,7 +232,7 @@ std::string plyFile(const TriangleMesh& mesh, const std::string& format, const s
 
 std::string gzipped(const std::string& bytes) {
   z_stream stream{};
-  if (deflateInit2(&stream, Z_BEST_SPEED, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY) != Z_OK)
+  if (deflateInit2(&stream, Z_BEST_COMPRESSION, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY) != Z_OK)
     throw std::runtime_error("zlib");
   std::string out(deflateBound(&stream, bytes.size()) + 64, '\0');
   std::string in = bytes;

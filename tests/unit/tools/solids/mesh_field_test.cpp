@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "tests/unit/tools/solids/made_up_solids.h"
+#include "tools/lib/solids/files/mesh_reader.h"
 
 // Sampled meshes of bodies whose signed distance is known in closed form.
 namespace hapticd::solids {
@@ -282,6 +283,79 @@ TEST(MeshField, RefusesAWideHoleAndSaysWhere) {
   EXPECT_NE(result.error().what.find("unclear"), std::string::npos) << result.error().text();
   EXPECT_NE(result.error().what.find("mm"), std::string::npos);
   EXPECT_NE(result.error().remedy.find("hole"), std::string::npos);
+}
+
+/// A C whose gap of 45 x 30 mm a fan about any corner would close.
+TEST(MeshField, OfHollowPolygonsIsFreeBetweenThem) {
+  std::string file = "# SPACE=LPS\n";
+  for (const int z : {0, 15})
+    for (const auto& [x, y] :
+         {std::pair{0, 0}, {60, 0}, {60, 15}, {15, 15}, {15, 45}, {60, 45}, {60, 60}, {0, 60}})
+      file += "v " + std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(z) + "\n";
+  file += "f 2 1 8 7 6 5 4 3\nf 10 11 12 13 14 15 16 9\n";
+  for (int i = 1; i <= 8; ++i)
+    file += "f " + std::to_string(i) + " " + std::to_string(i % 8 + 1) + " " + std::to_string(i % 8 + 9) +
+            " " + std::to_string(i + 8) + "\n";
+  const auto read = meshFrom(file, "c.obj");
+  ASSERT_TRUE(read) << read.error().text();
+  const auto result = fieldOfMesh(read->mesh, "c", within(0.0005));
+  ASSERT_TRUE(result) << result.error().text();
+  // 15 mm from three faces; the trilinear value errs by at most half a spacing where all are as near
+  EXPECT_NEAR(trilinearValue(result->field, {0.045, 0.030, 0.0075}), 0.015, result->field.spacing_m / 2);
+  EXPECT_NEAR(trilinearValue(result->field, {0.008, 0.030, 0.0075}), -0.007, result->field.spacing_m / 2);
+}
+
+TEST(MeshField, StatesWhatTheShapeOfFacesLeavesOpen) {
+  const auto withLift = [](double lift_mm) {
+    return meshFrom("# SPACE=LPS\nv 0 0 0\nv 30 0 0\nv 30 30 0\nv 0 30 0\nv 0 0 20\nv 30 0 20\nv 30 30 " +
+                        std::to_string(20 + lift_mm) +
+                        "\nv 0 30 20\nf 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n",
+                    "a.obj");
+  };
+  const auto bent = withLift(0.8);
+  ASSERT_TRUE(bent);
+  EXPECT_LT(withLift(0)->mesh.error_m, 1e-9);
+  // half of the lift lies between the two diagonals of the face
+  EXPECT_NEAR(bent->mesh.error_m, 0.0004, 1e-6);
+  TriangleMesh only_triangles = bent->mesh;
+  only_triangles.error_m = 0;
+  const auto stated = fieldOfMesh(bent->mesh, "bent", within(0.005)),
+             measured = fieldOfMesh(only_triangles, "triangles", within(0.005));
+  ASSERT_TRUE(stated && measured);
+  ASSERT_EQ(stated->field.spacing_m, measured->field.spacing_m);
+  EXPECT_NEAR(stated->report.surface.max_m, measured->report.surface.max_m + 0.0004, 1e-6);
+  const auto refused = fieldOfMesh(bent->mesh, "bent", within(0.0003));
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().what.find("bend"), std::string::npos);
+}
+
+/// Hundreds of large triangles that are nothing: refused by some tens of thousands of samples.
+TEST(MeshField, RefusesRandomTriangles) {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> place_m(0, 0.1);
+  TriangleMesh mesh;
+  for (std::uint32_t i = 0; i < 300; ++i) {
+    for (int corner = 0; corner < 3; ++corner)
+      mesh.points_m.push_back({place_m(random), place_m(random), place_m(random)});
+    mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  const auto result = fieldOfMesh(mesh, "nothing", within(0.0005));
+  ASSERT_FALSE(result);
+  EXPECT_NE(result.error().what.find("unclear"), std::string::npos) << result.error().text();
+}
+
+/// What an effort permits, a body takes; one that is used up answers at once.
+TEST(MeshField, TakesNoMoreThanItsEffort) {
+  const TriangleMesh mesh =
+      test::unionOf(test::sphereBody({}, 0.02, 16), test::boxBody({}, {0.03, 0.03, 0.03})).mesh;
+  Effort enough, little{100'000};
+  MeshBody body(mesh, &enough), hurried(mesh, &little);
+  body.uncover();
+  hurried.uncover();
+  EXPECT_GT(body.hiddenFaces(), 0U);
+  EXPECT_LT(enough.left, Effort{}.left - 100'000);
+  EXPECT_EQ(little.left, 0U);
+  EXPECT_TRUE(hurried.surface().isSpent());
 }
 
 TEST(MeshField, RefusesASheetThatEnclosesNothing) {

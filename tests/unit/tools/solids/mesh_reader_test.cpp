@@ -194,6 +194,55 @@ TEST(MeshReader, RefusesHostileNumbersWithoutAllocating) {
     EXPECT_FALSE(meshFrom(variant.bytes, variant.name, few)) << variant.name;
 }
 
+/// What would be left out, or taken for something else, is refused, with a word of the reason.
+TEST(MeshReader, RefusesWhatItWouldReadInPart) {
+  const TriangleMesh& mesh = writtenMesh();
+  const std::string stl = test::binaryStl(mesh, "SPACE=LPS");
+  const auto counting = [&](std::uint32_t count) {
+    return std::string(stl).replace(80, 4, test::bytesOf(count));
+  };
+  const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
+  std::string vertices;
+  for (int i = 0; i < 6; ++i) vertices += "element vertex 1\n" + xyz;
+  struct Case {
+    std::string name, bytes, reason;
+  };
+  const std::vector<Case> cases{
+      {"count_0.stl", counting(0), "announces 0"},
+      {"count_half.stl", counting(6), "no further body"},
+      {"other_frame.stl", stl + test::binaryStl(mesh, "SPACE=RAS"), "SPACE=RAS"},
+      {"mark.obj", "\xef\xbb\xbf\xef\xbb\xbfv 0 0 0\nv 9 0 0\nv 0 9 0\nv 9 9 0\nf 1 2 3\n", "not a word"},
+      {"surface.obj", test::objFile(mesh) + "surf 0 1 0 1 1 2 3 4\n", "not made of faces"},
+      {"bow.obj", "v 0 0 0\nv 9 9 0\nv 9 0 0\nv 0 9 0\nf 1 2 3 4\n", "crosses itself"},
+      {"twice_round.obj", "v 0 0 0\nv 9 0 0\nv 9 9 0\nv 0 9 0\nv 1 1 0\nv 8 1 0\nv 8 8 0\nf 1 2 3 4 5 6 7\n",
+       "crosses itself"},
+      {"six.ply", "ply\nformat ascii 1.0\n" + vertices + "end_header\n0 0 0\n", "each once"},
+      {"order.ply",
+       "ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int vertex_index\nelement vertex 3\n" +
+           xyz + "end_header\n3 0 1 2\n0 0 0\n9 0 0\n0 9 0\n",
+       "before the faces"}};
+  for (const Case& one : cases) {
+    const auto file = meshFrom(one.bytes, one.name);
+    ASSERT_FALSE(file) << one.name;
+    EXPECT_NE(file.error().text().find(one.reason), std::string::npos) << file.error().text();
+  }
+}
+
+TEST(MeshReader, ReadsFacesWithHoles) {
+  // a square of 30 mm with one of 10 mm in it, joined by a bridge that is passed twice
+  const auto file = meshFrom(
+      "# SPACE=LPS\nv 0 0 0\nv 30 0 0\nv 30 30 0\nv 0 30 0\nv 10 10 0\nv 10 20 0\nv 20 20 0\nv 20 10 0\n"
+      "f 1 2 3 4 1 5 6 7 8 5\n",
+      "a.obj");
+  ASSERT_TRUE(file) << file.error().text();
+  double area_m2 = 0;
+  for (const Triangle& t : file->mesh.triangles) {
+    const auto& p = file->mesh.points_m;
+    area_m2 += norm(cross(p[t[1]] - p[t[0]], p[t[2]] - p[t[0]])) / 2;
+  }
+  EXPECT_NEAR(area_m2, 800e-6, 1e-12);
+}
+
 TEST(MeshReader, NamesTheFormatsForAnotherEnding) {
   const auto file = meshFrom("x", "model.vtk");
   ASSERT_FALSE(file);
@@ -226,6 +275,10 @@ TEST(MeshRepair, WeldsWithinAMillionthOfTheDiagonalOnly) {
     }
     const Topology topology = repair(soup);
     EXPECT_EQ(soup.points_m.size() == 8, share < 1) << share;
+    if (share == 0.2) {
+      EXPECT_GT(soup.error_m, 0.5 * offset_m);
+    }
+    EXPECT_LE(soup.error_m, share < 1 ? 2 * std::sqrt(3) * offset_m : kWeldShare * 0.1);
     EXPECT_EQ(topology.boundary_edges == 0, share < 1) << share;
   }
 }

@@ -102,18 +102,19 @@ std::vector<float> signedDistances(std::span<const std::uint8_t> is_inside, cons
   return values;
 }
 
-void smoothGaussian(std::vector<float>& values, const GridSize& size, double sigma) {
-  if (!(sigma > 0)) return;
-  const auto reach = static_cast<std::size_t>(std::ceil(4 * sigma));
-  std::vector<double> weights(reach + 1);
-  double sum = 0;
-  for (std::size_t i = 0; i <= reach; ++i) {
-    weights[i] = std::exp(-0.5 * static_cast<double>(i * i) / (sigma * sigma));
-    sum += (i == 0 ? 1 : 2) * weights[i];
-  }
-  for (double& weight : weights) weight /= sum;
-  std::vector<double> extended;
+void smoothGaussian(std::vector<float>& values, const GridSize& size, const std::array<double, 3>& sigmas) {
+  std::vector<double> weights, extended;
   for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double sigma = sigmas[axis];
+    if (!(sigma > 0)) continue;
+    const auto reach = static_cast<std::size_t>(std::ceil(4 * sigma));
+    weights.resize(reach + 1);
+    double sum = 0;
+    for (std::size_t i = 0; i <= reach; ++i) {
+      weights[i] = std::exp(-0.5 * static_cast<double>(i * i) / (sigma * sigma));
+      sum += (i == 0 ? 1 : 2) * weights[i];
+    }
+    for (double& weight : weights) weight /= sum;
     const std::size_t length = sizeAt(size, axis);
     extended.resize(length + 2 * reach);
     forEachLine(values, size, axis, [&](std::vector<double>& line) {

@@ -22,8 +22,9 @@ std::vector<float> squaredDistances(std::span<const std::uint8_t> is_seed, const
 std::vector<float> signedDistances(std::span<const std::uint8_t> is_inside, const GridSize& size,
                                    double spacing);
 
-/// Smooths with a Gaussian of standard deviation `sigma`, in spacings of the grid. Beyond the edge the field
-/// is continued so that linear functions remain as they are. Does nothing for 0.
-void smoothGaussian(std::vector<float>& values, const GridSize& size, double sigma);
+/// Smooths with a Gaussian of standard deviations `sigmas` along the axes, in spacings of the grid. Beyond
+/// the edge the field is continued so that linear functions remain as they are. Does nothing along an axis of
+/// 0.
+void smoothGaussian(std::vector<float>& values, const GridSize& size, const std::array<double, 3>& sigmas);
 
 }  // namespace hapticd::solids

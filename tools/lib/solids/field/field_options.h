@@ -29,7 +29,7 @@ struct FieldOptions {
 /// What is known about every field.
 struct FieldReport {
   double band_m = 0;            ///< the grid reaches so far beyond the body on every side
-  SurfaceError surface;         ///< measured
+  SurfaceError surface;         ///< measured; of a mesh with what reading its file changed
   double finest_spacing_m = 0;  ///< that the limits permit
   std::vector<std::string> warnings;
 };

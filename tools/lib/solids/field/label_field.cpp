@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -36,6 +37,8 @@ struct WorkGrid {
   Eigen::Matrix3d steps_m;  ///< columns: the steps of the label map
   SampledField field;       ///< in coordinates along `axes`
   std::vector<std::uint8_t> inside;
+
+  std::array<double, 3> voxel_m{};  ///< along each of the axes, at least the spacing of the field
 
   Vec3 alongAxes(const Vec3& lps_m) const { return vec3Of(axes.transpose() * eigenOf(lps_m)); }
   Vec3 inLps_m(const Vec3& along_axes_m) const { return vec3Of(axes * eigenOf(along_axes_m)); }
@@ -188,10 +191,15 @@ std::vector<Vec3> facesOf(const WorkGrid& grid) {
   return thinned(std::move(places));
 }
 
-/// The mean curvature that all but one in a hundred places on the surface stay below, 1/m: half the Laplacian
-/// of a distance.
-double largestCurvature(const SampledField& field) {
-  std::vector<double> curvatures;
+/// By how much smoothing moves the surface at all but one in a hundred places: half of each variance times
+/// the second derivative of the distance along its axis.
+double largestBias(const WorkGrid& grid) {
+  const SampledField& field = grid.field;
+  const auto half_variance = [&](std::size_t axis) {
+    return 0.5 * std::pow(grid.voxel_m[axis] / field.spacing_m, 2);
+  };
+  const double a = half_variance(0), b = half_variance(1), c = half_variance(2);
+  std::vector<double> biases;
   for (int z = 1; z + 1 < field.samples[2]; ++z)
     for (int y = 1; y + 1 < field.samples[1]; ++y)
       for (int x = 1; x + 1 < field.samples[0]; ++x) {
@@ -200,24 +208,38 @@ double largestCurvature(const SampledField& field) {
         };
         const double centre = value(0, 0, 0);
         if (std::abs(centre) > field.spacing_m / 2) continue;
-        const double sum = value(1, 0, 0) + value(-1, 0, 0) + value(0, 1, 0) + value(0, -1, 0) +
-                           value(0, 0, 1) + value(0, 0, -1) - 6 * centre;
-        curvatures.push_back(std::abs(sum) / (2 * field.spacing_m * field.spacing_m));
+        biases.push_back(std::abs(a * (value(1, 0, 0) + value(-1, 0, 0) - 2 * centre) +
+                                  b * (value(0, 1, 0) + value(0, -1, 0) - 2 * centre) +
+                                  c * (value(0, 0, 1) + value(0, 0, -1) - 2 * centre)));
       }
-  if (curvatures.empty()) return 0;
-  const auto high = curvatures.begin() + static_cast<std::ptrdiff_t>(curvatures.size() * 99 / 100);
-  std::ranges::nth_element(curvatures, high);
+  if (biases.empty()) return 0;
+  const auto high = biases.begin() + static_cast<std::ptrdiff_t>(biases.size() * 99 / 100);
+  std::ranges::nth_element(biases, high);
   return *high;
 }
 
-/// Voxels from which the smoothed body is farther away than smoothing rounds off a corner.
-void findLostParts(const WorkGrid& grid, double largest_spacing_m, LabelField& result) {
+/// "1.0 mm", or "0.7 x 0.7 x 5.0 mm" of what is not the same along all axes.
+std::string textOf(const std::array<double, 3>& lengths_m) {
+  const auto [x, y, z] = lengths_m;
+  return x == y && y == z ? fmt::format("{:.1f} mm", 1e3 * x)
+                          : fmt::format("{:.1f} x {:.1f} x {:.1f} mm", 1e3 * x, 1e3 * y, 1e3 * z);
+}
+
+std::string thinText(const LabelField& result) {
+  const auto [x, y, z] = result.smoothing_m;
+  return fmt::format("thinner than about two voxels ({})", textOf({2 * x, 2 * y, 2 * z}));
+}
+
+/// Voxels from which the smoothed body is farther away, in voxels, than smoothing rounds off a corner.
+void findLostParts(const WorkGrid& grid, LabelField& result) {
   std::vector<std::uint8_t> is_kept(grid.inside.size());
   for (std::size_t i = 0; i < is_kept.size(); ++i) is_kept[i] = grid.field.distance_m[i] < 0 ? 1 : 0;
   const GridSize size = grid.field.samples;
   const double h = grid.field.spacing_m;
-  const std::vector<float> to_kept = squaredDistances(is_kept, size, {h, h, h});
-  const double limit_m = 1.5 * largest_spacing_m;
+  const std::array<double, 3>& voxel_m = grid.voxel_m;
+  const std::vector<float> to_kept =
+      squaredDistances(is_kept, size, {h / voxel_m[0], h / voxel_m[1], h / voxel_m[2]});
+  constexpr double kRounded = 1.5;
   std::size_t inside = 0, lost = 0;
   float farthest = 0;
   for (int z = 0; z < size[2]; ++z)
@@ -226,19 +248,19 @@ void findLostParts(const WorkGrid& grid, double largest_spacing_m, LabelField& r
         const std::size_t index = grid.field.indexOf(x, y, z);
         if (grid.inside[index] == 0) continue;
         ++inside;
-        if (std::sqrt(static_cast<double>(to_kept[index])) <= limit_m) continue;
+        if (std::sqrt(static_cast<double>(to_kept[index])) <= kRounded) continue;
         ++lost;
         if (to_kept[index] <= farthest && result.lost) continue;
         farthest = to_kept[index];
-        result.lost = ThinPlace{2 * largest_spacing_m, grid.inLps_m(grid.field.placeOf(x, y, z))};
+        result.lost = ThinPlace{2 * std::ranges::max(voxel_m), grid.inLps_m(grid.field.placeOf(x, y, z))};
       }
   result.lost_share = inside > 0 ? static_cast<double>(lost) / static_cast<double>(inside) : 0;
   if (lost > 0)
-    result.report.warnings.push_back(fmt::format(
-        "{:.2g} % of the segment is thinner than about two voxels ({:.1f} mm) and is lost, e.g. at {}: "
-        "thicken it (Segment "
-        "Editor, Margin, Grow) or segment with smaller voxels",
-        100 * result.lost_share, result.lost->thickness_m * 1e3, millimetreText(result.lost->place_m)));
+    result.report.warnings.push_back(
+        fmt::format("{:.2g} % of the segment is {} and is lost, e.g. at {}: "
+                    "thicken it (Segment "
+                    "Editor, Margin, Grow) or segment with smaller voxels",
+                    100 * result.lost_share, thinText(result), millimetreText(result.lost->place_m)));
 }
 
 /// The label map as a smoothed distance on a grid along the axes of the image.
@@ -270,17 +292,27 @@ base::Result<WorkGrid> smoothedDistance(const LabelMap& map, const std::string& 
   resample(map, grid);
   if (std::ranges::find(grid.inside, 1) == grid.inside.end())
     return refused(name, "no voxel is inside", "choose another segment");
-  result.smoothing_m = std::max(largest_m, spacing_m);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double step_m = std::max(norm(map.steps_m[static_cast<std::size_t>(axis)]), spacing_m);
+    result.smoothing_m[static_cast<std::size_t>(axis)] = step_m;
+    Eigen::Index along = 0;  // the axis of the grid which that of the image is nearest to
+    (grid.axes.transpose() * grid.steps_m.col(axis)).cwiseAbs().maxCoeff(&along);
+    grid.voxel_m[static_cast<std::size_t>(along)] = step_m;
+  }
   grid.field.distance_m = signedDistances(grid.inside, grid.field.samples, spacing_m);
-  smoothGaussian(grid.field.distance_m, grid.field.samples, result.smoothing_m / spacing_m);
-  findLostParts(grid, result.smoothing_m, result);
+  const std::array<double, 3>& voxel_m = grid.voxel_m;
+  smoothGaussian(grid.field.distance_m, grid.field.samples,
+                 {voxel_m[0] / spacing_m, voxel_m[1] / spacing_m, voxel_m[2] / spacing_m});
+  findLostParts(grid, result);
   if (std::ranges::none_of(grid.field.distance_m, [](float distance) { return distance < 0; }))
-    return refused(name,
-                   fmt::format("the whole segment is thinner than about two voxels ({:.1f} mm)",
-                               2e3 * result.smoothing_m),
+    return refused(name, "the whole segment is " + thinText(result),
                    "thicken it (Segment Editor, Margin, Grow) or segment with smaller voxels");
-  result.bias_bound_m =
-      result.smoothing_m * result.smoothing_m * std::max(kBiasCurvature_per_m, largestCurvature(grid.field));
+  double variances_m2 = 0, least_m2 = std::numeric_limits<double>::infinity();
+  for (const double sigma_m : voxel_m) {
+    variances_m2 += sigma_m * sigma_m;
+    least_m2 = std::min(least_m2, sigma_m * sigma_m);
+  }
+  result.bias_bound_m = std::max(0.5 * (variances_m2 - least_m2) * kBiasCurvature_per_m, largestBias(grid));
   result.from_voxels = surfaceError(grid.field, facesOf(grid), {}, trilinearReader);
   result.from_voxels.worst_m = grid.inLps_m(result.from_voxels.worst_m);
   return grid;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 
@@ -15,7 +16,7 @@ struct LabelField {
   SampledField field;
   /// `report.surface` is the error of the sampling; what the smoothing changes is in the members below.
   FieldReport report;
-  double smoothing_m = 0;         ///< standard deviation of the Gaussian: the largest spacing of the voxels
+  std::array<double, 3> smoothing_m{};  ///< standard deviation of the Gaussian along each axis: a voxel
   double bias_bound_m = 0;        ///< convex parts shrink by at most about this: add it where it matters
   SurfaceError from_voxels;       ///< distance between the surface and the faces of the voxels
   double lost_share = 0;          ///< of the segment's voxels: in parts so thin that smoothing removes them
@@ -26,11 +27,11 @@ struct LabelField {
 inline constexpr double kBiasCurvature_per_m = 100;
 
 /// Samples the signed distance to the boundary between the voxels of a segment and others, smoothed by one
-/// voxel: the distance alone has normals that are wrong by 19 degrees in the median. The spacing is that of
-/// the voxels (the smallest of them) or as fine as the limits allow; it is finer where the tolerance requires
-/// that. `name`: of the segment, for messages. Thread: any; takes seconds. RT: not safe. Errors: an option
-/// out of range; no voxel inside, or all of it too thin; the tolerance would take more samples than the
-/// limits allow, with one that would fit.
+/// voxel along each axis: the distance alone has normals that are wrong by 19 degrees in the median. The
+/// spacing is that of the voxels (the smallest of them) or as fine as the limits allow; it is finer where the
+/// tolerance requires that. `name`: of the segment, for messages. Thread: any; takes seconds. RT: not safe.
+/// Errors: an option out of range; no voxel inside, or all of it too thin; the tolerance would take more
+/// samples than the limits allow, with one that would fit.
 base::Result<LabelField> fieldOfLabel(const LabelMap& map, const std::string& name,
                                       const FieldOptions& options = {});
 

@@ -95,11 +95,11 @@ Parts partsOf(const TriangleMesh& mesh) {
 
 /// Turns the faces that disagree with most of their part, and then the parts that wind about their own faces
 /// in the wrong direction. Returns the number of faces that were turned.
-std::size_t orient(TriangleMesh& mesh, Parts parts) {
+std::size_t orient(TriangleMesh& mesh, Parts parts, Effort* effort) {
   const std::vector<Triangle> original = mesh.triangles;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
     if (parts.is_turned[i]) std::swap(mesh.triangles[i][1], mesh.triangles[i][2]);
-  const TriangleTree tree(mesh);
+  const TriangleTree tree(mesh, effort);
   for (const std::vector<std::uint32_t>& part : parts.faces) {
     double sum = 0;
     for (const std::uint32_t i : part) {
@@ -131,7 +131,7 @@ class Uncovering {
 
   TriangleMesh run(std::size_t& hidden, std::size_t& cut) {
     TriangleMesh surface{mesh_.points_m, {}};
-    for (face_ = 0; face_ < mesh_.triangles.size(); ++face_) {
+    for (face_ = 0; face_ < mesh_.triangles.size() && !tree_.isSpent(); ++face_) {
       pieces_.clear();
       const Cover cover = collect(cornersOf(mesh_, mesh_.triangles[face_]));
       if (cover == Cover::none) surface.triangles.push_back(mesh_.triangles[face_]);
@@ -202,37 +202,27 @@ class Uncovering {
   std::size_t all_pieces_ = 0;
 };
 
-/// A mesh whose orientation is settled.
-struct Oriented {
-  TriangleMesh mesh;
-  std::size_t turned = 0, parts = 0;
-};
-
-Oriented oriented(TriangleMesh mesh) {
-  Parts parts = partsOf(mesh);
-  const std::size_t count = parts.faces.size();
-  const std::size_t turned = orient(mesh, std::move(parts));
-  return {std::move(mesh), turned, count};
-}
-
-TriangleMesh uncovered(const Oriented& body, const TriangleTree& tree, std::size_t& hidden,
-                       std::size_t& cut) {
-  if (body.parts == 1) return body.mesh;  // nothing else could cover it
-  TriangleMesh surface = Uncovering(body.mesh, tree).run(hidden, cut);
-  if (!surface.triangles.empty()) return surface;
-  hidden = cut = 0;
-  return body.mesh;
-}
-
 }  // namespace
 
-MeshBody::MeshBody(TriangleMesh mesh) {
-  const Oriented body = oriented(std::move(mesh));
-  turned_faces_ = body.turned;
-  is_closed_ = isClosedMesh(body.mesh);
-  all_ = TriangleTree(body.mesh);
-  surface_mesh_ = uncovered(body, all_, hidden_faces_, cut_faces_);
-  surface_ = TriangleTree(surface_mesh_);
+MeshBody::MeshBody(TriangleMesh mesh, Effort* effort) : effort_(effort), error_m_(mesh.error_m) {
+  Parts parts = partsOf(mesh);
+  parts_ = parts.faces.size();
+  turned_faces_ = orient(mesh, std::move(parts), effort);
+  is_closed_ = isClosedMesh(mesh);
+  all_ = TriangleTree(mesh, effort);
+  surface_mesh_ = std::move(mesh);
+  surface_ = all_;
+}
+
+void MeshBody::uncover() {
+  if (parts_ == 1) return;  // nothing else could cover it
+  TriangleMesh surface = Uncovering(surface_mesh_, all_).run(hidden_faces_, cut_faces_);
+  if (surface.triangles.empty()) {
+    hidden_faces_ = cut_faces_ = 0;
+    return;
+  }
+  surface_mesh_ = std::move(surface);
+  surface_ = TriangleTree(surface_mesh_, effort_);
 }
 
 }  // namespace hapticd::solids

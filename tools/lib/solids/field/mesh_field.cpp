@@ -151,8 +151,8 @@ double firstSpacing(const Bounds& box, double expected_m, const std::optional<Th
   return std::max(spacing_m, finest_m);
 }
 
-base::Result<void> checkWinding(const WindingRange& winding, const std::string& name) {
-  if (winding.unclearShare() <= kMaxUnclearShare) return {};
+base::Result<void> checkWinding(const WindingRange& winding, double largest_share, const std::string& name) {
+  if (winding.unclearShare() <= largest_share) return {};
   return refused(
       name,
       fmt::format(
@@ -191,15 +191,52 @@ void addWarnings(const Topology& topology, MeshField& result) {
         result.field.spacing_m * kMillimetresPerMetre, least_m * kMillimetresPerMetre));
 }
 
+/// Samples the distance, as long as there is effort left.
+base::Result<WindingRange> sampled(const MeshBody& body, Effort& effort, double band_m,
+                                   FarSamples far_samples, const std::string& name, SampledField& field) {
+  constexpr std::uint64_t kStepsOfSample = 500;  // several times what clean meshes take
+  const bool is_left = effort.left > 0;
+  if (is_left) effort.left += kStepsOfSample * field.count();
+  const WindingRange winding = sampleMesh(body, band_m, field, far_samples);
+  if (is_left && effort.left > 0) return winding;
+  return refused(name, "its faces cross each other in too many places for what is inside to be found",
+                 "join its parts to one closed surface in the program that wrote it");
+}
+
+/// Refuses a mesh that is nothing but holes before anything that takes long.
+base::Result<void> checkCoarsely(const MeshBody& body, Effort& effort, const Bounds& box,
+                                 const std::string& name) {
+  if (body.isClosed()) return {};
+  constexpr double kSamplesAcross = 32;
+  constexpr double kSurely = 4;  // times the share at which the fine samples decide
+  const double spacing_m = box.diagonal_m() / kSamplesAcross, band_m = 2 * spacing_m;
+  SampledField coarse = gridAbout(box.low_m, box.high_m, band_m, spacing_m);
+  const auto winding = sampled(body, effort, band_m, FarSamples::exact_sign, name, coarse);
+  if (!winding) return std::unexpected(winding.error());
+  return checkWinding(*winding, kSurely * kMaxUnclearShare, name);
+}
+
+/// How far the surface that the consumer reads lies from that of the file.
+SurfaceError errorOf(const SampledField& field, const MeshBody& body, const std::vector<Vec3>& places,
+                     const FieldOptions& options) {
+  SurfaceError error = surfaceError(field, places, {}, options.reader);
+  error.max_m += body.error_m();
+  return error;
+}
+
 /// Samples the whole grid, whose spacing is found.
-base::Result<MeshField> finish(const MeshBody& body, const Topology& topology,
+base::Result<MeshField> finish(const MeshBody& body, Effort& effort, const Topology& topology,
                                const std::vector<Vec3>& places, const std::string& name,
                                const FieldOptions& options, MeshField result) {
-  result.winding = sampleMesh(body, result.report.band_m, result.field);
-  if (auto done = checkWinding(result.winding, name); !done) return std::unexpected(done.error());
+  const auto winding =
+      sampled(body, effort, result.report.band_m, FarSamples::nearly_exact, name, result.field);
+  if (!winding) return std::unexpected(winding.error());
+  result.winding = *winding;
+  if (auto done = checkWinding(result.winding, kMaxUnclearShare, name); !done)
+    return std::unexpected(done.error());
   if (std::ranges::none_of(result.field.distance_m, [](float distance) { return distance < 0; }))
     return refused(name, "encloses nothing", "export a closed surface, and thicken what is a sheet");
-  result.report.surface = surfaceError(result.field, places, {}, options.reader);
+  result.report.surface = errorOf(result.field, body, places, options);
   addWarnings(topology, result);
   return result;
 }
@@ -210,8 +247,19 @@ base::Result<MeshField> fieldOfMesh(TriangleMesh mesh, const std::string& name, 
   if (auto done = checkOptions(options, name); !done) return std::unexpected(done.error());
   const Topology topology = repair(mesh);
   if (mesh.triangles.empty()) return refused(name, "contains no face", "export the surface of the segment");
+  if (!(mesh.error_m < options.tolerance_m))
+    return refused(
+        name,
+        fmt::format("its faces bend between their corners, and so are uncertain by {:.4f} mm (allowed: "
+                    "{:.4f} mm)",
+                    mesh.error_m * kMillimetresPerMetre, options.tolerance_m * kMillimetresPerMetre),
+        "export the mesh as triangles, or allow a larger tolerance");
   const Bounds box = boundsOf(mesh.points_m);
-  const MeshBody body(std::move(mesh));
+  constexpr std::uint64_t kBytesOfTriangle = 50;  // of a binary STL file
+  Effort effort{mostSteps(kBytesOfTriangle * mesh.triangles.size())};
+  MeshBody body(std::move(mesh), &effort);
+  if (auto done = checkCoarsely(body, effort, box, name); !done) return std::unexpected(done.error());
+  body.uncover();
   MeshField result;
   result.turned_faces = body.turnedFaces();
   result.hidden_faces = body.hiddenFaces();
@@ -232,10 +280,12 @@ base::Result<MeshField> fieldOfMesh(TriangleMesh mesh, const std::string& name, 
     const double spacing_m = search.spacing_m();
     result.report.band_m = bandOf(options, spacing_m);
     result.field = gridAbout(box.low_m, box.high_m, result.report.band_m, spacing_m);
-    sampleMesh(body, kReach * spacing_m, result.field, FarSamples::exact_sign);
-    const auto is_done = search.take(surfaceError(result.field, places, {}, options.reader), name);
+    if (auto done = sampled(body, effort, kReach * spacing_m, FarSamples::exact_sign, name, result.field);
+        !done)
+      return std::unexpected(done.error());
+    const auto is_done = search.take(errorOf(result.field, body, places, options), name);
     if (!is_done) return std::unexpected(is_done.error());
-    if (*is_done) return finish(body, topology, places, name, options, std::move(result));
+    if (*is_done) return finish(body, effort, topology, places, name, options, std::move(result));
   }
   return refused(name, "no spacing was found", "choose a larger tolerance");
 }

@@ -87,8 +87,8 @@ double coordinate(const Vec3& v, int axis) {
 
 }  // namespace
 
-TriangleTree::TriangleTree(const TriangleMesh& mesh)
-    : triangle_(mesh.triangles.size()), place_(mesh.triangles.size()) {
+TriangleTree::TriangleTree(const TriangleMesh& mesh, Effort* effort)
+    : effort_(effort), triangle_(mesh.triangles.size()), place_(mesh.triangles.size()) {
   std::iota(triangle_.begin(), triangle_.end(), 0U);
   corners_m_.reserve(mesh.triangles.size());
   for (const Triangle& t : mesh.triangles)
@@ -172,11 +172,14 @@ NearestTriangle TriangleTree::nearest(const Vec3& point_m, NearestTriangle best)
   std::array<Waiting, kMaxDepth> waiting;
   std::size_t count = 0;
   waiting[count++] = {0, squaredToBox(point_m, nodes_[0].box_m.low_m, nodes_[0].box_m.high_m)};
-  while (count > 0) {
+  std::uint64_t steps = 0;
+  while (count > 0 && !isSpent()) {
     const Waiting next = waiting[--count];
+    ++steps;
     if (next.squared_m2 >= best.squared_m2) continue;
     const Node& node = nodes_[next.node];
     if (node.isLeaf()) {
+      steps += kStepsOfTriangle * (node.end - node.begin);
       for (std::uint32_t i = node.begin; i < node.end; ++i) {
         const double squared = squaredToTriangle(point_m, corners_m_[i]);
         if (squared < best.squared_m2) best = {triangle_[i], squared};
@@ -191,6 +194,7 @@ NearestTriangle TriangleTree::nearest(const Vec3& point_m, NearestTriangle best)
     if (second.squared_m2 < best.squared_m2) waiting[count++] = second;
     waiting[count++] = first;
   }
+  take(steps);
   return best;
 }
 
@@ -200,8 +204,10 @@ double TriangleTree::winding(const Vec3& point_m, std::uint32_t without) const {
   waiting[count++] = 0;
   const std::uint32_t left_out = without == kNone ? kNone : place_[without];
   double sum = 0;
-  while (count > 0) {
+  std::uint64_t steps = 0;
+  while (count > 0 && !isSpent()) {
     const std::uint32_t index = waiting[--count];
+    ++steps;
     const Dipole& dipole = dipoles_[index];
     const Node& node = nodes_[index];
     const Vec3 offset = dipole.centre_m - point_m;
@@ -209,6 +215,7 @@ double TriangleTree::winding(const Vec3& point_m, std::uint32_t without) const {
     if (squared > dipole.squared_far_m2) {
       sum += dot(dipole.area_normal_m2, offset) / (squared * std::sqrt(squared));
     } else if (node.isLeaf()) {
+      steps += kStepsOfTriangle * (node.end - node.begin);
       for (std::uint32_t i = node.begin; i < node.end; ++i)
         if (i != left_out) sum += solidAngle(point_m, corners_m_[i]);
     } else {
@@ -216,6 +223,7 @@ double TriangleTree::winding(const Vec3& point_m, std::uint32_t without) const {
       waiting[count++] = index + 1;
     }
   }
+  take(steps);
   return sum / (4 * std::numbers::pi);
 }
 
@@ -241,15 +249,18 @@ std::optional<RayHit> TriangleTree::firstHit(const Vec3& from_m, const Vec3& dir
   std::array<std::uint32_t, kMaxDepth> waiting;
   std::size_t count = 0;
   waiting[count++] = 0;
-  while (count > 0) {
+  std::uint64_t steps = 0;
+  while (count > 0 && !isSpent()) {
     const std::uint32_t index = waiting[--count];
     const Node& node = nodes_[index];
+    ++steps;
     if (!entry(node)) continue;
     if (!node.isLeaf()) {
       waiting[count++] = node.right;
       waiting[count++] = index + 1;
       continue;
     }
+    steps += kStepsOfTriangle * (node.end - node.begin);
     for (std::uint32_t i = node.begin; i < node.end; ++i) {
       if (i == left_out) continue;
       const Corners& c = corners_m_[i];
@@ -264,6 +275,7 @@ std::optional<RayHit> TriangleTree::firstHit(const Vec3& from_m, const Vec3& dir
       found = i;
     }
   }
+  take(steps);
   if (found == kNone) return std::nullopt;
   return RayHit{triangle_[found], best};
 }

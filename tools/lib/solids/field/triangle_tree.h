@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -25,9 +26,15 @@ struct RayHit {
   double distance_m = 0;
 };
 
+/// What questions may still cost: a step is a box or a few operations, so a triangle takes several.
+struct Effort {
+  std::uint64_t left = std::numeric_limits<std::uint64_t>::max();
+  void take(std::uint64_t steps) { left -= std::min(left, steps); }
+};
+
 /// Triangles in a hierarchy of boxes, for three questions: which is nearest to a point, how often they wind
 /// about it, and which a ray meets first.
-/// Thread: any number may ask at once. RT: not safe.
+/// Thread: any number may ask at once, unless there is an effort. RT: not safe.
 class TriangleTree {
  public:
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
@@ -35,8 +42,9 @@ class TriangleTree {
   static constexpr double kFar = 2.0;
 
   TriangleTree() = default;  ///< without triangles; may only be assigned to
-  /// `mesh`: with at least one triangle.
-  explicit TriangleTree(const TriangleMesh& mesh);
+  /// `mesh`: with at least one triangle. `effort` outlives the tree; once nothing is left of it, each
+  /// question is answered at once, by anything.
+  explicit TriangleTree(const TriangleMesh& mesh, Effort* effort = nullptr);
 
   /// The nearest triangle of those that are nearer than `bound`, which is returned if none is.
   NearestTriangle nearest(const rt::Vec3& point_m, NearestTriangle bound = {}) const;
@@ -50,6 +58,8 @@ class TriangleTree {
   /// The first triangle along a ray, other than `without`. `direction`: unit vector.
   std::optional<RayHit> firstHit(const rt::Vec3& from_m, const rt::Vec3& direction,
                                  std::uint32_t without) const;
+
+  bool isSpent() const { return effort_ != nullptr && effort_->left == 0; }
 
   const std::array<rt::Vec3, 3>& corners_m(std::uint32_t triangle) const {
     return corners_m_[place_[triangle]];
@@ -79,6 +89,12 @@ class TriangleTree {
   Box boxOf(std::uint32_t begin, std::uint32_t end) const;
   Dipole dipoleOf(std::uint32_t begin, std::uint32_t end) const;
 
+  static constexpr std::uint64_t kStepsOfTriangle = 4;
+  void take(std::uint64_t steps) const {
+    if (effort_ != nullptr) effort_->take(steps);
+  }
+
+  Effort* effort_ = nullptr;
   // apart, because a search for the nearest reads only the boxes
   std::vector<Node> nodes_;
   std::vector<Dipole> dipoles_;

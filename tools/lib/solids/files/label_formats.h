@@ -48,21 +48,27 @@ struct FileLabels {
   std::size_t layers = 1;               ///< the fastest axis
   VoxelType type = VoxelType::uint8;
   std::endian order = std::endian::native;
-  std::string bytes;              ///< exactly as many as sizes, layers and type require
+  // The voxels are not read with the header, because a small file may hold very many.
+  std::string_view attached;      ///< what holds them, in the content of the file
+  std::string detached;           ///< the same of another file; empty: there is none
+  bool is_gzip = false;           ///< what holds them is compressed
+  std::uint64_t first_byte = 0;   ///< of the voxels, when decompressed
   std::vector<Segment> segments;  ///< empty: the file does not describe them
   std::vector<std::string> warnings;
 
   std::int64_t voxels() const { return sizes[0] * sizes[1] * sizes[2]; }
+  std::string_view held() const { return detached.empty() ? attached : std::string_view(detached); }
 };
 
 /// Returns the content of a file that a header names, relative to the folder of the header.
 using DetachedFile = std::function<base::Result<std::string>(const std::string& relative)>;
 
+/// Reads a header, and where the voxels are; `bytes` must outlive the result.
 /// `frame`: for a file with spacings and without directions, whose axes are then those of the frame.
 base::Result<FileLabels> readNrrd(std::string_view bytes, const std::string& name, std::optional<Frame> frame,
                                   const LabelLimits& limits, const DetachedFile& detached);
 
-/// `is_compressed`: the whole file is a gzip stream.
+/// The same. `is_compressed`: the whole file is a gzip stream.
 base::Result<FileLabels> readNifti(std::string_view bytes, const std::string& name, bool is_compressed,
                                    const LabelLimits& limits);
 

@@ -7,10 +7,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <set>
+#include <map>
+#include <span>
+#include <type_traits>
 #include <utility>
 
 #include "config/base/value_text.h"
+#include "tools/lib/solids/files/byte_stream.h"
 
 namespace hapticd::solids {
 namespace {
@@ -18,62 +21,128 @@ namespace {
 /// A label map has fewer values; an image has more.
 constexpr std::size_t kMaxValues = 5000;
 
-/// Value and layer of the voxels of a segment.
+using Place = std::array<std::int64_t, 3>;
+using Bounds3 = std::array<std::array<std::int64_t, 2>, 3>;
+
+/// The voxels of one value in one layer, from the first to the last along each axis.
 struct Choice {
   std::int64_t value = 0;
   std::size_t layer = 0;
   std::string name;
+  std::size_t voxels = 0;
+  Bounds3 bounds{};
 };
 
-using Bounds3 = std::array<std::array<std::int64_t, 2>, 3>;
-
-class Voxels {
- public:
-  explicit Voxels(const FileLabels& labels) : labels_(labels), bytes_(bytesOf(labels.type)) {}
-
-  /// The value of a voxel; nothing if it is not a whole number, or larger than 64 bits with a sign hold.
-  std::optional<std::int64_t> at(std::int64_t voxel, std::size_t layer) const {
-    const char* bytes =
-        labels_.bytes.data() + (static_cast<std::size_t>(voxel) * labels_.layers + layer) * bytes_;
-    switch (labels_.type) {
-      case VoxelType::int8:
-        return numberAt<std::int8_t>(bytes, labels_.order);
-      case VoxelType::uint8:
-        return numberAt<std::uint8_t>(bytes, labels_.order);
-      case VoxelType::int16:
-        return numberAt<std::int16_t>(bytes, labels_.order);
-      case VoxelType::uint16:
-        return numberAt<std::uint16_t>(bytes, labels_.order);
-      case VoxelType::int32:
-        return numberAt<std::int32_t>(bytes, labels_.order);
-      case VoxelType::uint32:
-        return numberAt<std::uint32_t>(bytes, labels_.order);
-      case VoxelType::int64:
-        return numberAt<std::int64_t>(bytes, labels_.order);
-      case VoxelType::uint64: {
-        const auto number = numberAt<std::uint64_t>(bytes, labels_.order);
-        if (number > static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()))
-          return std::nullopt;
-        return static_cast<std::int64_t>(number);
-      }
-      case VoxelType::float32:
-        return wholeNumber(static_cast<double>(numberAt<float>(bytes, labels_.order)));
-      case VoxelType::float64:
-        break;
-    }
-    return wholeNumber(numberAt<double>(bytes, labels_.order));
-  }
-
- private:
-  static std::optional<std::int64_t> wholeNumber(double number) {
-    const double nearest = std::round(number);
-    if (!(std::abs(number - nearest) <= 1e-3 && std::abs(nearest) <= 1e15)) return std::nullopt;
+/// Nothing if a number is not a whole one, or larger than 64 bits with a sign hold.
+template <typename Number>
+std::optional<std::int64_t> wholeNumber(Number number) {
+  if constexpr (std::is_floating_point_v<Number>) {
+    const double nearest = std::round(static_cast<double>(number));
+    if (!(std::abs(static_cast<double>(number) - nearest) <= 1e-3 && std::abs(nearest) <= 1e15))
+      return std::nullopt;
     return static_cast<std::int64_t>(nearest);
+  } else {
+    if (!std::in_range<std::int64_t>(number)) return std::nullopt;
+    return static_cast<std::int64_t>(number);
   }
+}
 
-  const FileLabels& labels_;
-  std::size_t bytes_;
-};
+/// Calls visit(layer, place, value) for the voxels in the order of the file until it returns false. Returns
+/// whether bytes follow the last one. Errors: damaged, truncated, a voxel that is not a whole number.
+template <typename Number, typename Visit>
+base::Result<bool> visitVoxelsOf(const FileLabels& labels, const std::string& name, Visit visit) {
+  ByteStream stream(labels.held(), labels.is_gzip, name);
+  std::vector<char> piece(std::size_t{1} << 16);  // of whole numbers
+  std::uint64_t skip = labels.first_byte, taken = 0;
+  const std::uint64_t end =
+      skip + static_cast<std::uint64_t>(labels.voxels()) * labels.layers * sizeof(Number);
+  Place at{};
+  std::size_t layer = 0;
+  while (taken < end) {
+    const std::span<char> room(piece.data(),
+                               std::min<std::uint64_t>(piece.size(), (skip > 0 ? skip : end) - taken));
+    const auto size = stream.read(room);
+    if (!size) return std::unexpected(size.error());
+    taken += *size;
+    if (*size < room.size())
+      return refused(name, fmt::format("the voxels end at byte {} of the data, which have {}", end, taken),
+                     "the file is truncated: copy or save it again");
+    if (skip > 0) {
+      if (taken == skip) skip = 0;
+      continue;
+    }
+    for (const char* bytes = room.data(); bytes != room.data() + room.size(); bytes += sizeof(Number)) {
+      const auto value = wholeNumber(numberAt<Number>(bytes, labels.order));
+      if (!value)
+        return refused(name, fmt::format("voxel ({}, {}, {}) is not a whole number", at[0], at[1], at[2]),
+                       "save the labels, not the image");
+      if (!visit(layer, at, *value)) return false;
+      if (++layer < labels.layers) continue;
+      layer = 0;
+      for (std::size_t axis = 0; axis < 3 && ++at[axis] == labels.sizes[axis]; ++axis) at[axis] = 0;
+    }
+  }
+  const auto more = stream.read(std::span(piece).first(1));  // compares the checksum if there is none
+  if (!more) return std::unexpected(more.error());
+  return *more > 0;
+}
+
+template <typename Visit>
+base::Result<bool> visitVoxels(const FileLabels& labels, const std::string& name, Visit visit) {
+  switch (labels.type) {
+    case VoxelType::int8:
+      return visitVoxelsOf<std::int8_t>(labels, name, visit);
+    case VoxelType::uint8:
+      return visitVoxelsOf<std::uint8_t>(labels, name, visit);
+    case VoxelType::int16:
+      return visitVoxelsOf<std::int16_t>(labels, name, visit);
+    case VoxelType::uint16:
+      return visitVoxelsOf<std::uint16_t>(labels, name, visit);
+    case VoxelType::int32:
+      return visitVoxelsOf<std::int32_t>(labels, name, visit);
+    case VoxelType::uint32:
+      return visitVoxelsOf<std::uint32_t>(labels, name, visit);
+    case VoxelType::int64:
+      return visitVoxelsOf<std::int64_t>(labels, name, visit);
+    case VoxelType::uint64:
+      return visitVoxelsOf<std::uint64_t>(labels, name, visit);
+    case VoxelType::float32:
+      return visitVoxelsOf<float>(labels, name, visit);
+    case VoxelType::float64:
+      break;
+  }
+  return visitVoxelsOf<double>(labels, name, visit);
+}
+
+/// All values of each layer.
+base::Result<std::vector<Choice>> valuesOf(FileLabels& labels, const std::string& name) {
+  std::map<std::pair<std::size_t, std::int64_t>, Choice> found;
+  std::vector<Choice*> last(labels.layers, nullptr);
+  const auto has_more =
+      visitVoxels(labels, name, [&](std::size_t layer, const Place& at, std::int64_t value) {
+        Choice*& choice = last[layer];
+        if (choice == nullptr || choice->value != value) {
+          const Choice first{value, layer, "", 0, {{{at[0], at[0]}, {at[1], at[1]}, {at[2], at[2]}}}};
+          choice = &found.try_emplace({layer, value}, first).first->second;
+        }
+        ++choice->voxels;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          choice->bounds[axis][0] = std::min(choice->bounds[axis][0], at[axis]);
+          choice->bounds[axis][1] = std::max(choice->bounds[axis][1], at[axis]);
+        }
+        return found.size() <= kMaxValues;
+      });
+  if (!has_more) return std::unexpected(has_more.error());
+  if (found.size() > kMaxValues)
+    return refused(
+        name,
+        fmt::format("more than {} different values: this looks like an image, not like labels", kMaxValues),
+        "save the segmentation as .seg.nrrd");
+  if (*has_more) labels.warnings.emplace_back("bytes behind the last voxel are ignored");
+  std::vector<Choice> values;
+  for (const auto& [key, choice] : found) values.push_back(choice);
+  return values;
+}
 
 std::string listed(std::vector<std::string> names) {
   constexpr std::size_t kMaxNames = 20;
@@ -85,12 +154,13 @@ std::string listed(std::vector<std::string> names) {
 
 class LabelChooser {
  public:
-  LabelChooser(const FileLabels& labels, const std::string& name, const std::string& wanted)
-      : labels_(labels), voxels_(labels), name_(name), wanted_(wanted) {}
+  LabelChooser(const FileLabels& labels, const std::vector<Choice>& values, const std::string& name,
+               const std::string& wanted)
+      : labels_(labels), values_(values), name_(name), wanted_(wanted) {}
 
   base::Result<Choice> choose() {
     if (!labels_.segments.empty()) {
-      if (auto segment = bySegment()) return std::move(*segment);
+      if (const auto segment = bySegment()) return voxelsOf(*segment);
       if (ambiguous_)
         return refused(name_,
                        fmt::format("the label {} is that of several segments", base::inQuotes(wanted_)),
@@ -98,25 +168,34 @@ class LabelChooser {
     }
     if (labels_.voxels() == 1)
       return refused(name_, "the segmentation is empty", "segment something, and save it");
-    auto values = collectValues();
-    if (!values) return std::unexpected(values.error());
     const auto number = base::numberFrom<std::int64_t>(wanted_);
     std::vector<Choice> fitting;
-    for (const Choice& choice : *values)
-      if (wanted_.empty() ? choice.value != 0 : number && *number != 0 && choice.value == *number)
-        fitting.push_back(choice);
+    for (const Choice& choice : values_)
+      if (choice.value != 0 && (wanted_.empty() || choice.value == number)) fitting.push_back(choice);
     if (fitting.size() == 1) return fitting.front();
-    return refused(name_, problemWith(fitting.size()), remedyFor(*values));
+    return refused(name_, problemWith(fitting.size()), remedy());
   }
 
  private:
+  base::Result<Choice> voxelsOf(const Segment& segment) const {
+    const auto found = std::ranges::find_if(values_, [&](const Choice& choice) {
+      return choice.layer == segment.layer && choice.value == segment.value;
+    });
+    if (found == values_.end())
+      return refused(name_, fmt::format("the segment {} is empty", base::inQuotes(segment.name)),
+                     "choose another label");
+    Choice choice = *found;
+    choice.name = segment.name;
+    return choice;
+  }
+
   std::vector<std::string> namesOfSegments() const {
     std::vector<std::string> names;
     for (const Segment& segment : labels_.segments) names.push_back(base::inQuotes(segment.name));
     return names;
   }
 
-  std::optional<Choice> bySegment() {
+  std::optional<Segment> bySegment() {
     const auto number = base::numberFrom<std::int64_t>(wanted_);
     const std::string lower = lowerCase(wanted_);
     using Test = std::function<bool(const Segment&)>;
@@ -127,38 +206,10 @@ class LabelChooser {
                              Test([&](const Segment&) { return wanted_.empty(); })}) {
       const auto count = std::ranges::count_if(labels_.segments, fits);
       ambiguous_ = count > 1;
-      if (count == 0) continue;
       if (count > 1) return std::nullopt;
-      const Segment& found = *std::ranges::find_if(labels_.segments, fits);
-      return Choice{found.value, found.layer, found.name};
+      if (count == 1) return *std::ranges::find_if(labels_.segments, fits);
     }
     return std::nullopt;
-  }
-
-  base::Result<std::vector<Choice>> collectValues() const {
-    std::set<std::pair<std::size_t, std::int64_t>> found;
-    for (std::size_t layer = 0; layer < labels_.layers; ++layer) {
-      std::int64_t last = 0;
-      for (std::int64_t voxel = 0; voxel < labels_.voxels(); ++voxel) {
-        const auto value = voxels_.at(voxel, layer);
-        if (!value)
-          return refused(name_, fmt::format("voxel {} is not a whole number", voxel),
-                         "save the labels, not the image");
-        if (*value == last) continue;
-        last = *value;
-        found.emplace(layer, last);
-        if (found.size() > kMaxValues)
-          return refused(
-              name_,
-              fmt::format("more than {} different values: this looks like an image, not like labels",
-                          kMaxValues),
-              "save the segmentation as .seg.nrrd");
-      }
-    }
-    std::vector<Choice> values;
-    for (const auto& [layer, value] : found)
-      if (value != 0) values.push_back({value, layer, ""});
-    return values;
   }
 
   std::string problemWith(std::size_t fitting) const {
@@ -169,78 +220,55 @@ class LabelChooser {
     return fmt::format("contains no label {}", base::inQuotes(wanted_));
   }
 
-  std::string remedyFor(const std::vector<Choice>& values) const {
+  std::string remedy() const {
     std::vector<std::string> names = namesOfSegments();
     if (names.empty())
-      for (const Choice& choice : values) names.push_back(std::to_string(choice.value));
+      for (const Choice& choice : values_)
+        if (choice.value != 0) names.push_back(std::to_string(choice.value));
     return names.empty() ? "segment something, and save it" : "name one of: " + listed(std::move(names));
   }
 
   const FileLabels& labels_;
-  Voxels voxels_;
+  const std::vector<Choice>& values_;
   const std::string& name_;
   const std::string& wanted_;
   bool ambiguous_ = false;
 };
 
-/// The voxels of the segment, from the first to the last along each axis; nothing: there is none.
-base::Result<std::optional<Bounds3>> extentOf(const FileLabels& labels, const Choice& choice,
-                                              const std::string& name, std::size_t& count) {
-  const Voxels voxels(labels);
-  constexpr auto kMax = std::numeric_limits<std::int64_t>::max();
-  Bounds3 bounds{{{kMax, -1}, {kMax, -1}, {kMax, -1}}};
-  std::int64_t voxel = 0;
-  std::array<std::int64_t, 3> at{};
-  for (at[2] = 0; at[2] < labels.sizes[2]; ++at[2])
-    for (at[1] = 0; at[1] < labels.sizes[1]; ++at[1])
-      for (at[0] = 0; at[0] < labels.sizes[0]; ++at[0], ++voxel) {
-        const auto value = voxels.at(voxel, choice.layer);
-        if (!value)
-          return refused(name, fmt::format("voxel ({}, {}, {}) is not a whole number", at[0], at[1], at[2]),
-                         "save the labels, not the image");
-        if (*value != choice.value) continue;
-        ++count;
-        for (std::size_t axis = 0; axis < 3; ++axis)
-          bounds[axis] = {std::min(bounds[axis][0], at[axis]), std::max(bounds[axis][1], at[axis])};
-      }
-  if (count == 0) return std::nullopt;
-  return bounds;
-}
-
-LabelMap cropped(const FileLabels& labels, const Choice& choice, const Bounds3& bounds, int margin) {
-  const Voxels voxels(labels);
+base::Result<LabelMap> cropped(const FileLabels& labels, const Choice& choice, int margin,
+                               const std::string& name) {
   LabelMap map;
-  std::array<std::int64_t, 3> first{};
+  Place first{};
   map.origin_m = labels.origin_mm;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    first[axis] = bounds[axis][0] - margin;
-    map.size[axis] = static_cast<int>(bounds[axis][1] - bounds[axis][0] + 1 + 2 * margin);
+    first[axis] = choice.bounds[axis][0] - margin;
+    map.size[axis] = static_cast<int>(choice.bounds[axis][1] - first[axis] + 1 + margin);
     map.steps_m[axis] = kMetresPerMillimetre * labels.steps_mm[axis];
     map.origin_m += static_cast<double>(first[axis]) * labels.steps_mm[axis];
   }
   map.origin_m = kMetresPerMillimetre * map.origin_m;
   const auto nx = static_cast<std::size_t>(map.size[0]), ny = static_cast<std::size_t>(map.size[1]);
   map.inside.assign(nx * ny * static_cast<std::size_t>(map.size[2]), 0);
-  for (std::int64_t z = bounds[2][0]; z <= bounds[2][1]; ++z)
-    for (std::int64_t y = bounds[1][0]; y <= bounds[1][1]; ++y)
-      for (std::int64_t x = bounds[0][0]; x <= bounds[0][1]; ++x) {
-        const auto to =
-            static_cast<std::size_t>(x - first[0]) +
-            nx * (static_cast<std::size_t>(y - first[1]) + ny * static_cast<std::size_t>(z - first[2]));
-        const std::int64_t from = x + labels.sizes[0] * (y + labels.sizes[1] * z);
-        map.inside[to] = voxels.at(from, choice.layer) == choice.value ? 1 : 0;
-      }
+  const auto done = visitVoxels(labels, name, [&](std::size_t layer, const Place& at, std::int64_t value) {
+    if (value == choice.value && layer == choice.layer)
+      map.inside[static_cast<std::size_t>(at[0] - first[0]) +
+                 nx * (static_cast<std::size_t>(at[1] - first[1]) +
+                       ny * static_cast<std::size_t>(at[2] - first[2]))] = 1;
+    return true;
+  });
+  if (!done) return std::unexpected(done.error());
   return map;
 }
 
-LabelReport reportOf(FileLabels& labels, const Choice& choice, const Bounds3& bounds, std::size_t count) {
+LabelReport reportOf(FileLabels& labels, const Choice& choice) {
+  const Bounds3& bounds = choice.bounds;
   LabelReport report{labels.format,
                      labels.frame,
                      labels.frame_from,
                      choice.name,
                      choice.value,
                      choice.layer,
-                     count,
+                     choice.voxels,
                      {},
                      {},
                      {},
@@ -273,25 +301,25 @@ base::Result<LabelFile> labelOf(base::Result<FileLabels> labels, const std::stri
   if (options.margin_voxels < 0 || options.margin_voxels > 1000)
     return refused(name, fmt::format("a margin of {} voxels (allowed: 0..1000)", options.margin_voxels),
                    "choose another margin");
-  const auto choice = LabelChooser(*labels, name, options.label).choose();
+  const auto values = valuesOf(*labels, name);
+  if (!values) return std::unexpected(values.error());
+  const auto choice = LabelChooser(*labels, *values, name, options.label).choose();
   if (!choice) return std::unexpected(choice.error());
-  std::size_t count = 0;
-  const auto extent = extentOf(*labels, *choice, name, count);
-  if (!extent) return std::unexpected(extent.error());
-  const std::string label = choice->name.empty() ? std::to_string(choice->value) : choice->name;
-  if (!*extent)
-    return refused(name, fmt::format("the segment {} is empty", base::inQuotes(label)),
-                   "choose another label");
   std::uint64_t voxels = 1;
-  for (const auto& range : **extent)
+  for (const auto& range : choice->bounds)
     voxels *= static_cast<std::uint64_t>(range[1] - range[0] + 1 + 2 * options.margin_voxels);
-  if (voxels > options.limits.voxel_bytes)
-    return refused(name,
-                   fmt::format("segment and margin take {} voxels (allowed: at most {})", voxels,
-                               options.limits.voxel_bytes),
-                   "choose a smaller margin");
-  LabelMap map = cropped(*labels, *choice, **extent, options.margin_voxels);
-  return LabelFile{std::move(map), reportOf(*labels, *choice, **extent, count)};
+  const std::uint64_t most =
+      std::min<std::uint64_t>(options.limits.voxel_bytes, mostMemory(labels->held().size()));
+  if (voxels > most)
+    return refused(
+        name,
+        fmt::format("segment and margin take {} voxels (allowed: at most {} of this file)", voxels, most),
+        "crop the image, or segment with larger voxels");
+  auto map = cropped(*labels, *choice, options.margin_voxels, name);
+  if (!map) return std::unexpected(map.error());
+  if (labels->frame_from == KnownFrom::file && options.frame && *options.frame != labels->frame)
+    labels->warnings.push_back(ignoredFrame(labels->frame, *options.frame));
+  return LabelFile{std::move(*map), reportOf(*labels, *choice)};
 }
 
 base::Result<FileLabels> readFormat(std::string_view bytes, const std::string& name,
@@ -371,8 +399,15 @@ base::Result<LabelFile> labelFrom(std::string_view bytes, const std::string& nam
 base::Result<LabelFile> readLabel(const std::filesystem::path& file, const LabelOptions& options) {
   const auto bytes = contentOf(file, options.limits.file_bytes);
   if (!bytes) return std::unexpected(bytes.error());
-  const DetachedFile detached = [&](const std::string& relative) {
-    return contentOf(file.parent_path() / relative, options.limits.file_bytes);
+  const DetachedFile detached = [&](const std::string& relative) -> base::Result<std::string> {
+    const std::filesystem::path folder = file.parent_path(), path = folder / relative;
+    std::error_code missing;  // contentOf() says what it is
+    const auto real_folder = std::filesystem::weakly_canonical(folder.empty() ? "." : folder, missing),
+               real_path = std::filesystem::weakly_canonical(path, missing);
+    if (std::ranges::mismatch(real_folder, real_path).in1 != real_folder.end())
+      return refused(path.string(), "is a link to a file outside of the folder of the header",
+                     "copy the file into the folder");
+    return contentOf(path, options.limits.file_bytes);
   };
   return labelOf(readFormat(*bytes, file.string(), options, detached), file.string(), options);
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,7 +32,10 @@ struct FileMesh {
   std::string format;               ///< "binary STL"
   std::vector<rt::Vec3> points;     ///< finite
   std::vector<Triangle> triangles;  ///< each index is one of `points`
-  std::string space;                ///< what follows "SPACE=" in a header or comment; empty: no such note
+  /// No place of a face with more than three corners is farther from the triangles that it became, whichever
+  /// way it bends between its corners.
+  double bend = 0;
+  std::string space;  ///< what follows "SPACE=" in a header or comment; empty: no such note
   std::vector<std::string> warnings;
 };
 
@@ -39,12 +43,30 @@ base::Result<FileMesh> readStl(std::string_view bytes, const std::string& name, 
 base::Result<FileMesh> readObj(std::string_view bytes, const std::string& name, const MeshLimits& limits);
 base::Result<FileMesh> readPly(std::string_view bytes, const std::string& name, const MeshLimits& limits);
 
-/// Returns the word behind "SPACE=" in a comment or header, and an empty one if there is none.
-std::string spaceNote(std::string_view text);
+/// Takes over the word behind "SPACE=" in a comment or header, if there is one.
+/// Errors, as a text: the file stated another one above.
+std::string takeSpaceNote(FileMesh& mesh, std::string_view text);
 
-/// Appends the triangles of a polygon, a fan about its first corner.
-/// Errors, as a text: fewer than three corners, a corner that is not one of `points`, too many triangles.
-std::string addPolygon(FileMesh& mesh, const std::vector<std::uint64_t>& corners, std::uint64_t points,
-                       const MeshLimits& limits);
+/// Appends the faces of a file, whose points are there, as triangles. A face that is not convex is one too:
+/// ears are cut off until three corners are left. Thread: one. RT: not safe.
+class Polygons {
+ public:
+  Polygons(FileMesh& mesh, const MeshLimits& limits, std::size_t file_bytes);
+  /// Errors, as a text: fewer than three corners, a corner that is not one of the points, too many triangles,
+  /// an outline that crosses itself, one so intricate that it would take more than mostSteps() of the file.
+  std::string add(std::span<const std::uint64_t> corners);
+
+ private:
+  struct Corner;
+  static constexpr int kMostLenient = 2;
+  std::string cutEars(std::vector<Corner>& outline);
+  bool isEar(const std::vector<Corner>& outline, std::uint32_t at, int lenience) const;
+
+  FileMesh& mesh_;
+  const MeshLimits& limits_;
+  std::uint64_t steps_left_;
+  double flat_ = 0;                    ///< twice the area of a triangle that is none, of the face in hand
+  std::vector<std::uint32_t> hollow_;  ///< its corners where the inside has 180 degrees or more
+};
 
 }  // namespace hapticd::solids

@@ -37,8 +37,7 @@ base::Result<void> setFrame(const FileMesh& file, const std::string& name, const
     report.frame = *stated;
     report.frame_from = KnownFrom::file;
     if (options.frame && *options.frame != *stated)
-      report.warnings.push_back(fmt::format("the file states the frame {}; the given {} is ignored",
-                                            textOf(*stated), textOf(*options.frame)));
+      report.warnings.push_back(ignoredFrame(*stated, *options.frame));
   } else if (options.frame) {
     report.frame = *options.frame;
     report.frame_from = KnownFrom::option;
@@ -82,7 +81,7 @@ base::Result<MeshFile> meshFrom(std::string_view bytes, const std::string& name,
   result.report.format = file->format;
   result.report.warnings = std::move(file->warnings);
   if (auto done = setFrame(*file, name, options, result.report); !done) return std::unexpected(done.error());
-  result.mesh = {std::move(file->points), std::move(file->triangles)};
+  result.mesh = {std::move(file->points), std::move(file->triangles), file->bend};
   result.report.topology = repair(result.mesh);
   if (result.mesh.triangles.empty())
     return refused(name, "every face is flat: two of its corners are the same point",
@@ -91,6 +90,7 @@ base::Result<MeshFile> meshFrom(std::string_view bytes, const std::string& name,
     return std::unexpected(done.error());
   const double scale = result.report.unit == Unit::metre ? 1 : kMetresPerMillimetre;
   for (rt::Vec3& point : result.mesh.points_m) point = scale * inLps(point, result.report.frame);
+  result.mesh.error_m *= scale;
   const Bounds box = boundsOf(result.mesh.points_m);
   constexpr double kFarthest_m = 100;  // of a scanner's origin; more is another unit
   for (const double number :

@@ -71,12 +71,15 @@ void weld(TriangleMesh& mesh, Topology& topology) {
       std::max(kWeldShare * bounds.diagonal_m(), std::numeric_limits<double>::min() * 1e16);
   PointWelder welder(bounds.low_m, tolerance, mesh.points_m.size());
   std::vector<std::uint32_t> merged(mesh.points_m.size());
+  double farthest_m = 0;
   for (std::uint32_t i = 0; i < merged.size(); ++i) {
     merged[i] = welder.mergedWith(mesh.points_m, i);
     if (merged[i] != i) ++topology.merged_points;
+    farthest_m = std::max(farthest_m, norm(mesh.points_m[merged[i]] - mesh.points_m[i]));
   }
   for (Triangle& triangle : mesh.triangles)
     for (std::uint32_t& corner : triangle) corner = merged[corner];
+  mesh.error_m += farthest_m;
 }
 
 void removeFlatAndDuplicate(TriangleMesh& mesh, Topology& topology) {
@@ -200,6 +203,7 @@ Bounds boundsOf(const std::vector<rt::Vec3>& points_m) {
 
 Topology repair(TriangleMesh& mesh) {
   Topology topology;
+  removeUnusedPoints(mesh);  // one far away would make those that are the same few and far between
   if (mesh.points_m.empty()) return topology;
   weld(mesh, topology);
   removeFlatAndDuplicate(mesh, topology);

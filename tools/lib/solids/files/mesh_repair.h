@@ -13,6 +13,9 @@ namespace hapticd::solids {
 struct TriangleMesh {
   std::vector<rt::Vec3> points_m;
   std::vector<Triangle> triangles;
+  /// No place of the surface in the file is farther from them: faces that bend were divided into triangles,
+  /// and points were merged.
+  double error_m = 0;
 };
 
 /// An opening in a mesh: edges that belong to one triangle each and hang together.
@@ -36,9 +39,9 @@ struct Topology {
 /// Share of the diagonal of the box within which points are the same.
 inline constexpr double kWeldShare = 1e-6;
 
-/// Merges points that are the same, removes faces that are flat or duplicates, and looks at the edges. Of
-/// duplicates the first face stays: two of opposite orientation would cancel each other where it is asked
-/// what lies inside. Points that no face uses are removed.
+/// Removes points that no face uses, merges those that are the same, removes faces that are flat or
+/// duplicates, and looks at the edges. Of duplicates the first face stays: two of opposite orientation would
+/// cancel each other where it is asked what lies inside. By how far points moved is added to `error_m`.
 Topology repair(TriangleMesh& mesh);
 
 /// The box of the points.

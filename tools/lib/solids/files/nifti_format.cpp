@@ -5,13 +5,13 @@
 #include <cmath>
 #include <utility>
 
-#include "tools/lib/solids/files/inflate.h"
+#include "tools/lib/solids/files/byte_stream.h"
 #include "tools/lib/solids/files/label_formats.h"
 
 namespace hapticd::solids {
 namespace {
 
-constexpr std::size_t kHeaderBytes = 348, kFirstVoxelByte = 352;
+constexpr std::size_t kHeaderBytes = 348;
 constexpr const char* kConvert = "load the image in 3D Slicer and save it as .nrrd";
 
 struct TypeCode {
@@ -41,15 +41,24 @@ class NiftiHeader {
   int byteAt(std::size_t at) const { return static_cast<unsigned char>(bytes_[at]); }
   double pixdim(std::size_t i) const { return floatAt(76 + 4 * i); }
 
+  bool hasNegativeSpacing() const { return pixdim(1) < 0 || pixdim(2) < 0 || pixdim(3) < 0; }
+  /// Of the quaternion without its first component, which makes it a unit quaternion.
+  double squaredLength() const {
+    return std::pow(floatAt(256), 2) + std::pow(floatAt(260), 2) + std::pow(floatAt(264), 2);
+  }
+
   bool hasQform() const { return int16At(252) > 0; }
   bool hasSform() const { return int16At(254) > 0; }
 
   Orientation qform() const {
     const double b = floatAt(256), c = floatAt(260), d = floatAt(264);
-    const double a = std::sqrt(std::max(0.0, 1 - b * b - c * c - d * d));
-    const double last = pixdim(0) < 0 ? -pixdim(3) : pixdim(3);  // qfac, of which 0 counts as 1
-    return {{pixdim(1) * rt::Vec3{a * a + b * b - c * c - d * d, 2 * (b * c + a * d), 2 * (b * d - a * c)},
-             pixdim(2) * rt::Vec3{2 * (b * c - a * d), a * a + c * c - b * b - d * d, 2 * (c * d + a * b)},
+    const double a = std::sqrt(std::max(0.0, 1 - squaredLength()));
+    // a spacing has no sign; that of the third axis is qfac's, of which 0 counts as 1
+    const double last = std::copysign(pixdim(3), pixdim(0) < 0 ? -1 : 1);
+    return {{std::abs(pixdim(1)) *
+                 rt::Vec3{a * a + b * b - c * c - d * d, 2 * (b * c + a * d), 2 * (b * d - a * c)},
+             std::abs(pixdim(2)) *
+                 rt::Vec3{2 * (b * c - a * d), a * a + c * c - b * b - d * d, 2 * (c * d + a * b)},
              last * rt::Vec3{2 * (b * d + a * c), 2 * (c * d - a * b), a * a + d * d - b * b - c * c}},
             {floatAt(268), floatAt(272), floatAt(276)}};
   }
@@ -71,19 +80,15 @@ class NiftiFile {
   NiftiFile(const std::string& name, const LabelLimits& limits) : name_(name), limits_(limits) {}
 
   base::Result<FileLabels> read(std::string_view bytes, bool is_compressed) {
-    std::string_view head = bytes;
-    Inflated begin;
-    if (is_compressed) {
-      auto plain = inflated(bytes, kFirstVoxelByte, name_);
-      if (!plain) return std::unexpected(plain.error());
-      begin = std::move(*plain);
-      head = begin.bytes;
-    }
-    const auto first_byte = takeHeader(head);
-    if (!first_byte) return std::unexpected(first_byte.error());
-    const auto needed = checkedBytes(labels_, name_, limits_);
-    if (!needed) return std::unexpected(needed.error());
-    return takeVoxels(bytes, is_compressed, *first_byte, *needed);
+    std::array<char, kHeaderBytes> head{};
+    const auto size = ByteStream(bytes, is_compressed, name_).read(head);
+    if (!size) return std::unexpected(size.error());
+    labels_.attached = bytes;
+    labels_.is_gzip = is_compressed;
+    if (auto done = takeHeader({head.data(), *size}); !done) return std::unexpected(done.error());
+    if (const auto needed = checkedBytes(labels_, name_, limits_); !needed)
+      return std::unexpected(needed.error());
+    return std::move(labels_);
   }
 
  private:
@@ -91,28 +96,7 @@ class NiftiFile {
     return refused(fmt::format("{}: byte {}", name_, byte), std::move(what), std::move(remedy));
   }
 
-  base::Result<FileLabels> takeVoxels(std::string_view bytes, bool is_compressed, std::uint64_t first_byte,
-                                      std::uint64_t needed) {
-    Inflated plain;
-    if (is_compressed) {
-      auto whole = inflated(bytes, first_byte + needed, name_);
-      if (!whole) return std::unexpected(whole.error());
-      plain = std::move(*whole);
-      bytes = plain.bytes;
-    }
-    if (bytes.size() < first_byte + needed)
-      return refused(
-          name_,
-          fmt::format("header and voxels take {} bytes; the file has {}", first_byte + needed, bytes.size()),
-          "the file is truncated: copy or save it again");
-    if (plain.has_more || bytes.size() > first_byte + needed)
-      labels_.warnings.emplace_back("bytes behind the last voxel are ignored");
-    labels_.bytes.assign(bytes.substr(first_byte, needed));
-    return std::move(labels_);
-  }
-
-  /// Returns the offset of the first voxel.
-  base::Result<std::uint64_t> takeHeader(std::string_view bytes) {
+  base::Result<void> takeHeader(std::string_view bytes) {
     if (bytes.size() < kHeaderBytes)
       return refused(name_,
                      fmt::format("{} bytes are too few for a NIfTI header ({})", bytes.size(), kHeaderBytes),
@@ -131,15 +115,16 @@ class NiftiFile {
     labels_.frame = Frame::ras;
     labels_.order = is_big ? std::endian::big : std::endian::little;
     const NiftiHeader header(bytes, labels_.order);
-    if (auto done = takeShape(header); !done) return std::unexpected(done.error());
-    if (auto done = takeOrientation(header); !done) return std::unexpected(done.error());
+    if (auto done = takeShape(header); !done) return done;
+    if (auto done = takeOrientation(header); !done) return done;
     const double first_byte = header.floatAt(108);
     if (!(first_byte >= 348 && first_byte <= static_cast<double>(limits_.file_bytes)) ||
         first_byte != std::floor(first_byte))
       return fault(
           108, fmt::format("the voxels begin at byte {} (allowed: 352..{})", first_byte, limits_.file_bytes),
           kConvert);
-    return static_cast<std::uint64_t>(first_byte);
+    labels_.first_byte = static_cast<std::uint64_t>(first_byte);
+    return {};
   }
 
   base::Result<void> takeShape(const NiftiHeader& header) {
@@ -161,7 +146,9 @@ class NiftiFile {
                    kConvert);
     labels_.type = known->type;
     const double slope = header.floatAt(112), intercept = header.floatAt(116);
-    const bool is_plain = (slope == 0 || slope == 1) && intercept == 0;
+    // programs that do not scale write 0 or what is not a number
+    const bool is_plain =
+        (slope == 0 || slope == 1 || std::isnan(slope)) && (intercept == 0 || std::isnan(intercept));
     if (!is_plain)
       return fault(112,
                    fmt::format("the voxels are scaled by {} and shifted by {} (allowed: 0 or 1, and 0)",
@@ -176,6 +163,20 @@ class NiftiFile {
                    "load the image in 3D Slicer, check where it lies, and save it as .nrrd");
     const double scale = millimetresPerUnit(header);
     if (scale == 0) return fault(123, "the unit of length is unknown (allowed: m, mm, um)", kConvert);
+    constexpr double kRounding = 1e-5;
+    if (!header.hasSform()) {
+      if (!(header.squaredLength() <= 1 + kRounding))
+        return fault(
+            256,
+            fmt::format("the quaternion of qform has a squared length of {:.6g} (allowed: at most 1)",
+                        header.squaredLength()),
+            kConvert);
+      if (header.hasNegativeSpacing())
+        labels_.warnings.emplace_back(
+            "a spacing (pixdim) is negative, which has no meaning: its sign is ignored; compare the box with "
+            "the "
+            "image");
+    }
     const Orientation found = header.hasSform() ? header.sform() : header.qform();
     for (std::size_t axis = 0; axis < 3; ++axis)
       labels_.steps_mm[axis] = scale * inLps(found.steps[axis], Frame::ras);

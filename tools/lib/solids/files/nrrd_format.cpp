@@ -9,12 +9,12 @@
 #include <utility>
 
 #include "config/base/value_text.h"
-#include "tools/lib/solids/files/inflate.h"
 #include "tools/lib/solids/files/label_formats.h"
 
 namespace hapticd::solids {
 namespace {
 
+constexpr const char* kSaveAsOne = "save the image as one file, .nrrd";
 constexpr const char* kSaveAgain = "save the segmentation again as .seg.nrrd";
 
 struct TypeName {
@@ -338,7 +338,9 @@ class NrrdFile {
       Segment segment;
       if (id != nullptr) segment.id = id->value;
       segment.name = name != nullptr ? name->value : segment.id;
-      segment.value = static_cast<std::int64_t>(number) + 1;  // of files from before values were stored
+      // before 3D Slicer 4.11 each segment was a layer of its own, of ones
+      segment.value = 1;
+      segment.layer = layer == nullptr && value == nullptr ? number : 0;
       if (value != nullptr) {
         const auto read = base::numberFrom<std::int64_t>(value->value);
         if (!read)
@@ -348,15 +350,14 @@ class NrrdFile {
               kSaveAgain);
         segment.value = *read;
       }
-      if (layer != nullptr) {
-        const auto read = base::numberFrom<std::size_t>(layer->value);
-        if (!read || *read >= labels_.layers)
-          return fault(
-              layer->line,
-              fmt::format("a layer is {} (allowed: 0..{})", base::inQuotes(layer->value), labels_.layers - 1),
-              kSaveAgain);
-        segment.layer = *read;
-      }
+      if (layer != nullptr)
+        segment.layer = base::numberFrom<std::size_t>(layer->value).value_or(labels_.layers);
+      if (segment.layer >= labels_.layers)
+        return fault(layer != nullptr ? layer->line : (id != nullptr ? id : name)->line,
+                     fmt::format("segment {} is in the layer {} (allowed: 0..{})", number,
+                                 layer != nullptr ? base::inQuotes(layer->value) : std::to_string(number),
+                                 labels_.layers - 1),
+                     kSaveAgain);
       labels_.segments.push_back(std::move(segment));
     }
     return {};
@@ -366,26 +367,31 @@ class NrrdFile {
     const auto needed = checkedBytes(labels_, name_, limits_);
     if (!needed) return std::unexpected(needed.error());
     const Field file = field("data file", "datafile");
-    if (file.value.empty()) return takeVoxelsFrom(bytes_.substr(lines_.at()), *needed);
-    const std::filesystem::path path(file.value);
-    const bool leaves = path.is_absolute() || std::ranges::find(path, "..") != path.end();
-    if (leaves || file.value.find('%') != std::string::npos || file.value.starts_with("LIST"))
-      return fault(file.line,
-                   fmt::format("the data file is {} (allowed: one file in the folder of the header or below)",
-                               base::inQuotes(file.value)),
-                   "save the image as one file, .nrrd");
-    if (!detached_)
-      return fault(file.line, "the voxels are in another file", "save the image as one file, .nrrd");
-    const auto content = detached_(file.value);
-    if (!content) return std::unexpected(content.error());
-    return takeVoxelsFrom(*content, *needed);
+    if (!file.value.empty()) {
+      const std::filesystem::path path(file.value);
+      const bool leaves = path.is_absolute() || std::ranges::find(path, "..") != path.end();
+      if (leaves || file.value.find('%') != std::string::npos || file.value.starts_with("LIST"))
+        return fault(
+            file.line,
+            fmt::format("the data file is {} (allowed: one file in the folder of the header or below)",
+                        base::inQuotes(file.value)),
+            kSaveAsOne);
+      if (!detached_) return fault(file.line, "the voxels are in another file", kSaveAsOne);
+      auto content = detached_(file.value);
+      if (!content) return std::unexpected(content.error());
+      labels_.detached = std::move(*content);
+    } else {
+      labels_.attached = bytes_.substr(lines_.at());
+    }
+    return skipTo(*needed);
   }
 
-  base::Result<void> takeVoxelsFrom(std::string_view data, std::uint64_t needed) {
+  /// Finds the first voxel.
+  base::Result<void> skipTo(std::uint64_t needed) {
     const Field encoding = field("encoding");
     const std::string lower = lowerCase(encoding.value);
-    const bool is_gzip = lower == "gzip" || lower == "gz";
-    if (!is_gzip && lower != "raw")
+    labels_.is_gzip = lower == "gzip" || lower == "gz";
+    if (!labels_.is_gzip && lower != "raw")
       return fault(std::max<std::size_t>(encoding.line, 1),
                    fmt::format("the encoding is {} (allowed: raw, gzip)", base::inQuotes(encoding.value)),
                    "save the image with or without compression, but as raw or gzip");
@@ -399,29 +405,21 @@ class NrrdFile {
       return fault(line_skip.line,
                    fmt::format("'line skip' is {} (allowed: 0..{})", base::inQuotes(line_skip.value), most),
                    kSaveAgain);
-    if (skip < (is_gzip ? 0 : -1) || skip > most)
+    if (skip < (labels_.is_gzip ? 0 : -1) || skip > most)
       return fault(byte_skip.line,
                    fmt::format("'byte skip' is {} (allowed: 0..{}{})", base::inQuotes(byte_skip.value), most,
-                               is_gzip ? "" : ", or -1: the voxels are the last bytes"),
+                               labels_.is_gzip ? "" : ", or -1: the voxels are the last bytes"),
                    kSaveAgain);
-    for (std::int64_t line = 0; line < lines && !data.empty(); ++line)
-      data.remove_prefix(std::min(data.find('\n'), data.size() - 1) + 1);
-    std::uint64_t begin = skip < 0 ? 0 : static_cast<std::uint64_t>(skip);
-    Inflated plain;
-    if (is_gzip) {
-      auto inflated_data = inflated(data, begin + needed, name_);
-      if (!inflated_data) return std::unexpected(inflated_data.error());
-      plain = std::move(*inflated_data);
-      data = plain.bytes;
-    }
-    const std::uint64_t announced = begin + needed;
-    if (data.size() < announced)
-      return refused(name_, fmt::format("the voxels take {} bytes; the file has {}", announced, data.size()),
-                     "the file is truncated: copy or save it again");
-    if (skip < 0) begin = data.size() - needed;
-    if (plain.has_more || (skip >= 0 && data.size() > announced))
-      labels_.warnings.emplace_back("bytes behind the last voxel are ignored");
-    labels_.bytes.assign(data.substr(begin, needed));
+    std::size_t begin = 0;
+    const std::string_view held = labels_.held();
+    for (std::int64_t line = 0; line < lines && begin < held.size(); ++line)
+      begin = std::min(held.find('\n', begin), held.size() - 1) + 1;
+    if (labels_.detached.empty())
+      labels_.attached.remove_prefix(begin);
+    else
+      labels_.detached.erase(0, begin);
+    const std::size_t size = labels_.held().size();
+    labels_.first_byte = skip >= 0 ? static_cast<std::uint64_t>(skip) : size - std::min(size, needed);
     return {};
   }
 

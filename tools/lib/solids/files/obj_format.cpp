@@ -21,8 +21,8 @@ struct Face {
 class ObjFile {
  public:
   ObjFile(std::string_view text, const std::string& name, const MeshLimits& limits)
-      : lines_(text), name_(name), limits_(limits) {
-    if (!text.empty() && !text.ends_with('\n'))
+      : lines_(text), bytes_(text.size()), name_(name), limits_(limits) {
+    if (!text.empty() && !text.ends_with('\n') && !text.ends_with('\r'))
       mesh_.warnings.emplace_back("the last line has no end: the file may be truncated");
   }
 
@@ -31,11 +31,9 @@ class ObjFile {
     while (const auto line = wholeLine()) {
       if (auto done = take(*line); !done) return std::unexpected(done.error());
     }
-    std::vector<std::uint64_t> corners;
+    Polygons polygons(mesh_, limits_, bytes_);
     for (const Face& face : faces_) {
-      const auto begin = corners_.begin() + static_cast<std::ptrdiff_t>(face.first);
-      corners.assign(begin, begin + static_cast<std::ptrdiff_t>(face.count));
-      const std::string problem = addPolygon(mesh_, corners, mesh_.points.size(), limits_);
+      const std::string problem = polygons.add(std::span(corners_).subspan(face.first, face.count));
       if (!problem.empty()) return fault(face.line, problem, "export the mesh again");
     }
     return std::move(mesh_);
@@ -64,14 +62,22 @@ class ObjFile {
   base::Result<void> take(std::string_view line) {
     const std::size_t comment = line.find('#');
     if (comment != std::string_view::npos) {
-      const std::string space = spaceNote(line.substr(comment));
-      if (!space.empty()) mesh_.space = space;
+      const std::string problem = takeSpaceNote(mesh_, line.substr(comment));
+      if (!problem.empty()) return fault(number_, problem, "export all bodies in the same frame");
       line = line.substr(0, comment);
     }
     const std::string_view keyword = takeWord(line);
     if (keyword == "v") return takePoint(line);
     if (keyword == "f") return takeFace(line);
-    return {};  // normals, textures, groups and materials do not matter here
+    // normals, textures, groups and materials do not matter here, but what is no keyword may have been a
+    // point
+    const bool is_keyword = keyword.empty() || (lowerCase(keyword)[0] >= 'a' && lowerCase(keyword)[0] <= 'z');
+    if (!is_keyword || keyword == "surf")
+      return fault(number_,
+                   is_keyword ? "a surface that is not made of faces"
+                              : fmt::format("{} is not a word of an OBJ file", base::inQuotes(keyword)),
+                   "export the mesh as polygons");
+    return {};
   }
 
   base::Result<void> takePoint(std::string_view line) {
@@ -115,6 +121,7 @@ class ObjFile {
   }
 
   TextCursor lines_;
+  std::size_t bytes_;
   const std::string& name_;
   const MeshLimits& limits_;
   FileMesh mesh_;

@@ -83,7 +83,7 @@ double numberOf(Scalar scalar, const char* bytes, std::endian order) {
 class PlyFile {
  public:
   PlyFile(std::string_view bytes, const std::string& name, const MeshLimits& limits)
-      : bytes_(bytes), text_(bytes), name_(name), limits_(limits) {}
+      : bytes_(bytes), text_(bytes), name_(name), limits_(limits), polygons_(mesh_, limits, bytes.size()) {}
 
   base::Result<FileMesh> read() {
     if (auto done = readHeader(); !done) return std::unexpected(done.error());
@@ -121,15 +121,16 @@ class PlyFile {
         done = takeFormat(rest);
         has_format = true;
       } else if (keyword == "comment") {
-        const std::string space = spaceNote(rest);
-        if (!space.empty()) mesh_.space = space;
+        const std::string problem = takeSpaceNote(mesh_, rest);
+        if (!problem.empty()) done = faultInHeader(problem, "export all bodies in the same frame");
       } else if (keyword == "element") {
         done = takeElementLine(rest);
       } else if (keyword == "property") {
         done = takeProperty(rest);
       } else if (keyword != "obj_info" && !keyword.empty()) {
-        done = faultInHeader(fmt::format("{} is not a word of a PLY header", base::inQuotes(keyword)),
-                             "write the file again");
+        if (mesh_.warnings.empty())  // one for all of them
+          mesh_.warnings.push_back(fmt::format("{} in the header is not a word of PLY: the line is ignored",
+                                               base::inQuotes(keyword)));
       }
       if (!done) return done;
     }
@@ -159,10 +160,12 @@ class PlyFile {
     element.name = takeWord(rest);
     const std::string_view count = takeWord(rest);
     const auto number = base::numberFrom<std::uint64_t>(count);
-    if (!number || elements_.size() >= kMaxElements)
-      return faultInHeader(fmt::format("{} elements {} (allowed: a whole number, of at most {} kinds)",
-                                       base::inQuotes(count), base::inQuotes(element.name), kMaxElements),
-                           "write the file again");
+    if (!number || elements_.size() >= kMaxElements ||
+        std::ranges::find(elements_, element.name, &Element::name) != elements_.end())
+      return faultInHeader(
+          fmt::format("{} elements {} (allowed: a whole number, of at most {} kinds, each once)",
+                      base::inQuotes(count), base::inQuotes(element.name), kMaxElements),
+          "write the file again");
     element.count = *number;
     elements_.push_back(std::move(element));
     return {};
@@ -248,6 +251,8 @@ class PlyFile {
       return fault("the points have no x, y and z", "write the file again");
     if (is_face && element.count > 0 && (list == end || !element.properties[list].count_type))
       return fault("the faces have no list 'vertex_indices' or 'vertex_index'", "write the file again");
+    if (is_face && element.count > 0 && mesh_.points.empty())
+      return fault("the points do not stand before the faces", "write the file again");
     for (std::uint64_t i = 0; i < element.count; ++i) {
       std::array<double, 3> point{};
       for (std::size_t p = 0; p < end; ++p) {
@@ -262,6 +267,8 @@ class PlyFile {
         if (!problem.empty())
           return fault(fmt::format("face {}: {}", i + 1, problem), "write the file again");
       }
+      // in a text each begins a line; some programs write more numbers into it than the header says
+      if (encoding_ == Encoding::ascii) text_.restOfLine();
       if (!is_vertex) continue;
       if (!std::ranges::all_of(point, [](double number) { return std::abs(number) <= kMaxCoordinate; }))
         return fault(
@@ -292,14 +299,13 @@ class PlyFile {
   std::string takeFace() {
     std::vector<std::uint64_t> corners;
     corners.reserve(numbers_.size());
-    const auto points =
-        static_cast<std::uint64_t>(std::ranges::find(elements_, "vertex", &Element::name)->count);
+    const std::uint64_t points = mesh_.points.size();
     for (const double number : numbers_) {
       if (!(number >= 0 && number < static_cast<double>(points)) || number != std::floor(number))
         return fmt::format("its corner is {} (allowed: 0..{})", number, points == 0 ? 0 : points - 1);
       corners.push_back(static_cast<std::uint64_t>(number));
     }
-    return addPolygon(mesh_, corners, points, limits_);
+    return polygons_.add(corners);
   }
 
   std::string_view bytes_;
@@ -311,6 +317,7 @@ class PlyFile {
   std::vector<Element> elements_;
   std::vector<double> numbers_;
   FileMesh mesh_;
+  Polygons polygons_;
 };
 
 }  // namespace

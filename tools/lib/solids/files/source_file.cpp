@@ -37,6 +37,10 @@ std::string_view textOf(KnownFrom knowledge) {
   return "assumed";
 }
 
+std::string ignoredFrame(Frame stated, Frame given) {
+  return fmt::format("the file states the frame {}; the given {} is ignored", textOf(stated), textOf(given));
+}
+
 std::optional<Frame> frameOf(std::string_view word) {
   const std::string lower = lowerCase(word);
   if (lower == "lps") return Frame::lps;
@@ -87,9 +91,17 @@ std::string lowerCase(std::string_view text) {
   return lower;
 }
 
+TextCursor::TextCursor(std::string_view text) : text_(text) {
+  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+  if (text.starts_with(kByteOrderMark)) at_ = kByteOrderMark.size();
+  const std::size_t end = text.find_first_of("\r\n");
+  if (end != std::string_view::npos && text[end] == '\r' && !text.substr(end + 1).starts_with('\n'))
+    line_end_ = '\r';
+}
+
 std::optional<std::string_view> TextCursor::nextLine() {
   if (at_ >= text_.size()) return std::nullopt;
-  const std::size_t end = std::min(text_.find('\n', at_), text_.size());
+  const std::size_t end = std::min(text_.find(line_end_, at_), text_.size());
   std::string_view line = text_.substr(at_, end - at_);
   at_ = std::min(end + 1, text_.size());
   line_ = ++line_ends_passed_;
@@ -99,7 +111,7 @@ std::optional<std::string_view> TextCursor::nextLine() {
 
 std::optional<std::string_view> TextCursor::nextWord() {
   while (at_ < text_.size() && isBlank(text_[at_])) {
-    if (text_[at_] == '\n') ++line_ends_passed_;
+    if (text_[at_] == line_end_) ++line_ends_passed_;
     ++at_;
   }
   line_ = line_ends_passed_ + 1;

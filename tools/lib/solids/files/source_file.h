@@ -3,6 +3,7 @@
 
 #include <bit>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <optional>
@@ -29,6 +30,9 @@ enum class KnownFrom {
 std::string_view textOf(Frame frame);          ///< "LPS", "RAS"
 std::string_view textOf(KnownFrom knowledge);  ///< "stated in the file", "given", "assumed"
 
+/// The warning about an option in vain.
+std::string ignoredFrame(Frame stated, Frame given);
+
 /// The frame of "LPS" or "RAS", in small letters or capitals; nothing for other words.
 std::optional<Frame> frameOf(std::string_view word);
 
@@ -40,6 +44,18 @@ constexpr rt::Vec3 inLps(const rt::Vec3& vector, Frame frame) noexcept {
 constexpr double kMetresPerMillimetre = 1e-3;
 /// Coordinates above this are not of a patient, in any unit.
 constexpr double kMaxCoordinate = 1e9;
+
+// What reading a file may take at most, whatever it contains; all readers of shapes take it from here. It is
+// limited by the bytes of the file, so that a small file can neither fill nor stop a computer.
+
+/// Bytes of memory for a file of so many bytes.
+constexpr std::uint64_t mostMemory(std::uint64_t file_bytes) {
+  return (std::uint64_t{64} << 20) + 256 * file_bytes;
+}
+/// Steps of loops whose number is not proportional to the bytes, each of some nanoseconds.
+constexpr std::uint64_t mostSteps(std::uint64_t file_bytes) {
+  return 1'000'000'000 + 1000 * file_bytes;
+}
 
 /// "(1.0, -2.5, 3.0) mm" of a point in metres.
 std::string millimetreText(const rt::Vec3& point_m);
@@ -69,10 +85,11 @@ std::optional<double> coordinateFrom(std::string_view text);
 std::string_view trimmed(std::string_view text);
 std::string lowerCase(std::string_view text);
 
-/// Walks through the lines of a text, and through the words of each; lines end in LF or CRLF.
+/// Walks through the lines of a text, and through the words of each, behind a byte-order mark. Lines end as
+/// the first one does: in LF, CRLF or CR.
 class TextCursor {
  public:
-  explicit TextCursor(std::string_view text) : text_(text) {}
+  explicit TextCursor(std::string_view text);
   /// Returns the next line without its end; nothing behind the last one.
   std::optional<std::string_view> nextLine();
   /// Returns the next word, in whichever line it stands; nothing at the end.
@@ -84,6 +101,7 @@ class TextCursor {
 
  private:
   std::string_view text_;
+  char line_end_ = '\n';
   std::size_t at_ = 0;
   std::size_t line_ = 0;
   std::size_t line_ends_passed_ = 0;

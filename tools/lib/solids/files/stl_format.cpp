@@ -15,47 +15,80 @@ namespace {
 
 constexpr std::uint64_t kHeaderBytes = 80, kHeadBytes = 84, kFacetBytes = 50;
 constexpr const char* kWriteAgain = "write the file again";
-
-/// A text has no NUL and no bytes above 127 in it.
-bool hasBytesOfNoText(std::string_view bytes) {
-  return std::ranges::any_of(bytes,
-                             [](char byte) { return byte == 0 || static_cast<signed char>(byte) < 0; });
-}
+constexpr const char* kOneFrame = "export all bodies in the same frame";
 
 std::string tooMany(std::uint64_t triangles, const MeshLimits& limits) {
   return fmt::format("{} triangles (allowed: at most {})", triangles, limits.triangles);
 }
 
-base::Result<FileMesh> readBinary(std::string_view bytes, std::uint64_t facets, const std::string& name,
-                                  const MeshLimits& limits) {
-  if (facets > limits.triangles)
-    return refused(name, tooMany(facets, limits), "simplify the mesh before it is exported");
-  FileMesh mesh{"binary STL", {}, {}, spaceNote(bytes.substr(0, kHeaderBytes)), {}};
-  const std::uint64_t extra = bytes.size() - (kHeadBytes + kFacetBytes * facets);
-  if (extra > 0)
-    mesh.warnings.push_back(
-        fmt::format("{} bytes behind the last of {} triangles are ignored", extra, facets));
-  mesh.points.reserve(3 * facets);
-  mesh.triangles.reserve(facets);
-  for (std::uint64_t facet = 0; facet < facets; ++facet) {
-    // the normal (12 bytes) follows from the corners; the last two bytes are a colour or garbage
-    const std::uint64_t at = kHeadBytes + kFacetBytes * facet + 12;
-    std::array<double, 9> numbers{};
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-      numbers[i] = static_cast<double>(numberAt<float>(bytes.data() + at + 4 * i, std::endian::little));
-      if (!(std::abs(numbers[i]) <= kMaxCoordinate))
-        return refused(
-            fmt::format("{}: byte {}", name, at + 4 * i),
-            fmt::format("a coordinate of triangle {} is {} (allowed: -1e9..1e9)", facet + 1, numbers[i]),
-            kWriteAgain);
-    }
-    const auto first = static_cast<std::uint32_t>(mesh.points.size());
-    for (std::size_t corner = 0; corner < 3; ++corner)
-      mesh.points.push_back({numbers[3 * corner], numbers[3 * corner + 1], numbers[3 * corner + 2]});
-    mesh.triangles.push_back({first, first + 1, first + 2});
+/// Bodies one behind the other, as programs append them.
+class BinaryStl {
+ public:
+  BinaryStl(std::string_view bytes, const std::string& name, const MeshLimits& limits)
+      : bytes_(bytes), name_(name), limits_(limits) {}
+
+  base::Result<FileMesh> read() {
+    mesh_.format = "binary STL";
+    do {
+      if (auto done = takeBody(); !done) return std::unexpected(done.error());
+    } while (bytes_.size() - at_ >= kFacetBytes &&
+             bytes_.find_first_not_of('\0', at_) != std::string_view::npos);
+    if (at_ < bytes_.size())
+      mesh_.warnings.push_back(fmt::format("{} bytes behind the last of {} triangles are ignored",
+                                           bytes_.size() - at_, mesh_.triangles.size()));
+    return std::move(mesh_);
   }
-  return mesh;
-}
+
+ private:
+  base::Result<void> takeBody() {
+    const std::string_view body = bytes_.substr(at_), header = body.substr(0, kHeaderBytes);
+    const std::uint64_t facets =
+        body.size() < kHeadBytes ? 0
+                                 : numberAt<std::uint32_t>(body.data() + kHeaderBytes, std::endian::little);
+    const std::uint64_t expected = kHeadBytes + kFacetBytes * facets;
+    // what follows a body is another one only if its header is a text
+    const bool is_header = at_ == 0 || std::ranges::none_of(header, [](char c) { return c < 0; });
+    if (facets == 0 || expected > body.size() || !is_header)
+      return refused(
+          fmt::format("{}: byte {}", name_, at_ + kHeaderBytes),
+          at_ == 0 ? fmt::format("the header announces {} triangles, which take {} bytes; the file has {}",
+                                 facets, expected, body.size())
+                   : fmt::format("{} bytes follow the {} triangles that the header announces, and are no "
+                                 "further body",
+                                 body.size(), mesh_.triangles.size()),
+          "the file is damaged or not STL: write it again");
+    if (mesh_.triangles.size() + facets > limits_.triangles)
+      return refused(name_, tooMany(mesh_.triangles.size() + facets, limits_),
+                     "simplify the mesh before it is exported");
+    if (const std::string problem = takeSpaceNote(mesh_, header); !problem.empty())
+      return refused(fmt::format("{}: byte {}", name_, at_), problem, kOneFrame);
+    for (std::uint64_t facet = 0; facet < facets; ++facet) {
+      // the normal (12 bytes) follows from the corners; the last two bytes are a colour or garbage
+      const std::uint64_t at = at_ + kHeadBytes + kFacetBytes * facet + 12;
+      std::array<double, 9> numbers{};
+      for (std::size_t i = 0; i < numbers.size(); ++i) {
+        numbers[i] = static_cast<double>(numberAt<float>(bytes_.data() + at + 4 * i, std::endian::little));
+        if (!(std::abs(numbers[i]) <= kMaxCoordinate))
+          return refused(
+              fmt::format("{}: byte {}", name_, at + 4 * i),
+              fmt::format("a coordinate of triangle {} is {} (allowed: -1e9..1e9)", facet + 1, numbers[i]),
+              kWriteAgain);
+      }
+      const auto first = static_cast<std::uint32_t>(mesh_.points.size());
+      for (std::size_t corner = 0; corner < 3; ++corner)
+        mesh_.points.push_back({numbers[3 * corner], numbers[3 * corner + 1], numbers[3 * corner + 2]});
+      mesh_.triangles.push_back({first, first + 1, first + 2});
+    }
+    at_ += expected;
+    return {};
+  }
+
+  std::string_view bytes_;
+  const std::string& name_;
+  const MeshLimits& limits_;
+  std::size_t at_ = 0;
+  FileMesh mesh_;
+};
 
 /// Reads the words of a text; several solids become one mesh.
 class AsciiStl {
@@ -104,11 +137,8 @@ class AsciiStl {
   base::Result<void> takeSolid() {
     if (in_facet_) return fault("a solid begins within a facet", kWriteAgain);
     in_solid_ = true;
-    const std::string space = spaceNote(words_.restOfLine());
-    if (!space.empty() && !mesh_.space.empty() && space != mesh_.space)
-      return fault(fmt::format("SPACE={} in a file that has SPACE={} above", space, mesh_.space),
-                   "export all solids in the same frame");
-    if (!space.empty()) mesh_.space = space;
+    const std::string problem = takeSpaceNote(mesh_, words_.restOfLine());
+    if (!problem.empty()) return fault(problem, kOneFrame);
     return {};
   }
 
@@ -152,48 +182,14 @@ class AsciiStl {
 
 }  // namespace
 
-std::string spaceNote(std::string_view text) {
-  constexpr std::string_view kKey = "SPACE=";
-  const std::size_t at = text.find(kKey);
-  if (at == std::string_view::npos) return {};
-  const std::string_view value = text.substr(at + kKey.size());
-  const auto is_part = [](char c) { return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '-'; };
-  return std::string(value.begin(), std::ranges::find_if_not(value, is_part));
-}
-
-std::string addPolygon(FileMesh& mesh, const std::vector<std::uint64_t>& corners, std::uint64_t points,
-                       const MeshLimits& limits) {
-  if (corners.size() < 3) return fmt::format("a face has {} corners (allowed: at least 3)", corners.size());
-  for (const std::uint64_t corner : corners)
-    if (corner >= points)
-      return fmt::format("a face names point {} of {}, counted from 1", corner + 1, points);
-  if (mesh.triangles.size() + corners.size() - 2 > limits.triangles)
-    return fmt::format("more than {} triangles", limits.triangles);
-  for (std::size_t i = 2; i < corners.size(); ++i)
-    mesh.triangles.push_back({static_cast<std::uint32_t>(corners[0]),
-                              static_cast<std::uint32_t>(corners[i - 1]),
-                              static_cast<std::uint32_t>(corners[i])});
-  return {};
-}
-
 base::Result<FileMesh> readStl(std::string_view bytes, const std::string& name, const MeshLimits& limits) {
-  // Many programs begin binary files with "solid" too, so the size decides.
-  const bool has_bytes_of_no_text = hasBytesOfNoText(bytes);
-  if (bytes.size() >= kHeadBytes) {
-    const std::uint64_t facets = numberAt<std::uint32_t>(bytes.data() + kHeaderBytes, std::endian::little);
-    const std::uint64_t expected = kHeadBytes + kFacetBytes * facets;
-    if (bytes.size() == expected || (bytes.size() > expected && has_bytes_of_no_text))
-      return readBinary(bytes, facets, name, limits);
-    if (has_bytes_of_no_text)
-      return refused(fmt::format("{}: byte {}", name, kHeaderBytes),
-                     fmt::format("the header announces {} triangles, which take {} bytes; the file has {}",
-                                 facets, expected, bytes.size()),
-                     "the file is truncated or not STL: write it again");
-  }
-  if (has_bytes_of_no_text || bytes.empty())
-    return refused(name,
-                   fmt::format("{} bytes are too few for a binary STL file (at least 84)", bytes.size()),
-                   "the file is truncated or not STL: write it again");
+  // Many programs begin binary files with "solid" too, and names in texts are in any encoding: a text is what
+  // has neither the size of a binary file nor a NUL.
+  const bool has_count = bytes.size() >= kHeadBytes;
+  const std::uint64_t facets =
+      has_count ? numberAt<std::uint32_t>(bytes.data() + kHeaderBytes, std::endian::little) : 0;
+  const bool has_size = has_count && bytes.size() == kHeadBytes + kFacetBytes * facets;
+  if (has_size || bytes.find('\0') != std::string_view::npos) return BinaryStl(bytes, name, limits).read();
   return AsciiStl(bytes, name, limits).read();
 }
 
