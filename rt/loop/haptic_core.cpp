@@ -203,7 +203,8 @@ HapticCore::Change HapticCore::blend(const Input& input, const Evaluation& evalu
   const bool comparable = state_.origin.model != 0;
   Change change;
   change.inputs = comparable && now != state_.origin;
-  change.surface = change.inputs || unexplained > 0;
+  // Where the springs are saturated, a surface that moves changes their energy without changing the force.
+  change.surface = change.inputs || unexplained > 0 || (hasProxy(laws_.law()) && of_law_n > limit);
   const bool blends = change.inputs || (comparable && unexplained > max_n);
   state_.origin = now;
   const double tissue_n2 = 2 * tick.stiffness_n_per_m * contact.energy_j;
@@ -353,6 +354,7 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Change& 
                 (now.mode_gain - before.mode_gain) * now.fixture_j;
     }
     motion.surface_work_j = work_j * scale.force_scale * to_hand;
+    if (hasProxy(laws_.law())) motion.stored_j += gain * now_j * scale.force_scale * to_hand;
   }
   return motion;
 }

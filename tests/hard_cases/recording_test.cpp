@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
+#include <numbers>
 
 #include "drivers/camera/kinect_image.h"
 #include "drivers/camera/recorded/recording_reader.h"
@@ -80,6 +81,50 @@ TEST_P(EachLaw, HeldInThePathOfAGesturingPersonHasNoForceStep) {
 
 TEST_P(EachLaw, HeldInThePathOfHandsAtADeskHasNoForceStep) {
   holdInThePathOfHands(GetParam(), "02_raw11_desk_near/desk_near.tar.xz");
+}
+
+/// A person who pushes the HIP in and out of what a recording shows, far beyond where the spring saturates,
+/// for a minute. People in it push back. No such energy is a sign of an unstable loop.
+int debtsWhilePushing(const std::string& archive) {
+  const Recording recording(archive);
+  const auto reader = drivers::RecordingReader::open(recording.path());
+  if (!reader.has_value()) return -1;
+  tools::OfflineBox box({}, {}, {});
+  box.parameters().law = rt::ForceLaw::surface;
+  auto frame = std::make_unique<rt::DepthFrame>();
+  Vec3 nearest;
+  Vec3 hip;
+  int debts = 0;
+  constexpr int kFrames = 60 * 30;
+  for (int index = 0; index < kFrames; ++index) {
+    const std::size_t count = reader->frames().size();
+    if (!reader->read(static_cast<std::size_t>(index) % count, *frame).has_value()) return -1;
+    frame->sequence = static_cast<std::uint64_t>(index) + 1;
+    box.show(*frame);
+    // A person does not follow what flickers from frame to frame.
+    const Vec3 now = nearestPoint(box.depthModel(), *frame);
+    nearest += (index == 0 ? 1 : 0.1) * (now - nearest);
+    const Vec3 ray = (1 / norm(nearest)) * nearest;
+    for (int i = 0; i < kTicksPerFrame; ++i) {
+      const double time_s = kTick_s * (index * kTicksPerFrame + i);
+      const Vec3 aim = nearest + (0.01 + 0.04 * std::sin(2 * std::numbers::pi * 0.7 * time_s)) * ray;
+      // as fast as a hand, towards what is nearest now
+      constexpr double kHand_m = 0.5 * kTick_s;
+      const Vec3 way = aim - hip;
+      const Vec3 before = hip;
+      hip = index == 0 || norm(way) < kHand_m ? aim : hip + (kHand_m / norm(way)) * way;
+      const rt::Tick tick = box.tick(hip, kTick_s, index == 0 ? Vec3{} : (1 / kTick_s) * (hip - before));
+      if (tick.cause == rt::Cause::energy_debt && tick.mode == rt::Mode::holding) ++debts;
+    }
+  }
+  return debts;
+}
+
+TEST(Recordings, APersonWhoPushesCausesNoDebtOfEnergy) {
+  for (const char* archive :
+       {"01_raw11_room_gesture/room_gesture.tar.xz", "02_raw11_desk_near/desk_near.tar.xz",
+        "03_raw11_room_static/room_static.tar.xz"})
+    EXPECT_EQ(debtsWhilePushing(archive), 0) << archive;
 }
 
 }  // namespace
