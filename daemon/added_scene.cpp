@@ -196,6 +196,7 @@ std::vector<FrameStatus> AddedScene::frameStatus(const rt::LoopState& loop) cons
       return conduct.dropped[static_cast<std::size_t>(fault)];
     };
     status.state = conduct.state;
+    if (conduct.fault != rt::PoseFault::none) status.refusal = conduct.fault;
     status.age_s = conduct.age_s;
     status.lag_m = conduct.lag_m;
     status.lag_rad = conduct.lag_rad;
@@ -207,6 +208,8 @@ std::vector<FrameStatus> AddedScene::frameStatus(const rt::LoopState& loop) cons
     status.older = dropped(rt::PoseFault::older);
     status.future = dropped(rt::PoseFault::future);
     status.jumps = dropped(rt::PoseFault::jump);
+    status.repeated = dropped(rt::PoseFault::repeated);
+    status.identity = dropped(rt::PoseFault::identity);
     status.losses = conduct.losses;
     status.returns = conduct.returns;
     status.relocations = conduct.relocations;

@@ -73,6 +73,11 @@ void addHandle(const drivers::HandleStatus& handle, const rt::Tick& tick, const 
   if (!handle.advice.empty()) list.push_back("handle: " + handle.advice);
 }
 
+/// Why the poses of a frame are refused; `silent` if none come.
+std::string whyOf(const FrameStatus& frame, const char* silent) {
+  return frame.refusal ? fmt::format("; its poses are refused: {}", reasonOf(*frame.refusal)) : silent;
+}
+
 /// Adds warnings about frames that are not where they are and on which a fixture depends.
 void addFrames(const std::vector<FrameStatus>& frames, Warnings& list) {
   for (const FrameStatus& frame : frames) {
@@ -89,13 +94,11 @@ void addFrames(const std::vector<FrameStatus>& frames, Warnings& list) {
                                "could be found (is the camera streaming?)",
                                frame.name, frame.tracks));
     } else if (frame.state == rt::FrameState::none) {
-      list.push_back(fmt::format("frame {} has no place yet, and its fixtures exert nothing (feed its poses)",
-                                 frame.name));
+      list.push_back(fmt::format("frame {} has no place yet, and its fixtures exert nothing{}", frame.name,
+                                 whyOf(frame, " (feed its poses)")));
     } else if (frame.state == rt::FrameState::lost) {
-      list.push_back(
-          fmt::format("frame {} is lost: no usable pose for {:.1f} s (is its source running, and what "
-                      "it tracks in view?)",
-                      frame.name, frame.age_s));
+      list.push_back(fmt::format("frame {} is lost: no usable pose for {:.1f} s{}", frame.name, frame.age_s,
+                                 whyOf(frame, " (is its source running, and what it tracks in view?)")));
     }
   }
 }

@@ -122,7 +122,10 @@ void EventLog::logFrames(const std::vector<FrameStatus>& frames) {
               {{"FRAME", frame.name}, {"ACTION", action}, {"STATE", nameOf(frame.state)}}});
     };
     if (frame.losses > seen.losses) {
-      log(Priority::warning, fmt::format("frame {} is lost: its poses are missing", frame.name), "lost");
+      log(Priority::warning,
+          fmt::format("frame {} is lost: its poses are {}", frame.name,
+                      frame.refusal ? fmt::format("refused: {}", reasonOf(*frame.refusal)) : "missing"),
+          "lost");
     }
     if (frame.relocations > seen.relocations) {
       log(Priority::notice,

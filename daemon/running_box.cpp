@@ -233,8 +233,10 @@ bool RunningBox::feedPose(const rt::FramePose& pose) {
   return true;
 }
 
-void RunningBox::feedForce(const rt::ExternalForce& force) {
+bool RunningBox::feedForce(const rt::ExternalForce& force) {
+  if (loopState().tick.mode != rt::Mode::engaged) return false;
   control_->external_force.write(force);
+  return true;
 }
 
 rt::LiveParameters RunningBox::live() const {

@@ -82,7 +82,7 @@ class RunningBox final : public Box {
   std::uint64_t applyAdditions(const config::SceneAdditions& additions) override;
   void setMeasuredStiffness(const std::vector<MeasuredStiffness>& measured) override;
   bool feedPose(const rt::FramePose& pose) override;
-  void feedForce(const rt::ExternalForce& force) override;
+  bool feedForce(const rt::ExternalForce& force) override;
   std::uint64_t engage(bool engaged, bool inside) override;
   bool engaged() override;
   std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const override {

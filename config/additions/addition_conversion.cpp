@@ -171,14 +171,6 @@ rt::TissueRegion converted(const RegionSettings& region, const Frame& frame) {
   return result;
 }
 
-rt::FrameRules rulesOf(const FrameSettings& frame) {
-  return {.identity = frameIdentity(frame.name),
-          .on_loss = frame.on_loss,
-          .timeout_s = frame.timeout_s,
-          .keepalive = frame.keepalive,
-          .max_speed_m_per_s = frame.max_speed_m_per_s};
-}
-
 /// rt::Fixture::frame; of a frame that is not in the list a place where there is none.
 std::int32_t frameIndex(const FixtureSettings& fixture, const std::vector<FrameSettings>& frames) {
   if (isResting(fixture.frame)) return -1;
@@ -212,6 +204,14 @@ std::uint32_t frameIdentity(std::string_view name) {
   std::uint32_t hash = 2166136261;  // FNV-1a
   for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 16777619U;
   return std::max<std::uint32_t>(hash, 1);
+}
+
+rt::FrameRules rulesOf(const FrameSettings& frame) {
+  return {.identity = frameIdentity(frame.name),
+          .on_loss = frame.on_loss,
+          .timeout_s = frame.timeout_s,
+          .keepalive = frame.keepalive,
+          .max_speed_m_per_s = frame.max_speed_m_per_s};
 }
 
 OnCameraLoss effectiveOnCameraLoss(const FixtureSettings& fixture) {

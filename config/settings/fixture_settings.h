@@ -163,6 +163,8 @@ inline bool isResting(std::string_view frame) {
 }
 /// The number by which the force loop knows a frame; it follows from its name alone, and is not 0.
 std::uint32_t frameIdentity(std::string_view name);
+/// A frame in the form of the force loop.
+rt::FrameRules rulesOf(const FrameSettings& frame);
 
 /// Returns `keep` or `fade`, also where the fixture says `auto`.
 OnCameraLoss effectiveOnCameraLoss(const FixtureSettings& fixture);

@@ -96,7 +96,8 @@ class Box {
   /// here. Returns false, and drops it, if the loop has not taken many others yet.
   virtual bool feedPose(const rt::FramePose& pose) = 0;
   /// Hands an external force to the force loop, in place of the one before; see rt::externalForceAt().
-  virtual void feedForce(const rt::ExternalForce& force) = 0;
+  /// Returns false, and drops it, while the box is not engaged and exerts none.
+  virtual bool feedForce(const rt::ExternalForce& force) = 0;
   /// Requests `engaged` or `idle`. `inside`: even if the HIP is inside a surface. A request to engage changes
   /// nothing while the box is engaged or holding. Returns the generation to wait for.
   virtual std::uint64_t engage(bool engaged, bool inside) = 0;

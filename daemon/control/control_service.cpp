@@ -135,6 +135,15 @@ void ControlService::closed(ConnectionId connection) {
   events_.closed(connection);
   snapshots_.closed(connection);
   depth_.closed(connection);
+  frames_.closed(connection);
+  forces_.closed(connection);
+}
+
+std::vector<std::string> ControlService::warnings() const {
+  std::vector<std::string> list = calibration_.warnings();
+  frames_.addWarnings(list);
+  forces_.addWarnings(list);
+  return list;
 }
 
 void ControlService::periodic(Replies& replies) {

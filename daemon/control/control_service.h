@@ -51,7 +51,7 @@ class ControlService final : public CallHandler {
   void periodic(Replies& replies);
 
   /// Warnings for the status that come from calls of this service, each with its remedy.
-  std::vector<std::string> warnings() const { return calibration_.warnings(); }
+  std::vector<std::string> warnings() const;
   const FeedStatus& feedStatus() const { return additions_.feedStatus(); }
   /// See FrameMethods::limited().
   const auto& limitedPoses() const { return frames_.limited(); }

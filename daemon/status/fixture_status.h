@@ -122,11 +122,38 @@ constexpr auto fieldsOf(std::type_identity<Status>) {
           "Each of them, in their order; empty for the moment until the force loop has taken over a change")};
 }
 
+/// Says in words why a pose is not used, and where the cause may be.
+constexpr std::string_view reasonOf(rt::PoseFault fault) {
+  switch (fault) {
+    case rt::PoseFault::none:
+      break;
+    case rt::PoseFault::not_finite:
+      return "the position must be within 10 m of the world's origin (send metres)";
+    case rt::PoseFault::not_unit:
+      return "the length of the quaternion must be 1 within 1 % (send x, y, z, w of a rotation)";
+    case rt::PoseFault::older:
+      return "its time must be later than that of the pose before (send each one once, when it was measured)";
+    case rt::PoseFault::future:
+      return "its time must be within 20 ms from now (synchronise the clocks, or send its age)";
+    case rt::PoseFault::jump:
+      return "it is farther away than the frame can have moved (does the tracker take two bodies for one, or "
+             "is max_speed_m_per_s too small?)";
+    case rt::PoseFault::repeated:
+      return "it is the pose before to the last bit, and those of this source have noise (is the marker in "
+             "view?)";
+    case rt::PoseFault::identity:
+      return "it is exactly the world's axes, as trackers report what they do not see (is the marker in "
+             "view?)";
+  }
+  return "";
+}
+
 /// What one moving frame does.
 struct FrameStatus {
   std::string name{};
   rt::FrameState state = rt::FrameState::none;
   bool used = false;
+  std::optional<rt::PoseFault> refusal{};
   double age_s = 0;
   double lag_m = 0;
   double lag_rad = 0;
@@ -137,6 +164,8 @@ struct FrameStatus {
   std::uint64_t older = 0;
   std::uint64_t future = 0;
   std::uint64_t jumps = 0;
+  std::uint64_t repeated = 0;
+  std::uint64_t identity = 0;
   std::uint64_t limited = 0;
   std::uint64_t losses = 0;
   std::uint64_t returns = 0;
@@ -156,6 +185,9 @@ constexpr auto fieldsOf(std::type_identity<Status>) {
           "none: no usable pose yet; live: it follows its poses; held: they are late, and it stays; "
           "lost: they are missing; catching_up: it is on its way to where they say that it is"),
       HAPTICD_FIELD(used, "Whether an enabled fixture is defined in it"),
+      HAPTICD_FIELD(
+          refusal,
+          "Why its newest pose was not used, as the counters below name it; null: it was, or none comes"),
       HAPTICD_FIELD(age_s, "Age of its newest usable pose; null: there is none")
           .shownAs([](const auto& frame) {
             return frame.state == rt::FrameState::none ? std::nullopt : std::optional(frame.age_s);
@@ -183,6 +215,11 @@ constexpr auto fieldsOf(std::type_identity<Status>) {
       HAPTICD_FIELD(older, "Poses dropped because they were not newer than the newest"),
       HAPTICD_FIELD(future, "Poses dropped because their time was more than 20 ms from now"),
       HAPTICD_FIELD(jumps, "Poses dropped because the frame cannot have moved so far"),
+      HAPTICD_FIELD(
+          repeated,
+          "Poses dropped because they repeated the newest to the last bit, from a source that had noise"),
+      HAPTICD_FIELD(identity,
+                    "Poses dropped because they were exactly the world's axes, and none before was"),
       HAPTICD_FIELD(limited, "Poses refused because they came faster than 500 per second"),
       HAPTICD_FIELD(losses, "Times that it was lost"),
       HAPTICD_FIELD(returns, "Times that it was found, the first one included"),

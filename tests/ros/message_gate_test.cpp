@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace hapticd::tools::ros {
 namespace {
 
@@ -51,24 +53,37 @@ TEST(MessageGate, RefusesAnotherFrameAndNamesBoth) {
   EXPECT_TRUE(gate.refusal(other, kNow_ns, kBegin));
 }
 
-TEST(MessageGate, TakesSoManyEachSecondHoweverManyCome) {
+TEST(MessageGate, DropsEvenlyWhatIsTooMuch) {
   MessageGate gate({.most_per_second = 100, .oldest = 20ms});
-  int taken = 0;
-  for (int i = 0; i < 5000; ++i) {
-    if (!gate.refusal(sentAgo(0), kNow_ns, kBegin + i * 1ms)) ++taken;
+  int taken = 0, longest_ms = 0, gap_ms = 0;
+  for (int ms = 0; ms < 5000; ++ms) {
+    const bool is_taken = !gate.refusal(sentAgo(0), kNow_ns, kBegin + ms * 1ms);
+    taken += is_taken ? 1 : 0;
+    gap_ms = is_taken ? 0 : gap_ms + 1;
+    longest_ms = std::max(longest_ms, gap_ms);
   }
-  EXPECT_EQ(taken, 500);
+  EXPECT_EQ(taken, 100 + 499) << "those of a second before, and one each 10 ms";
+  EXPECT_EQ(longest_ms, 9);
 }
 
-TEST(MessageGate, TakesOnePublisherUntilItHasBeenSilentForASecond) {
+TEST(MessageGate, TakesTheFirstPublisherOfWhichAMessageWasUsedUntilItIsSilent) {
   MessageGate gate({.most_per_second = 1000, .oldest = 20ms, .one_publisher = true});
-  EXPECT_FALSE(gate.refusal(sentAgo(0, 1), kNow_ns, kBegin));
-  EXPECT_TRUE(gate.refusal(sentAgo(0, 2), kNow_ns, kBegin + 10ms));
-  EXPECT_FALSE(gate.refusal(sentAgo(0, 1), kNow_ns, kBegin + 20ms));
-  EXPECT_TRUE(gate.refusal(sentAgo(0, 2), kNow_ns, kBegin + 1019ms))
-      << "a refused one does not take the place";
-  EXPECT_FALSE(gate.refusal(sentAgo(0, 2), kNow_ns, kBegin + 1020ms));
-  EXPECT_TRUE(gate.refusal(sentAgo(0, 1), kNow_ns, kBegin + 1030ms));
+  // a message of which nothing can be used, as one of NaN, takes no place
+  const auto takes = [&](std::uint64_t publisher, std::chrono::milliseconds at, bool is_valid = true) {
+    if (gate.refusal(sentAgo(0, publisher), kNow_ns, kBegin + at)) return false;
+    if (is_valid) gate.used(sentAgo(0, publisher), kBegin + at);
+    return true;
+  };
+  EXPECT_TRUE(takes(3, 0ms, false));
+  EXPECT_TRUE(takes(1, 1ms));
+  EXPECT_FALSE(takes(3, 2ms, false));
+  EXPECT_FALSE(takes(2, 10ms));
+  EXPECT_TRUE(takes(1, 20ms));
+  EXPECT_FALSE(takes(2, 1019ms)) << "a refused one does not take the place";
+  EXPECT_TRUE(takes(1, 1019ms, false));
+  EXPECT_FALSE(takes(2, 2018ms)) << "it is not silent";
+  EXPECT_TRUE(takes(2, 2019ms));
+  EXPECT_FALSE(takes(1, 2020ms));
 }
 
 }  // namespace

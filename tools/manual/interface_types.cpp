@@ -61,6 +61,7 @@ constexpr std::tuple kTypes{
     Named<daemon::FixtureConduct>{"FixtureConduct"},
     Named<daemon::FixtureStatus>{"Fixtures"},
     Named<rt::FrameState>{"FrameState"},
+    Named<rt::PoseFault>{"PoseFault"},
     Named<rt::TrackingVerdict>{"TrackingVerdict"},
     Named<daemon::FrameStatus>{"FrameStatus"},
     Named<daemon::FeedStatus>{"Feed"},

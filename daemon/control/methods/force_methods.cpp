@@ -15,8 +15,6 @@
 namespace hapticd::daemon {
 namespace {
 
-/// After this long without a force the next one begins a feed, which is logged.
-constexpr std::chrono::seconds kPause{10};
 /// A connection that has fed a force within this time is the only one that may.
 constexpr std::chrono::milliseconds kTurn{100};
 constexpr double kLife_s = static_cast<double>(rt::kExternalForceLife_ns) * 1e-9;
@@ -45,12 +43,18 @@ void ForceMethods::feedForce(const Call& call, const Caller& caller, Replies& re
 }
 
 Reply ForceMethods::take(const rt::ExternalForce& force, const Caller& caller) {
-  const double most_n = context_.box.settings().live.safety.max_external_force_n;
-  if (!(most_n > 0)) {
+  const rt::SafetyParameters& safety = context_.box.settings().live.safety;
+  const char* const zero = !(safety.max_external_force_n > 0)   ? "force_n"
+                           : !(safety.max_external_power_w > 0) ? "power_w"
+                                                                : nullptr;
+  if (zero != nullptr) {
     return refused("not_allowed",
-                   "safety.max_external_force_n is 0, which allows no external force "
-                   "(set it to the largest force that other programs may add, in newtons)");
+                   fmt::format("safety.max_external_{} is 0, which allows no external force (set it "
+                               "to the most that other programs may add)",
+                               zero));
   }
+  if (!std::isfinite(norm(force.force_n_in_world)))
+    return refused("not_finite", "the length of the force is no finite number");
   const std::int64_t now_ns = rt::monotonicNow_ns();
   if (force.time_ns > now_ns || force.time_ns <= now_ns - rt::kExternalForceLife_ns) {
     return refused(
@@ -59,15 +63,13 @@ Reply ForceMethods::take(const rt::ExternalForce& force, const Caller& caller) {
                     (static_cast<double>(now_ns) - static_cast<double>(force.time_ns)) * 1e-9, kLife_s));
   }
   const Clock::time_point now = Clock::now();
-  const bool first = now - newest_ >= kPause;
-  if (now - newest_ < kTurn && sender_ != caller.connection) {
-    return refused("other_sender", "another program feeds forces (end it, or wait until it has ended)");
-  }
-  if (!rate_.allows(now)) return {"io.hapticd.Control.FeedLimited", {{"limit", kMaxPerSecond}}};
-  newest_ = now;
-  sender_ = caller.connection;
-  if (first) logChange(context_, caller, "feeds forces", config::EventKind::force, {{"ACTION", "feed"}});
-  context_.box.feedForce(force);
+  if (std::string other = feed_.refusal(caller, now, kTurn); !other.empty())
+    return refused("other_sender", std::move(other));
+  if (!feed_.allows(now)) return feed_.limited();
+  if (!context_.box.feedForce(force))
+    return refused("not_engaged", "the box is not engaged, and exerts no force (engage it)");
+  if (feed_.used(caller, now))
+    logChange(context_, caller, "feeds forces", config::EventKind::force, {{"ACTION", "feed"}});
   return {};
 }
 

@@ -18,9 +18,6 @@
 namespace hapticd::daemon {
 namespace {
 
-/// After this long without a pose of a frame the next one begins a feed, which is logged.
-constexpr std::chrono::seconds kPause{10};
-
 std::expected<rt::FramePose, Reply> poseOf(const Call& call, std::int64_t now_ns) {
   // A wrong type is named before what is missing, as for every method.
   const auto position = numbersField<3>(call, "positionM");
@@ -44,11 +41,8 @@ std::expected<rt::FramePose, Reply> poseOf(const Call& call, std::int64_t now_ns
   return pose;
 }
 
-std::string reasonOf(rt::PoseFault fault, const rt::FramePose& pose) {
-  if (fault == rt::PoseFault::not_finite)
-    return "the position must be within 10 m of the world's origin, in metres";
-  return fmt::format("the quaternion has the length {:.4g}, and a rotation has the length 1",
-                     std::sqrt(dot(pose.T_world_frame.orientation, pose.T_world_frame.orientation)));
+Reply refused(const std::string& frame, std::string_view cause, std::string_view reason) {
+  return {"io.hapticd.Control.PoseRefused", {{"frame", frame}, {"cause", cause}, {"reason", reason}}};
 }
 
 Reply unknownFrame(const std::string& name, const std::vector<config::FrameSettings>& frames) {
@@ -58,13 +52,10 @@ Reply unknownFrame(const std::string& name, const std::vector<config::FrameSetti
 }
 
 Reply trackedFrame(const config::FrameSettings& frame) {
-  return {
-      "io.hapticd.Control.PoseRefused",
-      {{"frame", frame.name},
-       {"cause", "tracked"},
-       {"reason", fmt::format("the depth camera tracks this frame by the fixture {} (remove tracks from the "
-                              "frame in the configuration to feed poses)",
-                              frame.tracks)}}};
+  return refused(frame.name, "tracked",
+                 fmt::format("the depth camera tracks this frame by the fixture {} (remove tracks from the "
+                             "frame in the configuration to feed poses)",
+                             frame.tracks));
 }
 
 }  // namespace
@@ -77,6 +68,14 @@ std::vector<Method> FrameMethods::methods() {
            .access = control,
            .parameters = {"frame", "positionM", "orientationXyzw", "timeNs", "ageS", "velocityMPerS"},
            .answer = std::bind_front(&Self::feedPose, this)}};
+}
+
+void FrameMethods::closed(ConnectionId connection) {
+  for (auto& [name, stream] : streams_) stream.feed.closed(connection);
+}
+
+void FrameMethods::addWarnings(std::vector<std::string>& list) const {
+  for (const auto& [name, stream] : streams_) stream.feed.addWarnings(Clock::now(), list);
 }
 
 void FrameMethods::listFrames(const Call&, const Caller& caller, Replies& replies) {
@@ -95,6 +94,8 @@ void FrameMethods::listFrames(const Call&, const Caller& caller, Replies& replie
     const auto now = std::ranges::find(status.frames, frame.name, &FrameStatus::name);
     const bool placed = now != status.frames.end() && now->state != rt::FrameState::none;
     entry["state"] = nameOf(now == status.frames.end() ? rt::FrameState::none : now->state);
+    entry["refusal"] =
+        now != status.frames.end() && now->refusal ? OrderedJson(rt::wordOf(*now->refusal)) : OrderedJson();
     entry["ageS"] = placed ? OrderedJson(now->age_s) : OrderedJson();
     entry["lagM"] = placed ? OrderedJson(now->lag_m) : OrderedJson();
     const bool tracks = now != status.frames.end() && now->tracking;
@@ -127,22 +128,26 @@ void FrameMethods::feedPose(const Call& call, const Caller& caller, Replies& rep
   if (!frame->tracks.empty()) return replies.finish(caller.connection, trackedFrame(*frame));
 
   const Clock::time_point now = Clock::now();
-  Stream& stream = streams_[*name];
+  auto [found, is_new] = streams_.try_emplace(*name, Feed("poses of frame " + *name, kMaxPerSecond));
+  auto& [feed, judge] = found->second;
+  // of one that sends changes only, silence is no end
+  const auto patience =
+      frame->keepalive
+          ? std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(frame->timeout_s))
+          : Clock::duration::max();
+  if (const std::string other = feed.refusal(caller, now, patience); !other.empty())
+    return replies.finish(caller.connection, refused(*name, "other_sender", other));
   pose->frame = config::frameIdentity(*name);
-  if (!stream.rate.allows(now) || !context_.box.feedPose(*pose)) {
+  if (!feed.allows(now) || !context_.box.feedPose(*pose)) {
     ++limited_[*name];
-    return replies.finish(caller.connection, {"io.hapticd.Control.FeedLimited", {{"limit", kMaxPerSecond}}});
+    return replies.finish(caller.connection, feed.limited());
   }
-  if (now - std::exchange(stream.newest, now) >= kPause) {
-    logChange(context_, caller, "feeds poses of frame " + *name, config::EventKind::frame,
+  const rt::PoseFault fault = judge.take(*pose, config::rulesOf(*frame), rt::monotonicNow_ns());
+  if (fault != rt::PoseFault::none)
+    return replies.finish(caller.connection, refused(*name, rt::wordOf(fault), reasonOf(fault)));
+  if (feed.used(caller, now)) {
+    logChange(context_, caller, "feeds " + feed.what(), config::EventKind::frame,
               {{"FRAME", *name}, {"ACTION", "feed"}});
-  }
-  // The force loop has it too, and counts why it drops it.
-  if (const rt::PoseFault fault = rt::faultOf(*pose); fault != rt::PoseFault::none) {
-    return replies.finish(
-        caller.connection,
-        {"io.hapticd.Control.PoseRefused",
-         {{"frame", *name}, {"cause", rt::wordOf(fault)}, {"reason", reasonOf(fault, *pose)}}});
   }
   replies.finish(caller.connection, {"", {{"timeNs", pose->time_ns}}});
 }

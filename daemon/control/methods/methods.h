@@ -13,12 +13,13 @@
 
 #include "daemon/base/reloads.h"
 #include "daemon/control/base/addition_change.h"
+#include "daemon/control/base/feed.h"
 #include "daemon/control/base/method_context.h"
-#include "daemon/control/base/rate_limit.h"
 #include "daemon/control/methods/stiffness_feed.h"
 #include "daemon/state/profile_folder.h"
 #include "daemon/state/registration.h"
 #include "daemon/state/state_worker.h"
+#include "rt/fixtures/moving_frame.h"
 
 namespace hapticd::daemon {
 
@@ -59,14 +60,16 @@ class FrameMethods {
   explicit FrameMethods(MethodContext& context) : context_(context) {}
   std::vector<Method> methods();
 
+  void closed(ConnectionId connection);
+  void addWarnings(std::vector<std::string>& list) const;
   /// Poses that were refused because they came too fast, by the name of their frame.
   const std::map<std::string, std::uint64_t, std::less<>>& limited() const { return limited_; }
 
  private:
-  /// What is known of the stream of one frame.
+  /// What is known of the poses of one frame.
   struct Stream {
-    RateLimit rate{kMaxPerSecond};
-    Clock::time_point newest;
+    Feed feed;
+    rt::MovingFrame judge;  ///< gets what the force loop gets, so that the client is told what that finds
   };
 
   void listFrames(const Call&, const Caller&, Replies&);
@@ -87,14 +90,15 @@ class ForceMethods {
   explicit ForceMethods(MethodContext& context) : context_(context) {}
   std::vector<Method> methods();
 
+  void closed(ConnectionId connection) { feed_.closed(connection); }
+  void addWarnings(std::vector<std::string>& list) const { feed_.addWarnings(Clock::now(), list); }
+
  private:
   void feedForce(const Call&, const Caller&, Replies&);
   Reply take(const rt::ExternalForce& force, const Caller& caller);
 
   MethodContext& context_;
-  RateLimit rate_{kMaxPerSecond};
-  ConnectionId sender_ = kNoConnection;  // of the newest force
-  Clock::time_point newest_;
+  Feed feed_{"forces", kMaxPerSecond};
 };
 
 /// The camera's pose at the start of the daemon.

@@ -10,9 +10,9 @@
 #include <variant>
 #include <vector>
 
+#include "config/base/rate_limit.h"
 #include "config/settings/fixture_settings.h"
 #include "daemon/base/box.h"
-#include "daemon/control/base/rate_limit.h"
 #include "rt/base/vec3.h"
 
 namespace hapticd::daemon {
@@ -69,7 +69,7 @@ class StiffnessFeed {
   std::uint64_t generation_ = 0;  // of regions_
   bool known_ = false;            // regions_ have been read once
   std::map<std::string, Mean, std::less<>> means_;
-  RateLimit rate_{kMaxPerSecond};
+  base::RateLimit rate_{kMaxPerSecond};
   bool waits_ = false;  // regions_ has changes for the box
   Clock::time_point changed_{};
   FeedStatus status_;

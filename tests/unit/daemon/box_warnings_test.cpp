@@ -55,9 +55,14 @@ TEST(BoxWarnings, NameAFrameThatIsLostWhereAFixtureDependsOnIt) {
                          .state = rt::FrameState::lost,
                          .used = true,
                          .tracks = "wall",
-                         .tracking = rt::TrackingVerdict::tracked}};
+                         .tracking = rt::TrackingVerdict::tracked},
+                        {.name = "arm",
+                         .state = rt::FrameState::lost,
+                         .used = true,
+                         .refusal = rt::PoseFault::repeated,
+                         .age_s = 1}};
   const std::vector<std::string> warnings = lost.warnings();
-  ASSERT_EQ(warnings.size(), 5U);
+  ASSERT_EQ(warnings.size(), 6U);
   EXPECT_TRUE(warnings[0].starts_with("frame phantom is lost: no usable pose for 2.1 s")) << warnings[0];
   EXPECT_TRUE(warnings[1].starts_with("frame bone has no place yet")) << warnings[1];
   EXPECT_TRUE(warnings[2].starts_with("frame organ is not followed: the depth camera says low_share"))
@@ -65,6 +70,10 @@ TEST(BoxWarnings, NameAFrameThatIsLostWhereAFixtureDependsOnIt) {
   EXPECT_TRUE(warnings[3].starts_with("frame skull is not followed: no depth frame has come")) << warnings[3];
   EXPECT_TRUE(warnings[4].starts_with("frame vessel is not followed: no depth frame has come"))
       << warnings[4];
+  EXPECT_TRUE(
+      warnings[5].starts_with("frame arm is lost: no usable pose for 1.0 s; its poses are refused: it is "
+                              "the pose before to the last bit"))
+      << warnings[5];
 }
 
 TEST(BoxWarnings, NameAFaultByItsCause) {

@@ -38,8 +38,8 @@ constexpr std::array<Meaning, 6> kMeanings{{
      "nothing was changed: another client has made a change in the meantime\ncheck the new state, then "
      "repeat the command"},
     {"io.hapticd.Control.FeedLimited",
-     "refused: more came within a second than the box takes\nsend at most 500 poses of a frame, or 200 "
-     "samples of stiffness, a second"},
+     "refused: more come than the box takes, and the surplus is dropped evenly\nsend at most 500 poses of a "
+     "frame, 2000 forces, or 200 samples of stiffness, a second"},
     {"io.hapticd.Control.NotApplied",
      "the force loop has not taken over the change in time; it will when it runs again\n"
      "'hapticctl status' shows why it does not run"},

@@ -160,6 +160,8 @@ std::string frameText(const Json& entry) {
     text += fmt::format("{:<26}{}\n", title, value);
   };
   row("state", textAt(entry, "state"));
+  if (const std::string refusal = textAt(entry, "refusal"); refusal != "-")
+    row("newest pose refused", refusal);
   row("age of the newest pose", ageText(entry));
   row("lag", millimetres(numberAt(entry, "lagM")));
   if (const std::string verdict = textAt(entry, "tracking"); verdict != "-") {

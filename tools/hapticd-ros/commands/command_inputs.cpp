@@ -115,8 +115,9 @@ base::Result<void> CommandInputs::Inputs::add(
   const auto take = [this, act = std::move(act)](Input& input) {
     input.subscription.takeAll<Message>([&](const Message& sample, const Origin& origin) {
       const MessageHead head = headOf(sample.header, origin);
-      Refusal refusal = input.gate.refusal(head, rt::realtimeNow_ns(), Clock::now());
-      if (!refusal) refusal = act(sample, head);
+      const Clock::time_point now = Clock::now();
+      Refusal refusal = input.gate.refusal(head, rt::realtimeNow_ns(), now);
+      if (!refusal && !(refusal = act(sample, head))) input.gate.used(head, now);
       note(input, refusal);
     });
   };

@@ -8,25 +8,25 @@
 namespace hapticd::tools::ros {
 
 std::optional<std::string> MessageGate::refusal(const MessageHead& head, std::int64_t utc_ns, Time time) {
-  if (time - second_ >= std::chrono::seconds(1)) {
-    second_ = time;
-    count_ = 0;
-  }
-  if (++count_ > rules_.most_per_second)
-    return fmt::format("there are more than {} messages a second (publish less often)",
-                       rules_.most_per_second);
   if (!rules_.frame.empty() && head.frame != rules_.frame) {
     return fmt::format("its frame_id is {} and must be {} (transform it, then set header.frame_id)",
                        base::inQuotes(head.frame), base::inQuotes(rules_.frame));
   }
   if (auto old = refusalByAge(head, utc_ns)) return old;
-  if (rules_.one_publisher) {
-    if (head.publisher != publisher_ && time - newest_ < kSilence)
-      return "another publisher sends to this topic (end one of them)";
-    publisher_ = head.publisher;
-    newest_ = time;
+  if (head.publisher == publisher_) newest_ = time;
+  if (rules_.one_publisher && head.publisher != publisher_ && time - newest_ < kSilence)
+    return "another publisher sends to this topic (end one of them)";
+  if (!rate_.allows(time)) {
+    return fmt::format(
+        "there are more than {} messages a second, and the others are dropped (publish less often)",
+        rules_.most_per_second);
   }
   return std::nullopt;
+}
+
+void MessageGate::used(const MessageHead& head, Time time) {
+  publisher_ = head.publisher;
+  newest_ = time;
 }
 
 std::optional<std::string> MessageGate::refusalByAge(const MessageHead& head, std::int64_t utc_ns) const {

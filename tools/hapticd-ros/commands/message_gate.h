@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "config/base/rate_limit.h"
+
 namespace hapticd::tools::ros {
 
 /// What is known of a message from the network beside its content.
@@ -23,8 +25,9 @@ struct MessageHead {
 struct GateRules {
   int most_per_second = 0;
   std::chrono::nanoseconds oldest{};
-  bool one_publisher = false;  ///< only one at a time, until it has been silent for MessageGate::kSilence
-  std::string frame = {};      ///< the only frame_id; empty: any
+  /// Only one at a time: the first whose message was used, until it is silent for MessageGate::kSilence.
+  bool one_publisher = false;
+  std::string frame = {};  ///< the only frame_id; empty: any
 };
 
 /// Decides which messages of a topic are taken.
@@ -35,12 +38,14 @@ class MessageGate {
   /// Clocks of two computers that are synchronised differ by less.
   static constexpr std::chrono::milliseconds kEarliest{5};
 
-  explicit MessageGate(GateRules rules) : rules_(std::move(rules)) {}
+  explicit MessageGate(GateRules rules) : rules_(std::move(rules)), rate_(rules_.most_per_second) {}
 
-  /// Returns why a message is refused, and what to do; nothing: it is taken.
+  /// Returns why a message is refused, and what to do; nothing: its content may be used.
   /// utc_ns: now. time: now, not earlier than at the last call.
   std::optional<std::string> refusal(const MessageHead& head, std::int64_t utc_ns,
                                      std::chrono::steady_clock::time_point time);
+  /// Notes that the content of a message was valid and is used.
+  void used(const MessageHead& head, std::chrono::steady_clock::time_point time);
 
  private:
   using Time = std::chrono::steady_clock::time_point;
@@ -48,10 +53,9 @@ class MessageGate {
   std::optional<std::string> refusalByAge(const MessageHead& head, std::int64_t utc_ns) const;
 
   GateRules rules_;
-  Time second_;  // begin of the second in which is counted
-  int count_ = 0;
-  std::uint64_t publisher_ = 0;  // of the newest that was taken
-  Time newest_;
+  base::RateLimit rate_;
+  std::uint64_t publisher_ = 0;  // of the newest that was used
+  Time newest_;                  // of this publisher
 };
 
 }  // namespace hapticd::tools::ros

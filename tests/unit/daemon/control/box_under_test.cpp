@@ -103,9 +103,9 @@ bool BoxUnderTest::feedPose(const rt::FramePose& pose) {
   return box_->feedPose(pose);
 }
 
-void BoxUnderTest::feedForce(const rt::ExternalForce& force) {
+bool BoxUnderTest::feedForce(const rt::ExternalForce& force) {
   const std::lock_guard lock(mutex_);
-  box_->feedForce(force);
+  return box_->feedForce(force);
 }
 
 std::uint64_t BoxUnderTest::engage(bool engaged, bool inside) {

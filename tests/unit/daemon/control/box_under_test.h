@@ -40,7 +40,7 @@ class BoxUnderTest final : public Box {
   void setMeasuredStiffness(const std::vector<MeasuredStiffness>& measured) override;
   std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const override;
   bool feedPose(const rt::FramePose& pose) override;
-  void feedForce(const rt::ExternalForce& force) override;
+  bool feedForce(const rt::ExternalForce& force) override;
   std::uint64_t engage(bool engaged, bool inside) override;
   bool engaged() override;
   bool knowsSolid(const std::string& sha256) const override { return box_->knowsSolid(sha256); }

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Poses of moving frames and forces as clients feed them, over the real sockets.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <thread>
 
+#include "config/base/rate_limit.h"
 #include "control_fixture.h"
-#include "daemon/control/base/rate_limit.h"
 #include "daemon/control/methods/methods.h"
 
 namespace hapticd::daemon::test {
@@ -19,7 +21,8 @@ class FrameMethodsTest : public ControlFixture {
  protected:
   void SetUp() override {
     config::Settings settings = box.settings();
-    settings.additions.frames = {{.name = "phantom"}};
+    // that of the other one lasts longer than any pause of a busy machine
+    settings.additions.frames = {{.name = "phantom"}, {.name = "bone", .timeout_s = 10}};
     config::FixtureSettings sphere{.name = "nerve", .kind = rt::FixtureKind::sphere, .frame = "phantom"};
     sphere.radius_m = 0.01;
     settings.additions.fixtures = {sphere};
@@ -32,7 +35,14 @@ class FrameMethodsTest : public ControlFixture {
     parameters.update(more);
     return parameters;
   }
-  json feed(const json& parameters) { return askControl("io.hapticd.Control.FeedPose", parameters.dump()); }
+  static json feed(const json& parameters, RawClient& client) {
+    client.call(json{{"method", "io.hapticd.Control.FeedPose"}, {"parameters", parameters}}.dump());
+    return client.json();
+  }
+  json feed(const json& parameters) {
+    RawClient client = controlClient();
+    return feed(parameters, client);
+  }
   json frame() { return askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"]["frames"][0]; }
   json entry() { return askStatus("io.hapticd.Status.ListFrames")["parameters"]["frames"][0]; }
   /// Waits until the status of the frame has this value; the last one otherwise.
@@ -90,18 +100,60 @@ TEST_F(FrameMethodsTest, RefusesByNameWhatIsNoPose) {
   EXPECT_EQ(1, waitFor("notFinite", 1));
   const json unknown = feed(pose({{"frame", "tool"}}));
   EXPECT_EQ("io.hapticd.Control.UnknownFrame", unknown["error"]);
-  EXPECT_EQ(json({"phantom"}), unknown["parameters"]["frames"]);
+  EXPECT_EQ(json({"phantom", "bone"}), unknown["parameters"]["frames"]);
 }
 
-TEST_F(FrameMethodsTest, CountsWhatTheForceLoopDrops) {
-  feed(pose());
-  feed(pose({{"ageS", 5}}));
-  EXPECT_EQ(1, waitFor("older", 1));
-  feed(pose({{"ageS", -1}}));
-  EXPECT_EQ(1, waitFor("future", 1));
-  feed(pose({{"positionM", {3, 0, 0}}}));
-  EXPECT_EQ(1, waitFor("jumps", 1));
+TEST_F(FrameMethodsTest, SaysAndCountsWhyAPoseIsNotUsed) {
+  RawClient client = controlClient();
+  feed(pose(), client);
+  const auto refused = [&](const json& more, const char* cause, const char* counter) {
+    const json reply = feed(pose(more), client);
+    EXPECT_EQ("io.hapticd.Control.PoseRefused", reply["error"]);
+    EXPECT_EQ(cause, reply["parameters"]["cause"]);
+    EXPECT_NE("", reply["parameters"]["reason"]);
+    EXPECT_EQ(1, waitFor(counter, 1));
+  };
+  refused({{"ageS", 5}}, "older", "older");
+  refused({{"ageS", -1}}, "future", "future");
+  refused({{"positionM", {0, 0, 0}}}, "identity", "identity");
+  refused({{"positionM", {3, 0, 0}}}, "jump", "jumps");
   EXPECT_EQ(1, frame()["accepted"]);
+}
+
+TEST_F(FrameMethodsTest, TakesPosesOfTheFirstWhoseAreUsableAndNamesItToOthers) {
+  RawClient broken = controlClient(), second = controlClient();
+  const auto bone = [](const json& more = json::object()) {
+    json parameters = pose(more);
+    parameters["frame"] = "bone";
+    return parameters;
+  };
+  {
+    RawClient first = controlClient();
+    EXPECT_EQ("not_unit", feed(bone({{"orientationXyzw", {0, 0, 0, 0}}}), broken)["parameters"]["cause"]);
+    EXPECT_FALSE(feed(bone(), first).contains("error")) << "what is not usable takes no place";
+    const json refused = feed(bone({{"positionM", {0.2, 0, 0}}}), second);
+    EXPECT_EQ("other_sender", refused["parameters"]["cause"]);
+    const std::string reason = refused["parameters"]["reason"];
+    EXPECT_TRUE(reason.starts_with(
+        fmt::format("another program feeds poses of frame bone: pid {} of uid {} (", ::getpid(), ::getuid())))
+        << reason;
+    const auto named = [this] {
+      const std::vector<std::string> all = warnings();
+      return std::ranges::any_of(all, [](const std::string& warning) {
+        return warning.starts_with("two programs feed poses of frame bone: pid ");
+      });
+    };
+    for (int i = 0; i < 100'000 && !named(); ++i) feed(bone(), second);
+    EXPECT_TRUE(named());
+    EXPECT_EQ(0, askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"]["frames"][1]["jumps"])
+        << "the force loop has not seen the other poses";
+  }
+  json reply;
+  for (int i = 0; i < 100'000; ++i) {  // until the box knows that the first one has left
+    reply = feed(bone(), second);
+    if (!reply.contains("error")) break;
+  }
+  EXPECT_FALSE(reply.contains("error")) << reply;
 }
 
 TEST_F(FrameMethodsTest, CannotBeFedOverTheStatusSocket) {
@@ -115,11 +167,13 @@ class ForceMethodsTest : public ControlFixture {
     allow(1);
     start();
   }
-  void allow(double most_n) {
+  void allow(double most_n, double most_w = 1) {
     config::Settings settings = box.settings();
     settings.live.safety.max_external_force_n = most_n;
+    settings.live.safety.max_external_power_w = most_w;
     box.setSettings(settings);
   }
+  void engage() { ASSERT_FALSE(askControl("io.hapticd.Control.Engage").contains("error")); }
   static json force(const json& more = json::object()) {
     json parameters{{"forceNInWorld", {0, 0.5, 0}}};
     parameters.update(more);
@@ -138,11 +192,12 @@ class ForceMethodsTest : public ControlFixture {
 };
 
 TEST_F(ForceMethodsTest, AForceReachesTheForceLoopAndEndsWithItsSender) {
+  engage();
   RawClient client = controlClient();
   double largest_n = 0;
   // A busy machine may look only after the 20 ms for which a force acts.
   for (int i = 0; i < 2000 && largest_n == 0; ++i) {
-    ASSERT_FALSE(feedBy(client).contains("error"));
+    feedBy(client);  // refused while a busy machine makes the box hold
     largest_n = std::max(largest_n, inLoop()["y"].get<double>());
   }
   EXPECT_GT(largest_n, 0);
@@ -174,14 +229,17 @@ TEST_F(ForceMethodsTest, RefusesByNameWhatIsNoForce) {
   }
 }
 
-TEST_F(ForceMethodsTest, RefusesAllWhereNoneIsAllowed) {
+TEST_F(ForceMethodsTest, RefusesWhatIsNotExerted) {
+  EXPECT_EQ("not_engaged", feed()["parameters"]["cause"]);
+  EXPECT_EQ("not_finite", feed({{"forceNInWorld", {1e308, 1e308, 0}}})["parameters"]["cause"]);
+  allow(1, 0);
+  EXPECT_EQ("not_allowed", feed()["parameters"]["cause"]);
   allow(0);
-  const json reply = feed();
-  EXPECT_EQ("io.hapticd.Control.ForceRefused", reply["error"]);
-  EXPECT_EQ("not_allowed", reply["parameters"]["cause"]);
+  EXPECT_EQ("not_allowed", feed()["parameters"]["cause"]);
 }
 
 TEST_F(ForceMethodsTest, TakesForcesOfOneConnectionAtATime) {
+  engage();
   RawClient first = controlClient();
   RawClient second = controlClient();
   bool was_refused = false;
@@ -193,7 +251,8 @@ TEST_F(ForceMethodsTest, TakesForcesOfOneConnectionAtATime) {
   }
   EXPECT_TRUE(was_refused);
   std::this_thread::sleep_for(std::chrono::milliseconds(150));  // longer than a turn
-  EXPECT_FALSE(feedBy(second).contains("error"));
+  const json reply = feedBy(second);
+  EXPECT_FALSE(reply.contains("error") && reply["parameters"]["cause"] == "other_sender") << reply;
 }
 
 TEST_F(ForceMethodsTest, CannotBeFedOverTheStatusSocket) {
@@ -201,14 +260,23 @@ TEST_F(ForceMethodsTest, CannotBeFedOverTheStatusSocket) {
   EXPECT_TRUE(reply.contains("error")) << reply;
 }
 
-TEST(RateLimit, CountsEachSecondAnew) {
-  RateLimit limit(3);
-  const RateLimit::Clock::time_point begin(std::chrono::seconds(100));
-  for (int second = 0; second < 3; ++second) {
-    for (int i = 0; i < 6; ++i)
-      EXPECT_EQ(i < 3,
-                limit.allows(begin + std::chrono::seconds(second) + std::chrono::milliseconds(150 * i)));
+TEST(RateLimit, DropsTheSurplusEvenlyAndSaysHowMuchComes) {
+  using std::chrono::microseconds;
+  base::RateLimit::Clock::time_point now(std::chrono::seconds(100));
+  base::RateLimit limit(500);
+  EXPECT_EQ(0, limit.excess(now));
+  int taken = 0, gap = 0, longest = 0;
+  for (int i = 0; i < 10'000; ++i, now += microseconds(1000)) {
+    const bool is_taken = limit.allows(now);
+    taken += is_taken ? 1 : 0;
+    gap = is_taken ? 0 : gap + 1;
+    longest = std::max(longest, gap);
   }
+  EXPECT_EQ(1, longest) << "every second one";
+  EXPECT_NEAR(500 + 5000, taken, 1) << "those of the second before, too";
+  EXPECT_NEAR(1000, limit.excess(now), 1);
+  for (int i = 0; i < 1500; ++i, now += microseconds(2000)) EXPECT_TRUE(limit.allows(now)) << i;
+  EXPECT_EQ(0, limit.excess(now)) << "none of the newest second was dropped";
 }
 
 }  // namespace
