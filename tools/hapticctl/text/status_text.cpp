@@ -230,7 +230,10 @@ std::string contactText(const Json& status) {
   const std::string points = "from " + base::counted(countAt(status, "tick.pointsUsed"), "point(s)");
   const std::string law = textAt(status, "tick.law");
   if (law != "proxy" && law != "surface") return points;
-  return textAt(status, "tick.contact") + (law == "proxy" ? ", " + points : "");
+  const std::string contact = textAt(status, "tick.contact");
+  const char* const behind =
+      contact == "behind" ? ", where the HIP has not come through the surface: free until it is out" : "";
+  return contact + behind + (law == "proxy" ? ", " + points : "");
 }
 
 std::string sceneContentText(const Json& status) {
