@@ -5,6 +5,7 @@
 
 #include "config/settings/cause_text.h"
 #include "daemon/base/journal_entry.h"
+#include "rt/safety/hidden_latency.h"
 #include "rt/safety/stiffness_limit.h"
 
 namespace hapticd::daemon {
@@ -46,7 +47,8 @@ void addStiffness(const rt::Tick& tick, const WarningSources& sources, Warnings&
 }
 
 /// Adds warnings about a device that does not do what it says.
-void addClaims(const rt::Tick& tick, Warnings& list) {
+void addClaims(const rt::LoopState& loop, Warnings& list) {
+  const rt::Tick& tick = loop.tick;
   const rt::VelocityClaim claim = tick.handle.velocity_claim;
   if (claim == rt::VelocityClaim::distrusted || claim == rt::VelocityClaim::contradicted) {
     list.emplace_back(
@@ -61,15 +63,22 @@ void addClaims(const rt::Tick& tick, Warnings& list) {
                     "known and constant)",
                     tick.hidden_latency_s * 1e3));
   }
+  if (tick.handle.probes && loop.latency.number >= rt::HiddenLatency::kMaxTries && !loop.latency.conclusive) {
+    list.emplace_back(
+        "the device did not move when hapticd knocked at it, so forces may act later than its driver can "
+        "tell "
+        "and the loop be unstable (switch its motors on, hold it lightly, reconnect it and engage; or set "
+        "handle.device_latency_s)");
+  }
 }
 
-void addHandle(const drivers::HandleStatus& handle, const rt::Tick& tick, const WarningSources& sources,
+void addHandle(const drivers::HandleStatus& handle, const rt::LoopState& loop, const WarningSources& sources,
                Warnings& list) {
   if (handle.state != drivers::HandlePresence::present && !handle.detail.empty()) {
     list.push_back(fmt::format("handle {}: {}", nameOf(handle.state), handle.detail));
   }
-  addStiffness(tick, sources, list);
-  addClaims(tick, list);
+  addStiffness(loop.tick, sources, list);
+  addClaims(loop, list);
   if (!handle.advice.empty()) list.push_back("handle: " + handle.advice);
 }
 
@@ -175,7 +184,7 @@ std::vector<std::string> warningsOf(const BoxStatus& status, const WarningSource
   Warnings list;
   addFault(status.loop.state.tick, list);
   addCamera(status.camera, list);
-  addHandle(status.handle, status.loop.state.tick, sources, list);
+  addHandle(status.handle, status.loop.state, sources, list);
   addFrames(status.frames, list);
   addLateness(sources, list);
   addLeds(status.leds.panel, list);

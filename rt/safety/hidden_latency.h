@@ -16,6 +16,8 @@ namespace hapticd::rt {
 /// that is not conclusive is tried again twice.  Thread: one.  RT: safe.
 class HiddenLatency {
  public:
+  static constexpr int kMaxTries = 3;
+
   struct Input {
     const HandleState& handle;
     bool engaged = false;     ///< the force may act
@@ -65,7 +67,6 @@ class HiddenLatency {
   const LatencyProbe::Result& result() const noexcept { return probe_.result(); }
 
  private:
-  static constexpr int kMaxTries = 3;
   static constexpr Vec3 kDirection{1, 0, 0};
 
   LatencyProbe probe_;

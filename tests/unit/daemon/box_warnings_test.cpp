@@ -119,6 +119,15 @@ TEST(BoxWarnings, NameADeviceThatDoesNotDoWhatItSays) {
   box.status.loop.state.tick.hidden_latency_s = 0.0121;
   ASSERT_EQ(box.warnings().size(), 1U);
   EXPECT_TRUE(box.warnings()[0].starts_with("forces act 12 ms later")) << box.warnings()[0];
+  box.status.loop.state.tick.hidden_latency_s = 0;
+  box.status.loop.state.tick.handle.probes = true;
+  box.status.loop.state.latency.number = 2;
+  EXPECT_TRUE(box.warnings().empty()) << "it is tried three times";
+  box.status.loop.state.latency.number = 3;
+  ASSERT_EQ(box.warnings().size(), 1U);
+  EXPECT_TRUE(box.warnings()[0].starts_with("the device did not move")) << box.warnings()[0];
+  box.status.loop.state.latency.conclusive = true;
+  EXPECT_TRUE(box.warnings().empty());
 }
 
 TEST(BoxWarnings, NeverSendAReaderInACircle) {
