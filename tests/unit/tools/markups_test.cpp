@@ -51,6 +51,19 @@ TEST_F(Markups, OfPointsAreLandmarks) {
   EXPECT_FALSE(landmarksOfMarkups(curve("Line", "L", point(0, 0, 0) + "," + point(9, 0, 0))));
 }
 
+TEST_F(Markups, OfARingWhoseLastPointIsItsFirstAreClosedOnce) {
+  std::string points;
+  for (int i = 0; i <= 8; ++i)
+    points += (i > 0 ? "," : "") + point(30 * std::cos(i * M_PI / 4), 30 * std::sin(i * M_PI / 4), 0);
+  const auto made = fixturesOfMarkups(curve("ClosedCurve", "ring", points));
+  ASSERT_TRUE(made) << made.error().text();
+  const config::FixtureSettings& path = made->additions.fixtures.at(0);
+  EXPECT_TRUE(rt::isClosedPath(path.points_m));
+  EXPECT_TRUE(config::checkTogether(made->additions).empty());
+  for (const Vec3& p : path.points_m) EXPECT_NEAR(norm(p), 0.03, 0.0005);
+  EXPECT_TRUE(made->notes.back().ends_with("without repetitions of a point (1)")) << made->notes.back();
+}
+
 /// What a file with more than a box can hold, or less than a fixture needs, and the reason that is named.
 TEST_F(Markups, ThatCannotBecomeFixturesAreNamedWithTheReason) {
   const std::string place = point(0, 0, 0) + "," + point(9, 0, 0);

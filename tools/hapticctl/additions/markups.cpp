@@ -27,7 +27,9 @@ using solids::MarkupKind;
 constexpr std::size_t kMaxName = 32;
 constexpr std::size_t kMaxControlPoints = 10'000;
 /// A path is made as near to its curve as this, where rt::kMaxPathPoints allow it.
-constexpr double kPathTolerance_m = 5e-5;
+constexpr double kPathTolerance_m = 2e-5;
+/// Nearer points are the same one, placed twice.
+constexpr double kSamePlace_m = 1e-6;
 
 /// A name with what a fixture's name may hold; another one than those in `used`.
 std::string nameFor(const std::string& given, std::set<std::string>& used) {
@@ -124,6 +126,10 @@ std::string addMarkup(const Markup& markup, const std::string& name, std::set<st
       const bool closed = markup.kind == MarkupKind::closed_curve;
       std::vector<Vec3> points;
       for (const solids::MarkupPoint& point : markup.points) points.push_back(point.position_m);
+      const auto repeats = [](const Vec3& a, const Vec3& b) { return norm(a - b) < kSamePlace_m; };
+      points.erase(std::unique(points.begin(), points.end(), repeats), points.end());
+      if (closed && points.size() > 1 && repeats(points.back(), points.front())) points.pop_back();
+      const std::size_t repeated = markup.points.size() - points.size();
       const std::size_t least = closed ? 3 : 2;
       if (points.size() < least || points.size() > kMaxControlPoints)
         return fmt::format("{}: left out, because it has {} points ({} to {})", shown, points.size(), least,
@@ -136,6 +142,7 @@ std::string addMarkup(const Markup& markup, const std::string& name, std::set<st
       error_m += path.deviation_m + bendError_m(fixture);
       details = fmt::format(" of {} points, within {:.3f} mm of the curve that 3D Slicer draws",
                             fixture.points_m.size(), std::ceil(1e6 * error_m) / 1e3);
+      if (repeated > 0) details += fmt::format(" without repetitions of a point ({})", repeated);
       break;
     }
     case MarkupKind::plane:
@@ -180,7 +187,7 @@ base::Result<ModelLandmarks> landmarksOfMarkups(const std::string& file) {
   if (!read) return std::unexpected(read.error());
   ModelLandmarks model{.notes = std::move(read->warnings)};
   std::set<std::string> names;
-  for (Markup& markup : read->markups) {
+  for (const Markup& markup : read->markups) {
     if (markup.kind != MarkupKind::fiducial) continue;
     for (const solids::MarkupPoint& point : markup.points) {
       if (!names.insert(point.label).second)
