@@ -77,6 +77,17 @@ void AddedScene::publishFixtures(const std::vector<config::FixtureSettings>& fix
   channels_.fixtures.write(set);
 }
 
+AdditionGenerations AddedScene::generations() const {
+  AdditionGenerations all;
+  all.regions = regions_generation_;
+  if (!sets_) return all;
+  all.fixtures = sets_->fixtures.generation;
+  // config::toFixtureSet() numbers a new definition by the generation and the place
+  for (std::size_t i = 0; i < sets_->fixtures.count; ++i)
+    all.each_fixture[i] = (sets_->fixtures.fixtures[i].definition - 1) / rt::kMaxFixtures;
+  return all;
+}
+
 bool AddedScene::takeFiles(std::uint64_t fixtures_in_use) {
   const bool solids = solids_.takeLoaded();
   if (solids) publishFixtures(additions_.fixtures);

@@ -43,9 +43,7 @@ class AddedScene {
   /// Hands over regions that differ in their stiffness and damping only, which generations() does not count.
   void followStiffness(const std::vector<config::RegionSettings>& regions);
 
-  AdditionGenerations generations() const {
-    return {sets_ ? sets_->fixtures.generation : 0, regions_generation_};
-  }
+  AdditionGenerations generations() const;
   /// `warning_m`: nearer than that to a forbidden region is a warning.
   FixtureStatus fixtureStatus(const rt::LoopState& loop, double warning_m) const;
   /// Without FrameStatus::limited.

@@ -157,6 +157,8 @@ void addPrivileges(const drivers::HandleScheduling& handle, const WarningSources
 
 std::string latenessRemedy(const WarningSources& sources) {
   const rt::LoopPrivileges& privileges = sources.privileges;
+  if (sources.cpu_quota)
+    return fmt::format("{}: {}", drivers::textOf(*sources.cpu_quota), drivers::kRaiseCpuQuota);
   if (!privileges.realtime_scheduling) {
     return "give it real-time scheduling: LimitRTPRIO= in the unit, or an rtprio line in limits.conf";
   }

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "config/settings/settings.h"
 #include "daemon/base/box.h"
 #include "daemon/realtime_conditions.h"
+#include "drivers/base/cpu_quota.h"
 #include "rt/base/parameters.h"
 #include "rt/loop/loop_state.h"
 
@@ -20,6 +22,7 @@ struct WarningSources {
   bool cpus_may_sleep;   ///< the loop runs, and the CPUs are not kept out of deep sleep states
   bool cpu_is_isolated;  ///< the kernel keeps other tasks off the CPU of the force thread
   const Lateness& lateness;
+  std::optional<drivers::CpuQuota> cpu_quota;  ///< that has paused threads of the daemon since its start
 };
 
 /// Returns the warnings about the running box, each with a remedy that needs no other tool to be found: a

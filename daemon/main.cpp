@@ -18,6 +18,7 @@
 #include "daemon/journal.h"
 #include "daemon/service.h"
 #include "daemon/state/start_settings.h"
+#include "drivers/driver_table.h"
 #include "rt/base/realtime_thread.h"
 
 namespace hapticd::daemon {
@@ -110,6 +111,12 @@ base::Result<std::unique_ptr<FaultInjector>> injectorFor(const std::string& scri
   return std::make_unique<FaultInjector>(std::move(*faults));
 }
 
+/// What the start would refuse of the drivers, also of the files that they read: a key, a recording.
+base::Result<void> checkDrivers(const config::Settings& settings) {
+  if (auto usable = drivers::makeHandle(settings.handle, settings.handle)->check(); !usable) return usable;
+  return drivers::makeCamera(settings.camera)->check();
+}
+
 /// Prints the result of --check for a configuration without errors.
 void report(const std::string& file, const StartSettings& start) {
   const auto print = [&file](const std::string& text) {
@@ -173,6 +180,10 @@ int run(int argc, char** argv) {
     return EX_CONFIG;
   }
   if (check_only) {
+    if (const auto usable = checkDrivers(start->settings); !usable) {
+      writeToJournal({JournalEntry::Priority::error, usable.error().text()});
+      return EX_CONFIG;
+    }
     report(file, *start);
     return EX_OK;
   }

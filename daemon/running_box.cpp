@@ -151,6 +151,7 @@ base::Result<void> RunningBox::startForceThread() {
   std::tie(privileges_, force_thread_id_) = prepared.get_future().get();
   privileges_.memory_locked = memory_locked;
   cpu_is_isolated_ = isIsolated(privileges_.cpu);
+  if (const auto quota = drivers::cpuQuotaOf("self")) throttled_at_start_ = quota->throttled;
   return {};
 }
 
@@ -437,13 +438,16 @@ std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
   if (std::string warning = added_scene_.warning(scene_thread_.camera()); !warning.empty())
     list.push_back(std::move(warning));
   if (std::string problem = added_scene_.solidProblem(); !problem.empty()) list.push_back(std::move(problem));
+  auto quota = lateness_.lateness().late ? drivers::cpuQuotaOf("self") : std::nullopt;
+  if (quota && quota->throttled <= throttled_at_start_) quota.reset();
   const std::vector<std::string> found =
       warningsOf(status, {.settings = settings_,
                           .live = directive_.parameters,
                           .privileges = privileges_,
                           .cpus_may_sleep = idle_latency_ && !idle_latency_->held(),
                           .cpu_is_isolated = cpu_is_isolated_,
-                          .lateness = lateness_.lateness()});
+                          .lateness = lateness_.lateness(),
+                          .cpu_quota = std::move(quota)});
   list.insert(list.end(), found.begin(), found.end());
   return list;
 }

@@ -192,6 +192,7 @@ class RunningBox final : public Box {
   std::size_t next_sample_ = 0;
   LatenessWatch lateness_;
   bool cpu_is_isolated_ = false;
+  std::uint64_t throttled_at_start_ = 0;  // CpuQuota::throttled
 };
 
 }  // namespace hapticd::daemon

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -21,6 +22,7 @@
 #include "daemon/trace/reader/trace_folder.h"
 #include "rt/base/vec3.h"
 #include "rt/depth/depth_frame.h"
+#include "rt/fixtures/fixture.h"
 #include "rt/fixtures/moving_frame.h"
 #include "rt/loop/loop_state.h"
 
@@ -49,6 +51,8 @@ struct SharedDepth {
 /// Counts the changes of the fixtures and of the tissue regions.
 struct AdditionGenerations {
   std::uint64_t fixtures = 0;
+  /// That of the set in which each fixture became what it is, in their order.
+  std::array<std::uint64_t, rt::kMaxFixtures> each_fixture{};
   std::uint64_t regions = 0;  ///< without changes of their stiffness by setMeasuredStiffness()
 };
 

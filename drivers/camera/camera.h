@@ -103,6 +103,8 @@ class FrameSink {
 class Camera {
  public:
   virtual ~Camera() = default;
+  /// Refuses settings, and files that they name, for the reasons for which start() does; starts nothing.
+  virtual base::Result<void> check() const { return {}; }
   /// Starts the driver's thread. `sink` must outlive stop().
   /// Errors: permanent ones only (a folder that is not a recording, a thread that cannot be started).
   virtual base::Result<void> start(FrameSink& sink) = 0;

@@ -111,6 +111,8 @@ constexpr auto fieldsOf(std::type_identity<Status>) {
 class Handle {
  public:
   virtual ~Handle() = default;
+  /// Refuses settings, and files that they name, for the reasons for which start() does; starts nothing.
+  virtual base::Result<void> check() const { return {}; }
   /// Starts the driver's thread. `channels` must outlive stop().
   /// Errors: permanent ones only (settings that describe no device, a thread that cannot be started).
   virtual base::Result<void> start(HandleChannels& channels) = 0;

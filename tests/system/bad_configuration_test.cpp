@@ -122,6 +122,34 @@ TEST(BadConfiguration, ChecksWithoutStarting) {
   EXPECT_EQ(home.entries(), std::vector<std::string>{"hapticd.yaml"});
 }
 
+/// What only a driver reads: --check refuses it as the start does, with the same words.
+TEST(BadConfiguration, ChecksRefuseFilesThatTheStartRefuses) {
+  const DaemonHome home;
+  const test::TemporaryFolder files;
+  const std::filesystem::path key = files.path() / "key";
+  const std::string udp =
+      "handle: {driver: udp}\nudp_handle: {peer: 127.0.0.1, key_file: " + key.string() + "}\n";
+  const auto expectRefused = [&](const std::string& yaml, const std::string& says) {
+    std::vector<std::string> command = home.command(yaml);
+    const Finished started = test::runToEnd(command);
+    command.emplace_back("--check");
+    const Finished checked = test::runToEnd(command);
+    for (const Finished& each : {started, checked}) {
+      EXPECT_EQ(each.ending, exitedWith(kConfiguration)) << each.output << each.errors;
+      EXPECT_TRUE(contains(each.errors, says)) << each.errors;
+    }
+  };
+  expectRefused(udp, "No such file");
+  std::ofstream(key) << "too short";
+  std::filesystem::permissions(key, std::filesystem::perms(0600));
+  expectRefused(udp, "has 9 bytes, allowed: 16 to 1024");
+  std::ofstream(key) << std::string(32, 'k');
+  std::filesystem::permissions(key, std::filesystem::perms(0644));
+  expectRefused(udp, "others may read or write it");
+  expectRefused("camera: {driver: recorded, recording: " + files.path().string() + "}\n",
+                files.path().string());
+}
+
 /// Returns the output of --check for a valid file.
 std::string reportOn(const DaemonHome& home, const std::string& yaml) {
   std::vector<std::string> command = home.command(yaml);

@@ -7,6 +7,7 @@
 #include <boost/asio/write.hpp>
 
 #include <chrono>
+#include <cstdint>
 #include <memory>
 #include <random>
 #include <string>
@@ -86,11 +87,11 @@ struct Box {
   Page other;
 };
 
-Json listOf(const std::vector<std::pair<std::string, double>>& radii_m) {
+/// Fixtures with the generation in which each became what it is.
+Json listOf(std::uint64_t generation, const std::vector<std::pair<std::string, std::uint64_t>>& defined_in) {
   Json fixtures = Json::array();
-  for (const auto& [name, radius_m] : radii_m)
-    fixtures.push_back({{"name", name}, {"definition", {{"name", name}, {"radius_m", radius_m}}}});
-  return {{"fixtures", fixtures}, {"regions", Json::array()}};
+  for (const auto& [name, defined] : defined_in) fixtures.push_back({{"name", name}, {"definedIn", defined}});
+  return {{"generation", generation}, {"fixtures", fixtures}, {"regions", Json::array()}};
 }
 
 bool isRefusedHere(const std::string& answer) {
@@ -105,7 +106,7 @@ TEST(FixtureChanges, CallsChangeFixturesAndNothingElse) {
   const Json definition = {{"name", "nerve"}, {"kind", "point"}};
   const std::vector<Json> expected{
       {{"method", method}, {"parameters", {{"add", Json::array({definition})}}}},
-      {{"method", method}, {"parameters", {{"remove", Json::array({"nerve"})}}}}};
+      {{"method", method}, {"parameters", {{"remove", Json::array({"nerve"})}, {"generation", 2}}}}};
   EXPECT_EQ(box.service.calls, expected);
 }
 
@@ -123,6 +124,8 @@ TEST(FixtureChanges, TellsWhyTheBoxRefuses) {
        "nothing was changed: has no place"},
       {R"({"error":"org.varlink.service.PermissionDenied"})",
        "nothing was changed: the box no longer lets the user of hapticd-view change fixtures"},
+      {R"({"error":"io.hapticd.Control.ChangedMeanwhile","parameters":{"generation":7}})",
+       "nothing was changed: somebody has just changed the fixtures (try again)"},
       {R"({"error":"io.hapticd.Control.NotApplied","parameters":{"generation":7}})",
        "it is not known whether this was done: the force loop has not taken it over in time; see the list of "
        "fixtures"},
@@ -137,7 +140,7 @@ TEST(FixtureChanges, TellsWhyTheBoxRefuses) {
 TEST(FixtureChanges, RemoveWhatTheSamePageHasAddedOnly) {
   Box box;
   EXPECT_EQ(box.add(box.page, "nerve"), "");
-  box.changes.follow(listOf({{"plate", 1}, {"nerve", 0.02}}));
+  box.changes.follow(listOf(2, {{"plate", 1}, {"nerve", 2}}));
   EXPECT_TRUE(isRefusedHere(box.remove(box.other, "nerve")));
   EXPECT_TRUE(isRefusedHere(box.remove(box.page, "plate")));
   EXPECT_EQ(box.remove(box.page, "nerve"), "");
@@ -147,23 +150,29 @@ TEST(FixtureChanges, RemoveWhatTheSamePageHasAddedOnly) {
   EXPECT_TRUE(isRefusedHere(box.remove(box.page, "nerve"))) << "another page at the same address";
 }
 
+/// Whether the first list that comes holds it or what has replaced it already.
 TEST(FixtureChanges, RemoveNothingThatSomebodyElseHasChangedOrReplaced) {
-  for (const auto& later : {std::vector{listOf({{"nerve", 0.05}})}, std::vector{listOf({})},
-                            std::vector{listOf({}), listOf({{"nerve", 0.02}})}}) {
+  const Json added = listOf(2, {{"nerve", 2}}), replaced = listOf(4, {{"nerve", 4}}), none = listOf(3, {});
+  for (const auto& lists : {std::vector{added, replaced}, std::vector{added, none}, std::vector{replaced},
+                            std::vector{none}, std::vector{none, replaced}}) {
     Box box;
     EXPECT_EQ(box.add(box.page, "nerve"), "");
-    box.changes.follow(listOf({{"nerve", 0.02}}));
-    for (const Json& list : later) box.changes.follow(list);
-    EXPECT_TRUE(isRefusedHere(box.remove(box.page, "nerve"))) << later.back();
+    for (const Json& list : lists) box.changes.follow(list);
+    EXPECT_TRUE(isRefusedHere(box.remove(box.page, "nerve"))) << lists.back();
+    EXPECT_EQ(box.service.calls.size(), 1U);
   }
 }
 
-TEST(FixtureChanges, RemoveAgainWhatAnOlderListDoesNotHoldYet) {
+TEST(FixtureChanges, RemoveAgainWhatIsStillTheSameInTheNewestSet) {
   Box box;
   EXPECT_EQ(box.add(box.page, "nerve"), "");
-  box.changes.follow(listOf({}));
-  box.changes.follow(listOf({{"nerve", 0.02}}));
+  box.changes.follow(listOf(1, {}));  // fetched before
+  box.changes.follow(listOf(5, {{"vein", 5}, {"nerve", 2}}));
   EXPECT_EQ(box.remove(box.page, "nerve"), "");
+  EXPECT_EQ(box.service.calls.back()["parameters"]["generation"], 5);
+  EXPECT_EQ(box.add(box.page, "nerve"), "");
+  box.changes.forgetAll();
+  EXPECT_TRUE(isRefusedHere(box.remove(box.page, "nerve"))) << "the box was started again";
 }
 
 TEST(FixtureChanges, AreRememberedInABoundedNumber) {

@@ -188,6 +188,24 @@ TEST(ViewFixtureRight, ReachesNoFixtureOfOthers) {
   EXPECT_TRUE(contains(box.home.control({"fixture", "list"}).output, "nerve"));
 }
 
+TEST(ViewFixtureRight, ReachesNothingThatReplacesItsFixtureBeforeItIsListed) {
+  const Box box;
+  BridgeUnderTest bridge(box.home, box.adding());
+  WebSocketPeer page(bridge.port(), bridge.liveTarget());
+  for (int i = 0; i < 6; ++i) {
+    ASSERT_EQ(problemOf(page, kAddNerve), "");
+    ASSERT_EQ(box.home
+                  .control({"fixture", "add", "nerve", "--replace", "--kind", "sphere", "--position-m",
+                            "0,0,-2", "--radius-m", i % 2 == 0 ? "0.02" : "0.03"})
+                  .ending,
+              exitedWith(0));
+    const bool same = i % 2 == 0;  // a definition that is the same is the same fixture
+    EXPECT_EQ(problemOf(page, kRemoveNerve).empty(), same);
+    EXPECT_EQ(namesIn(box.home).size(), same ? 0U : 1U);
+    box.home.control({"fixture", "remove", "nerve"});
+  }
+}
+
 TEST(ViewFixtureRight, EndsWithTheConnectionOfThePage) {
   const Box box;
   BridgeUnderTest bridge(box.home, box.adding());

@@ -97,6 +97,7 @@ DaemonView ask(const CommandOptions& options) {
     const Json* status = fieldAt(*reply, "status");
     view = viewOf(status ? *status : Json());
     view.settings = settingsOf(*client);
+    view.socket_process = client->serviceProcess();
   } else {
     view = silent(reply.error().what);
     if (!named.empty()) {

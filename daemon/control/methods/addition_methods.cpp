@@ -146,6 +146,7 @@ std::uint64_t AdditionMethods::generationOf(AdditionList list) const {
 
 void AdditionMethods::listFixtures(const Call&, const Caller& caller, Replies& replies) {
   const FixtureStatus status = context_.box.status().fixtures;
+  const AdditionGenerations generations = context_.box.additionGenerations();
   OrderedJson entries = OrderedJson::array();
   for (const config::FixtureSettings& fixture : context_.box.additions().fixtures) {
     const auto conduct = std::ranges::find(status.each, fixture.name, &FixtureConduct::name);
@@ -156,6 +157,7 @@ void AdditionMethods::listFixtures(const Call&, const Caller& caller, Replies& r
          {"origin", nameOf(fixture.origin.value)},
          {"definition", config::definitionOf<OrderedJson>(fixture)},
          {"enabled", fixture.enabled},
+         {"definedIn", generations.each_fixture.at(entries.size())},
          {"inContact", std::ranges::find(status.in_contact, fixture.name) != status.in_contact.end()},
          {"nearest", fixture.name == status.nearest},
          {"distanceM",
@@ -171,9 +173,8 @@ void AdditionMethods::listFixtures(const Call&, const Caller& caller, Replies& r
          {"onCameraLoss", rt::wordOf(config::effectiveOnCameraLoss(fixture))},
          {"orientationXyzw", orientationJson(is_turned, fixture.rotation_deg)}});
   }
-  replies.finish(
-      caller.connection,
-      {"", {{"generation", generationOf(AdditionList::fixtures)}, {"fixtures", std::move(entries)}}});
+  replies.finish(caller.connection,
+                 {"", {{"generation", generations.fixtures}, {"fixtures", std::move(entries)}}});
 }
 
 void AdditionMethods::listRegions(const Call&, const Caller& caller, Replies& replies) {

@@ -18,6 +18,11 @@ constexpr std::int64_t kUsualFramePeriodNs = 33'369'000;  // of a Kinect v1; use
 
 }  // namespace
 
+base::Result<void> RecordedCamera::check() const {
+  const auto reader = RecordingReader::open(folder_, limits_);
+  return reader ? base::Result<void>() : std::unexpected(reader.error());
+}
+
 base::Result<void> RecordedCamera::start(FrameSink& sink) {
   if (thread_.joinable()) return std::unexpected(base::Error{folder_.string(), "is already playing", ""});
   if (!(speed_ > 0) || !std::isfinite(speed_)) {

@@ -27,6 +27,7 @@ class RecordedCamera final : public Camera {
   ~RecordedCamera() override { stop(); }
 
   /// Errors: the folder is not a recording, the speed is not above zero.
+  base::Result<void> check() const override;
   base::Result<void> start(FrameSink& sink) override;
   void stop() override;
   CameraStatus status() const override { return board_.snapshot(); }

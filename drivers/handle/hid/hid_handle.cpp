@@ -24,6 +24,11 @@ base::Result<HidSelection> selectionFrom(const config::HandleSettings& settings)
 
 }  // namespace
 
+base::Result<void> HidHandle::check() const {
+  const auto selection = selectionFrom(settings_);
+  return selection ? base::Result<void>() : std::unexpected(selection.error());
+}
+
 base::Result<void> HidHandle::start(HandleChannels& channels) {
   const auto selection = selectionFrom(settings_);
   if (!selection) return std::unexpected(selection.error());

@@ -32,6 +32,7 @@ class HidHandle final : public Handle {
   ~HidHandle() override { stop(); }
 
   /// Errors: hid_handle.device names no device, the driver is already running, no thread can be started.
+  base::Result<void> check() const override;
   base::Result<void> start(HandleChannels& channels) override;
   void stop() override { thread_.stop(kStopLimit); }
   HandleStatus status() const override;

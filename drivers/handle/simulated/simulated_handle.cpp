@@ -25,13 +25,6 @@ base::Result<void> requireAboveZero(const char* name, double value) {
   return std::unexpected(base::Error{name, fmt::format("{} is not above 0", value), ""});
 }
 
-base::Result<void> check(const SimulatedHandleSettings& settings) {
-  if (auto ok = requireAboveZero("handle mass", settings.mass_kg); !ok) return ok;
-  if (auto ok = requireAboveZero("hand stiffness", settings.hand_stiffness_n_per_m); !ok) return ok;
-  if (auto ok = requireAboveZero("stroke period", settings.stroke_period_s); !ok) return ok;
-  return requireAboveZero("length of the direction of approach", norm(settings.direction_in_world));
-}
-
 /// Measures exactly, or with the resolution of encoders: quantised positions, interpolated as those of a
 /// device, and a velocity estimated from them.
 class Encoders {
@@ -61,9 +54,16 @@ class Encoders {
 
 }  // namespace
 
+base::Result<void> SimulatedHandle::check() const {
+  if (auto ok = requireAboveZero("handle mass", settings_.mass_kg); !ok) return ok;
+  if (auto ok = requireAboveZero("hand stiffness", settings_.hand_stiffness_n_per_m); !ok) return ok;
+  if (auto ok = requireAboveZero("stroke period", settings_.stroke_period_s); !ok) return ok;
+  return requireAboveZero("length of the direction of approach", norm(settings_.direction_in_world));
+}
+
 base::Result<void> SimulatedHandle::start(HandleChannels& channels) {
   if (thread_.joinable()) return std::unexpected(base::Error{"simulated handle", "is already running", ""});
-  if (auto ok = check(settings_); !ok) return ok;
+  if (auto ok = check(); !ok) return ok;
   stop_requested_ = false;
   auto started = startHandleThread(policy_, [this, &channels] { simulate(channels); });
   if (!started) return std::unexpected(started.error());

@@ -32,6 +32,7 @@ class SimulatedHandle final : public Handle {
   ~SimulatedHandle() override { stop(); }
 
   /// Errors: settings that describe no hand (a mass or stiffness that is not above zero, no direction).
+  base::Result<void> check() const override;
   base::Result<void> start(HandleChannels& channels) override;
   void stop() override;
   HandleStatus status() const override;

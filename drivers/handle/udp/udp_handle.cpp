@@ -42,6 +42,11 @@ UdpHandle::UdpHandle(const config::HandleSettings& settings, const rt::HandleSca
                      const HandleThreadPolicy& policy)
     : settings_(settings), scale_(scale), policy_(policy) {}
 
+base::Result<void> UdpHandle::check() const {
+  const auto worker_settings = workerSettingsFrom(settings_);
+  return worker_settings ? base::Result<void>() : std::unexpected(worker_settings.error());
+}
+
 base::Result<void> UdpHandle::start(HandleChannels& channels) {
   if (thread_.joinable()) return std::unexpected(base::Error{"udp handle", "is already running", ""});
   auto worker_settings = workerSettingsFrom(settings_);

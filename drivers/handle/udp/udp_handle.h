@@ -28,6 +28,7 @@ class UdpHandle final : public Handle {
 
   /// Errors: an invalid address or peer, a key file that cannot be used, no thread. An address or port that
   /// is not available yet is not an error: the driver tries again every second.
+  base::Result<void> check() const override;
   base::Result<void> start(HandleChannels& channels) override;
   void stop() override;
   HandleStatus status() const override;

@@ -17,6 +17,7 @@ struct Case {
   config::Settings settings;
   rt::LoopPrivileges privileges{true, true, 3};
   Lateness lateness;
+  std::optional<drivers::CpuQuota> cpu_quota;
   bool cpus_may_sleep = false;
   bool cpu_is_isolated = true;
 
@@ -31,7 +32,8 @@ struct Case {
                                .privileges = privileges,
                                .cpus_may_sleep = cpus_may_sleep,
                                .cpu_is_isolated = cpu_is_isolated,
-                               .lateness = lateness});
+                               .lateness = lateness,
+                               .cpu_quota = cpu_quota});
   }
 };
 
@@ -102,6 +104,10 @@ TEST(BoxWarnings, SayHowLateTheForceLoopIsAndWhatHelpsHere) {
   EXPECT_NE(only().find("hapticd-realtime-setup apply"), std::string::npos) << only();
   late.privileges.realtime_scheduling = false;
   EXPECT_NE(only().find("LimitRTPRIO="), std::string::npos) << only();
+  late.cpu_quota = drivers::CpuQuota{"/box", 0.15, 60, 59};
+  EXPECT_NE(only().find("/box has 0.15 CPUs, and its processes were paused in 59 of 60 periods: raise"),
+            std::string::npos)
+      << only();
   late.lateness.late = false;
   EXPECT_EQ(only().find("is late"), std::string::npos) << only();
 }

@@ -28,10 +28,11 @@ std::string joined(const std::vector<std::string>& words) {
   return text;
 }
 
-/// What a file of markups defines, in the frame of its image; notes are printed.
+/// What a file of markups defines, in the frame of its image.
 std::expected<config::SceneAdditions, int> additionsOfMarkups(const CommandOptions& options,
                                                               const AdditionList& list,
-                                                              const std::string& file, bool registers) {
+                                                              const std::string& file, bool registers,
+                                                              Json& document) {
   if (&list != &kFixtures) {
     return std::unexpected(report(base::Error{file, "markups become fixtures, and no regions",
                                               fmt::format("hapticctl fixture import {}", printable(file))},
@@ -45,9 +46,7 @@ std::expected<config::SceneAdditions, int> additionsOfMarkups(const CommandOptio
   }
   auto made = fixturesOfMarkups(file);
   if (!made) return std::unexpected(report(made.error(), options.json));
-  for (const std::string& note : made->notes) {
-    if (!options.json) fmt::print("{}\n", printable(note));
-  }
+  tell(options, made->notes, document);
   return std::move(made->additions);
 }
 
@@ -66,7 +65,8 @@ std::expected<config::SceneAdditions, int> additionsOfText(const CommandOptions&
 int import(const CommandOptions& options, const AdditionList& list, const std::string& file, bool replace,
            const ModelOptions& model) {
   const bool of_model = !model.landmarks.empty();
-  const auto additions = isMarkupFile(file) ? additionsOfMarkups(options, list, file, of_model)
+  Json document = Json::object();
+  const auto additions = isMarkupFile(file) ? additionsOfMarkups(options, list, file, of_model, document)
                                             : additionsOfText(options, file, of_model);
   if (!additions) return additions.error();
   Json definitions = list.definitionsIn(*additions);
@@ -75,12 +75,10 @@ int import(const CommandOptions& options, const AdditionList& list, const std::s
                               fmt::format("write them below '{}:' as in the configuration", list.plural)},
                   options.json);
   }
-  Json document = Json::object();
   if (of_model) {
-    auto in_world = registered(options, model, *additions);
+    const auto in_world = registered(options, model, *additions, document);
     if (!in_world) return in_world.error();
-    document = std::move(in_world->document);
-    definitions = list.definitionsIn(in_world->additions);
+    definitions = list.definitionsIn(*in_world);
   }
   const std::string done = "imported " + base::counted(definitions.size(), std::string(list.noun) + "(s)");
   return addAll(options, list, definitions, replace, done, document);

@@ -306,6 +306,13 @@ std::expected<std::string, int> contentOf(const CommandOptions& options, const s
   return std::unexpected(report(base::Error{file, content.error().text(), ""}, options.json));
 }
 
+void tell(const CommandOptions& options, const std::vector<std::string>& notes, Json& document) {
+  for (const std::string& note : notes) {
+    if (!options.json) fmt::print("{}\n", printable(note));
+    document["notes"].push_back(printable(note));
+  }
+}
+
 int reportProblems(const std::vector<config::AdditionError>& problems, bool json) {
   std::vector<base::Error> errors;
   for (const config::AdditionError& problem : problems) errors.push_back(problem.error);

@@ -60,6 +60,9 @@ int addAll(const CommandOptions& options, const AdditionList& list, const Json& 
 /// The content of a file, of at most 1 MiB; the exit code if it cannot be read, which is reported.
 std::expected<std::string, int> contentOf(const CommandOptions& options, const std::string& file);
 
+/// Prints notes about what was read, unless as JSON, and adds them to the member `notes` of `document`.
+void tell(const CommandOptions& options, const std::vector<std::string>& notes, Json& document);
+
 /// Reports what is wrong with fixtures or regions; returns the exit code.
 int reportProblems(const std::vector<config::AdditionError>& problems, bool json);
 
@@ -74,20 +77,15 @@ struct ModelOptions {
   double most_residual_m = 0.005;
 };
 
-/// Fixtures and regions in the world, and the registration that put them there.
-struct RegisteredAdditions {
-  config::SceneAdditions additions;
-  Json document;  ///< landmarks with residuals, rmsM, largestM, expectedErrorM
-};
-
 /// Adds the options of a model to a command that imports a file.
 void addModelOptions(CLI::App& command, const std::shared_ptr<ModelOptions>& requested);
 
-/// Registers a model and moves what was made in its frame to the world. Prints the residuals, unless as JSON.
-/// Errors, which are reported; instead of a result it then returns the exit code: wrong files, a landmark
-/// with a residual above the allowed one, landmarks on a line, given up.
-std::expected<RegisteredAdditions, int> registered(const CommandOptions& options,
-                                                   const ModelOptions& requested,
-                                                   const config::SceneAdditions& of_model);
+/// Registers a model and moves what was made in its frame to the world. Prints the residuals, unless as JSON,
+/// and adds to `document`: landmarks with residuals, rmsM, largestM, expectedErrorM, and notes about what was
+/// left out. Errors, which are reported; instead of a result it then returns the exit code: wrong files, a
+/// landmark with a residual above the allowed one, landmarks on a line, given up.
+std::expected<config::SceneAdditions, int> registered(const CommandOptions& options,
+                                                      const ModelOptions& requested,
+                                                      const config::SceneAdditions& of_model, Json& document);
 
 }  // namespace hapticd::tools

@@ -10,9 +10,11 @@
 #include <filesystem>
 #include <numbers>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "config/base/value_text.h"
+#include "tools/lib/registration/touch.h"
 #include "tools/lib/solids/files/markups_reader.h"
 
 namespace hapticd::tools {
@@ -23,8 +25,11 @@ using solids::Markup;
 using solids::MarkupKind;
 
 constexpr std::size_t kMaxName = 32;
-/// Distance of the points of a path that is made of a curve, where kMaxPathPoints allow it.
-constexpr double kPathStep_m = 0.002;
+constexpr std::size_t kMaxControlPoints = 10'000;
+/// A path is made as near to its curve as this, where rt::kMaxPathPoints allow it.
+constexpr double kPathTolerance_m = 2e-5;
+/// Nearer points are the same one, placed twice.
+constexpr double kSamePlace_m = 1e-6;
 
 /// A name with what a fixture's name may hold; another one than those in `used`.
 std::string nameFor(const std::string& given, std::set<std::string>& used) {
@@ -39,41 +44,62 @@ std::string nameFor(const std::string& given, std::set<std::string>& used) {
   return unique;
 }
 
-/// A place of the curve of Catmull and Rom through four points, between the second and the third.
-Vec3 onCurve(const std::array<Vec3, 4>& p, double share) {
-  const double s = share, s2 = s * s, s3 = s2 * s;
-  return 0.5 * ((-s3 + 2 * s2 - s) * p[0] + (3 * s3 - 5 * s2 + 2) * p[1] + (-3 * s3 + 4 * s2 + s) * p[2] +
-                (s3 - s2) * p[3]);
+/// The derivatives, at its points, of a cubic spline whose parameter is the number of the point, with
+/// continuous curvature and at rest at both ends.
+std::vector<Vec3> derivativesAt(const std::vector<Vec3>& points) {
+  std::vector<Vec3> slopes(points.size());
+  std::vector<double> shares(points.size());
+  for (std::size_t i = 1; i + 1 < points.size(); ++i) {
+    shares[i] = 1 / (4 - shares[i - 1]);
+    slopes[i] = shares[i] * (3 * (points[i + 1] - points[i - 1]) - slopes[i - 1]);
+  }
+  for (std::size_t i = points.size() - 1; i-- > 1;) slopes[i] = slopes[i] - shares[i] * slopes[i + 1];
+  return slopes;
 }
 
-/// Points of the curve that 3D Slicer draws through control points.
-std::vector<Vec3> pathThrough(const std::vector<Vec3>& control, bool closed) {
-  const std::size_t count = control.size();
-  const std::size_t pieces = closed ? count : count - 1;
-  const auto at = [&](std::ptrdiff_t i) {
-    const auto n = static_cast<std::ptrdiff_t>(count);
-    return control[static_cast<std::size_t>(closed ? (i % n + n) % n
-                                                   : std::clamp<std::ptrdiff_t>(i, 0, n - 1))];
-  };
-  double length_m = 0;
-  for (std::size_t i = 0; i < pieces; ++i) {
-    const auto k = static_cast<std::ptrdiff_t>(i);
-    length_m += norm(at(k + 1) - at(k));
+/// Points of the curve that 3D Slicer draws through control points: a spline of vtkParametricSpline that is
+/// not parameterised by length. `error_m`: how far the curve is from the lines between them.
+std::vector<Vec3> curveThrough(std::vector<Vec3> control, bool closed, double& error_m) {
+  // A closed curve goes on beyond its ends, whose influence falls to (2 - sqrt 3)^kRound, below rounding.
+  constexpr std::ptrdiff_t kRound = 30;
+  const auto count = static_cast<std::ptrdiff_t>(control.size());
+  const std::ptrdiff_t first = closed ? kRound : 0, pieces = closed ? count : count - 1;
+  if (closed) {
+    const std::vector<Vec3> once = control;
+    control.clear();
+    for (std::ptrdiff_t i = -kRound; i <= count + kRound; ++i)
+      control.push_back(once[static_cast<std::size_t>((i % count + count) % count)]);
   }
-  const double step_m =
-      std::max(kPathStep_m, length_m / static_cast<double>(rt::kMaxPathPoints - pieces - 2));
-  std::vector<Vec3> path{at(0)};
-  const auto add = [&](const Vec3& point) {
-    if (norm(point - path.back()) >= 2 * rt::kMinPointDistance_m) path.push_back(point);
-  };
-  for (std::size_t i = 0; i < pieces; ++i) {
-    const auto k = static_cast<std::ptrdiff_t>(i);
-    const std::array<Vec3, 4> around{at(k - 1), at(k), at(k + 1), at(k + 2)};
-    const int steps = std::max(1, static_cast<int>(std::floor(norm(around[2] - around[1]) / step_m)));
-    for (int s = 1; s <= steps; ++s) add(onCurve(around, static_cast<double>(s) / steps));
+  const std::vector<Vec3> slopes = derivativesAt(control);
+  std::vector<Vec3> curve{control[static_cast<std::size_t>(first)]};
+  constexpr double kChordError_m = 1e-5, kMostSteps = 64;
+  for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(first + pieces); ++i) {
+    const Vec3 along = control[i + 1] - control[i];
+    const Vec3 quadratic = 3 * along - 2 * slopes[i] - slopes[i + 1];
+    const Vec3 cubic = slopes[i] + slopes[i + 1] - 2 * along;
+    const double bend_m = std::max(norm(2 * quadratic), norm(2 * quadratic + 6 * cubic)) / 8;
+    const double steps = std::clamp(std::ceil(std::sqrt(bend_m / kChordError_m)), 1.0, kMostSteps);
+    error_m = std::max(error_m, bend_m / (steps * steps));
+    for (double step = 1; step <= steps; ++step) {
+      const double s = step / steps;
+      curve.push_back(control[i] + s * (slopes[i] + s * (quadratic + s * cubic)));
+    }
   }
-  if (closed) path.back() = path.front();
-  return path;
+  if (closed) curve.back() = curve.front();
+  return curve;
+}
+
+/// How far the arcs in the bends of a path are from its points.
+double bendError_m(const config::FixtureSettings& path) {
+  std::vector<rt::PathElement> elements(2 * path.points_m.size());
+  elements.resize(rt::smoothPath(path.points_m, path.bend_radius_m, elements));
+  double most_m = 0;
+  for (const rt::PathElement& element : elements) {
+    if (element.curvature_per_m <= 0) continue;
+    const double half_turn = element.length_m * element.curvature_per_m / 2;
+    most_m = std::max(most_m, (1 / std::cos(half_turn) - 1) / element.curvature_per_m);
+  }
+  return most_m;
 }
 
 /// Roll, pitch and yaw of the rotation whose columns these axes are.
@@ -92,6 +118,7 @@ std::string addMarkup(const Markup& markup, const std::string& name, std::set<st
                       config::SceneAdditions& additions) {
   const std::string shown = fmt::format("{} {}", textOf(markup.kind), base::inQuotes(name));
   config::FixtureSettings fixture;
+  std::string details;
   switch (markup.kind) {
     case MarkupKind::line:
     case MarkupKind::curve:
@@ -99,17 +126,30 @@ std::string addMarkup(const Markup& markup, const std::string& name, std::set<st
       const bool closed = markup.kind == MarkupKind::closed_curve;
       std::vector<Vec3> points;
       for (const solids::MarkupPoint& point : markup.points) points.push_back(point.position_m);
-      const std::size_t most = rt::kMaxPathPoints / 2;
-      if (points.size() < (closed ? 3U : 2U) || points.size() > most)
-        return fmt::format("{}: left out, because it has {} points (2 to {})", shown, points.size(), most);
+      const auto repeats = [](const Vec3& a, const Vec3& b) { return norm(a - b) < kSamePlace_m; };
+      points.erase(std::unique(points.begin(), points.end(), repeats), points.end());
+      if (closed && points.size() > 1 && repeats(points.back(), points.front())) points.pop_back();
+      const std::size_t repeated = markup.points.size() - points.size();
+      const std::size_t least = closed ? 3 : 2;
+      if (points.size() < least || points.size() > kMaxControlPoints)
+        return fmt::format("{}: left out, because it has {} points ({} to {})", shown, points.size(), least,
+                           kMaxControlPoints);
       fixture.kind = rt::FixtureKind::path;
-      fixture.points_m = pathThrough(points, closed);
+      double error_m = 0;
+      SimplifiedPath path =
+          simplifiedPath(curveThrough(std::move(points), closed, error_m), kPathTolerance_m);
+      fixture.points_m = std::move(path.points_m);
+      error_m += path.deviation_m + bendError_m(fixture);
+      details = fmt::format(" of {} points, within {:.3f} mm of the curve that 3D Slicer draws",
+                            fixture.points_m.size(), std::ceil(1e6 * error_m) / 1e3);
+      if (repeated > 0) details += fmt::format(" without repetitions of a point ({})", repeated);
       break;
     }
     case MarkupKind::plane:
       fixture.kind = rt::FixtureKind::plane;
       fixture.position_m = markup.plane->position_m;
       fixture.normal = markup.plane->normal;
+      details = ", free on the side of its normal";
       break;
     case MarkupKind::roi:
       fixture.kind = rt::FixtureKind::box;
@@ -123,10 +163,17 @@ std::string addMarkup(const Markup& markup, const std::string& name, std::set<st
       return fmt::format("{}: left out, because no fixture is an angle", shown);
   }
   fixture.name = nameFor(name, used);
-  std::string note = fmt::format("{}: {} {}", shown, rt::wordOf(fixture.kind), fixture.name);
-  if (fixture.kind == rt::FixtureKind::plane) note += ", free on the side of its normal";
+  std::string note = fmt::format("{}: {} {}{}", shown, rt::wordOf(fixture.kind), fixture.name, details);
   additions.fixtures.push_back(std::move(fixture));
   return note;
+}
+
+/// The beginning of what was noted, for an error.
+std::string reasonsIn(const std::vector<std::string>& notes) {
+  constexpr std::size_t kMost = 4;
+  const std::span some(notes.data(), std::min(notes.size(), kMost));
+  return notes.empty() ? ""
+                       : fmt::format(" ({}{})", fmt::join(some, "; "), notes.size() > kMost ? "; ..." : "");
 }
 
 }  // namespace
@@ -135,10 +182,10 @@ bool isMarkupFile(std::string_view file) {
   return file.ends_with(".mrk.json") || file.ends_with(".fcsv");
 }
 
-base::Result<std::vector<PlacedLandmark>> landmarksOfMarkups(const std::string& file) {
-  const auto read = solids::readMarkups(file);
+base::Result<ModelLandmarks> landmarksOfMarkups(const std::string& file) {
+  auto read = solids::readMarkups(file);
   if (!read) return std::unexpected(read.error());
-  std::vector<PlacedLandmark> landmarks;
+  ModelLandmarks model{.notes = std::move(read->warnings)};
   std::set<std::string> names;
   for (const Markup& markup : read->markups) {
     if (markup.kind != MarkupKind::fiducial) continue;
@@ -147,28 +194,39 @@ base::Result<std::vector<PlacedLandmark>> landmarksOfMarkups(const std::string& 
         return std::unexpected(base::Error{file,
                                            fmt::format("has two points {}", base::inQuotes(point.label)),
                                            "give each point a label of its own"});
-      landmarks.push_back({point.label, point.position_m});
+      model.landmarks.push_back({point.label, point.position_m});
     }
+    model.unplaced.insert(markup.unplaced.begin(), markup.unplaced.end());
   }
-  if (landmarks.empty())
-    return std::unexpected(base::Error{file, "has no points", "place a point list in 3D Slicer and save it"});
-  return landmarks;
+  for (const std::string& name : names) model.unplaced.erase(name);
+  if (model.landmarks.empty())
+    return std::unexpected(base::Error{file, "has no points" + reasonsIn(model.notes),
+                                       "place a point list in 3D Slicer and save it"});
+  return model;
 }
 
 base::Result<MarkupFixtures> fixturesOfMarkups(const std::string& file) {
-  const auto read = solids::readMarkups(file);
+  auto read = solids::readMarkups(file);
   if (!read) return std::unexpected(read.error());
-  MarkupFixtures result{.additions = {}, .notes = read->warnings};
+  MarkupFixtures result{.additions = {}, .notes = std::move(read->warnings)};
   std::set<std::string> used;
   const std::string file_name = std::filesystem::path(file).filename().string();
   const std::string stem = file_name.substr(0, file_name.find('.'));
   for (const Markup& markup : read->markups) {
     const std::string& name = markup.name.empty() ? stem : markup.name;
     result.notes.push_back(addMarkup(markup, name, used, result.additions));
+    if (result.additions.fixtures.size() > rt::kMaxFixtures)
+      return std::unexpected(
+          base::Error{file,
+                      fmt::format("more than {} markups would become fixtures, and a box has "
+                                  "room for no more",
+                                  rt::kMaxFixtures),
+                      "save those that are needed in a file of their own"});
   }
   if (result.additions.fixtures.empty())
-    return std::unexpected(base::Error{file, "has no line, curve, plane or box that could become a fixture",
-                                       "use a file of points with --landmarks"});
+    return std::unexpected(base::Error{
+        file, "has no line, curve, plane or box that could become a fixture" + reasonsIn(result.notes),
+        "use a file of points with --landmarks"});
   return result;
 }
 

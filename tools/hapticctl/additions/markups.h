@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,19 +16,28 @@ namespace hapticd::tools {
 /// Whether the ending of a file's name is that of markups: .mrk.json or .fcsv.
 bool isMarkupFile(std::string_view file);
 
+/// Landmarks of a model.
+struct ModelLandmarks {
+  std::vector<PlacedLandmark> landmarks = {};
+  std::set<std::string> unplaced = {};  ///< names of those that the model has, but no place of
+  std::vector<std::string> notes = {};  ///< for people: what was left out
+};
+
 /// Points of a file of markups that are landmarks, named by their labels.
 /// Errors: the file's; no point; two points of the same label.
-base::Result<std::vector<PlacedLandmark>> landmarksOfMarkups(const std::string& file);
+base::Result<ModelLandmarks> landmarksOfMarkups(const std::string& file);
 
 /// Fixtures made of markups.
 struct MarkupFixtures {
   config::SceneAdditions additions;
-  std::vector<std::string> notes;  ///< for people: what became of each markup, and what was left out
+  /// For people: what became of each markup, with its error, and what was left out.
+  std::vector<std::string> notes;
 };
 
 /// Lines and curves become paths, a closed curve a closed path, planes and boxes forbidden regions. The names
 /// are those of the markups, or of the file where they have none, as far as a fixture's name allows. Points
-/// are landmarks and left out. Errors: the file's; nothing that could be a fixture.
+/// are landmarks and left out. Errors: the file's; nothing that could be a fixture; more than
+/// rt::kMaxFixtures.
 base::Result<MarkupFixtures> fixturesOfMarkups(const std::string& file);
 
 }  // namespace hapticd::tools

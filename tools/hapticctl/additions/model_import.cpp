@@ -19,17 +19,19 @@ using Landmarks = std::vector<PlacedLandmark>;
 
 constexpr const char* kCommand = "import";
 
-std::expected<Landmarks, int> landmarksIn(const CommandOptions& options, const std::string& file) {
+std::expected<ModelLandmarks, int> landmarksIn(const CommandOptions& options, const std::string& file,
+                                               Json& document) {
   if (isMarkupFile(file)) {
     auto landmarks = landmarksOfMarkups(file);
     if (!landmarks) return std::unexpected(report(landmarks.error(), options.json));
+    tell(options, landmarks->notes, document);
     return std::move(*landmarks);
   }
   const auto content = contentOf(options, file);
   if (!content) return std::unexpected(content.error());
   auto landmarks = landmarksFromText(*content, file);
   if (!landmarks) return std::unexpected(report(landmarks.error(), options.json));
-  return std::move(*landmarks);
+  return ModelLandmarks{.landmarks = std::move(*landmarks)};
 }
 
 /// The landmarks of a model at their places in the world, without those that the person leaves out.
@@ -47,9 +49,15 @@ std::expected<Landmarks, int> touched(const CommandOptions& options, const Landm
 }
 
 std::expected<Landmarks, int> measuredFor(const CommandOptions& options, const ModelOptions& requested,
-                                          const Landmarks& model) {
-  if (!requested.measured.empty()) return landmarksIn(options, requested.measured);
-  auto measured = touched(options, model);
+                                          const ModelLandmarks& model, Json& document) {
+  if (!requested.measured.empty()) {
+    auto in_file = landmarksIn(options, requested.measured, document);
+    if (!in_file) return std::unexpected(in_file.error());
+    std::erase_if(in_file->landmarks,
+                  [&](const PlacedLandmark& landmark) { return model.unplaced.contains(landmark.name); });
+    return std::move(in_file->landmarks);
+  }
+  auto measured = touched(options, model.landmarks);
   if (!measured || requested.save.empty()) return measured;
   if (const auto written = base::writeWholeFile(requested.save, textOf(*measured), base::IfExists::refuse);
       !written)
@@ -57,15 +65,14 @@ std::expected<Landmarks, int> measuredFor(const CommandOptions& options, const M
   return measured;
 }
 
-Json documentOf(const std::vector<PointPair>& pairs, const RigidFit& fit,
-                const config::SceneAdditions& additions) {
+void addFit(const std::vector<PointPair>& pairs, const RigidFit& fit, const config::SceneAdditions& additions,
+            Json& document) {
   Json landmarks = Json::array();
   for (std::size_t i = 0; i < pairs.size(); ++i)
     landmarks.push_back({{"name", pairs[i].name}, {"residualM", fit.residuals_m[i]}});
-  Json document{{"landmarks", std::move(landmarks)}, {"rmsM", fit.rms_m}, {"largestM", fit.largest_m}};
+  document.update({{"landmarks", std::move(landmarks)}, {"rmsM", fit.rms_m}, {"largestM", fit.largest_m}});
   if (const auto centre = centreOf(additions))
     document["expectedErrorM"] = expectedTargetError_m(pairs, fit.rms_m, *centre);
-  return document;
 }
 
 void show(const Json& document) {
@@ -109,20 +116,21 @@ void addModelOptions(CLI::App& command, const std::shared_ptr<ModelOptions>& req
       ->needs(landmarks);
 }
 
-std::expected<RegisteredAdditions, int> registered(const CommandOptions& options,
-                                                   const ModelOptions& requested,
-                                                   const config::SceneAdditions& of_model) {
-  const auto model = landmarksIn(options, requested.landmarks);
+std::expected<config::SceneAdditions, int> registered(const CommandOptions& options,
+                                                      const ModelOptions& requested,
+                                                      const config::SceneAdditions& of_model,
+                                                      Json& document) {
+  const auto model = landmarksIn(options, requested.landmarks, document);
   if (!model) return std::unexpected(model.error());
-  const auto measured = measuredFor(options, requested, *model);
+  const auto measured = measuredFor(options, requested, *model, document);
   if (!measured) return std::unexpected(measured.error());
-  const auto pairs = pairsOf(*model, *measured);
+  const auto pairs = pairsOf(model->landmarks, *measured);
   if (!pairs) return std::unexpected(report(pairs.error(), options.json));
   const auto fit = fitRigid(*pairs, "model's");
   if (!fit) return std::unexpected(report(fit.error(), options.json));
   auto moved = movedToWorld(of_model, fit->T_world_camera);
   if (!moved) return std::unexpected(report(moved.error(), options.json));
-  Json document = documentOf(*pairs, *fit, *moved);
+  addFit(*pairs, *fit, *moved, document);
   if (!options.json) show(document);
   if (fit->largest_m > requested.most_residual_m) {
     return std::unexpected(
@@ -133,7 +141,7 @@ std::expected<RegisteredAdditions, int> registered(const CommandOptions& options
                      "measure the worst landmark again, or --most-residual-m"},
                options.json));
   }
-  return RegisteredAdditions{std::move(*moved), std::move(document)};
+  return std::move(*moved);
 }
 
 }  // namespace hapticd::tools

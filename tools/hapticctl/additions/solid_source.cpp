@@ -293,10 +293,9 @@ int addSolid(const CommandOptions& options, const SolidSource& source, Json defi
   config::SceneAdditions additions{.fixtures = std::move(*fixtures)};
   if (!source.centre_m.is_null()) place(source, *made, additions.fixtures.front());
   if (of_model) {
-    auto in_world = registered(options, source.model, additions);
+    auto in_world = registered(options, source.model, additions, made->document);
     if (!in_world) return in_world.error();
-    additions = std::move(in_world->additions);
-    made->document.update(in_world->document);
+    additions = std::move(*in_world);
   }
   const auto memory = sealed(bytes);
   if (!memory) return report(memory.error(), options.json);

@@ -11,11 +11,11 @@ namespace hapticd::tools {
 
 Findings examine(const Examination& box) {
   static constexpr std::array kChecks{
-      checkKernel,  checkClock,         checkThrottling, checkIsolation,     checkCpuKind, checkInterrupts,
-      checkSibling, checkGovernor,      checkIdleStates, checkMemory,        checkLimits,  checkAccounts,
-      checkCaller,  checkConfiguration, checkUdevRules,  checkOtherRules,    checkKinect,  checkCameras,
-      checkHid,     checkGpio,          checkHandle,     checkVendorHandles, checkTraces,  checkStorage,
-      checkGnuplot, checkService,       checkDaemon};
+      checkKernel,   checkClock,    checkThrottling,    checkIsolation, checkCpuKind,       checkInterrupts,
+      checkSibling,  checkGovernor, checkIdleStates,    checkCpuQuota,  checkMemory,        checkLimits,
+      checkAccounts, checkCaller,   checkConfiguration, checkUdevRules, checkOtherRules,    checkKinect,
+      checkCameras,  checkHid,      checkGpio,          checkHandle,    checkVendorHandles, checkTraces,
+      checkStorage,  checkGnuplot,  checkService,       checkDaemon};
   Findings all;
   for (const auto check : kChecks) {
     for (Finding& finding : check(box)) all.push_back(std::move(finding));

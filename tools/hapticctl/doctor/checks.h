@@ -24,6 +24,7 @@ Findings checkInterrupts(const Examination& box);
 Findings checkSibling(const Examination& box);
 Findings checkGovernor(const Examination& box);
 Findings checkIdleStates(const Examination& box);
+Findings checkCpuQuota(const Examination& box);
 
 // service_checks.cpp
 Findings checkLimits(const Examination& box);

@@ -13,6 +13,7 @@
 
 #include "config/base/counted.h"
 #include "drivers/base/cpu_list.h"
+#include "drivers/base/cpu_quota.h"
 #include "tools/hapticctl/doctor/checks.h"
 #include "tools/hapticctl/doctor/findings.h"
 #include "tools/hapticctl/doctor/machine.h"
@@ -350,6 +351,20 @@ Findings checkIdleStates(const Examination& box) {
   // only a warning: wake-ups are late, but the box works
   for (Finding& finding : findings) finding.verdict = Verdict::warn;
   return findings;
+}
+
+Findings checkCpuQuota(const Examination& box) {
+  std::string process = "0";
+  if (runsByHand(box)) {
+    process = std::to_string(box.daemon.socket_process);
+  } else if (box.unit && box.unit->contains("MainPID")) {  // whose sockets are the service manager's
+    process = box.unit->at("MainPID");
+  }
+  if (process == "0") process = "self";
+  const auto quota = drivers::cpuQuotaOf(process, box.machine.root());
+  if (!quota) return {good("cpu quota", "no control group limits the CPU time of hapticd")};
+  if (quota->throttled == 0 && quota->cpus >= 1) return {good("cpu quota", drivers::textOf(*quota))};
+  return {warning("cpu quota", drivers::textOf(*quota), drivers::kRaiseCpuQuota)};
 }
 
 }  // namespace hapticd::tools

@@ -111,7 +111,7 @@ UnitProperties parseProperties(const std::string& shown) {
 std::optional<UnitProperties> askServiceManager() {
   const auto shown = outputOf({"systemctl", "show", "hapticd.service",
                                "--property=LoadState,ActiveState,SubState,UnitFileState,NRestarts,"
-                               "LimitRTPRIO,LimitMEMLOCK,User"});
+                               "LimitRTPRIO,LimitMEMLOCK,MainPID,User"});
   if (!shown) return std::nullopt;
   return parseProperties(*shown);
 }

@@ -72,6 +72,7 @@ struct DaemonView {
   std::vector<std::string> warnings;  ///< what it reports as wrong
   std::string remedy = {};            ///< where it does not answer; empty: start the service
   std::string socket = {};            ///< where it was asked
+  pid_t socket_process = 0;  ///< that made this socket: the daemon, or the service manager; 0: not known
   DeviceInUse camera = {};
   DeviceInUse handle = {};
   /// Its parameters, as far as it reports them; nothing: it does not answer, or is of another version.

@@ -60,8 +60,8 @@ Findings NeedCheck::operator()(const config::FileNeed& need) const {
   if (!need.secret) return {};
   if (!access) return {unreadable(kName, belowRoot(need.path), access.error())};
   if ((access->mode & 0007U) == 0) return {};
-  return {warning(kName, fmt::format("everyone may read the {} {}", need.noun, need.path),
-                  fmt::format("chmod o= {0} && chgrp hapticd {0}", need.path))};
+  return {failureOfTheService(box, kName, fmt::format("everyone may read the {} {}", need.noun, need.path),
+                              fmt::format("chmod o= {0} && chgrp hapticd {0}", need.path))};
 }
 
 Findings NeedCheck::operator()(const config::HidNeed& need) const {

@@ -70,7 +70,9 @@ void AdditionsFetch::take(List& list, const Json& reply) {
   if (generation == nullptr || !generation->is_number_unsigned()) return;
   list.known = generation->get<std::uint64_t>();
   list.entries = listAt(reply, list.member);
-  on_change_({{fixtures_.member, fixtures_.entries}, {regions_.member, regions_.entries}});
+  on_change_({{"generation", fixtures_.known},
+              {fixtures_.member, fixtures_.entries},
+              {regions_.member, regions_.entries}});
 }
 
 namespace {
@@ -332,6 +334,7 @@ void BoxSource::setBox(bool reachable, const std::string& reason) {
   if (reachable_ == reachable && reason_ == reason) return;
   reachable_ = reachable;
   reason_ = reason;
+  if (!reachable && fixture_changes_) fixture_changes_->forgetAll();
   for (Viewer* viewer : viewers_) viewer->onBox(reachable, reason);
 }
 

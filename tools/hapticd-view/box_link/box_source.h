@@ -32,7 +32,8 @@ class AdditionsFetch {
  public:
   /// An estimator may change the regions many times a second.
   static constexpr std::chrono::milliseconds kPause{500};
-  /// Receives {"fixtures": [...], "regions": [...]}: entries of ListFixtures and ListRegions.
+  /// Receives {"generation": ..., "fixtures": [...], "regions": [...]}: that of the fixtures, and entries of
+  /// ListFixtures and ListRegions.
   using OnChange = std::function<void(const Json& additions)>;
 
   AdditionsFetch(boost::asio::io_context& context, std::string socket, OnChange on_change);

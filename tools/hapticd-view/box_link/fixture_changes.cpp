@@ -15,6 +15,7 @@ namespace {
 
 constexpr const char* kMethod = "io.hapticd.Control.ChangeFixtures";
 constexpr std::string_view kNotApplied = "io.hapticd.Control.NotApplied";
+constexpr std::string_view kMeanwhile = "io.hapticd.Control.ChangedMeanwhile";
 constexpr std::string_view kDenied = "org.varlink.service.PermissionDenied";
 /// The box answers within a few milliseconds, or after its force loop did not respond for a second.
 constexpr std::chrono::milliseconds kSilence{5000};
@@ -35,6 +36,7 @@ bool mayBeDone(const ClientError& error) {
 /// Why the box has not done it, in words.
 std::string reasonOf(const ClientError& error) {
   if (error.what == kNotApplied) return "the force loop has not taken it over in time";
+  if (error.what == kMeanwhile) return "somebody has just changed the fixtures (try again)";
   if (error.what == kDenied) return "the box no longer lets the user of hapticd-view change fixtures";
   const Json& refused = error.parameters;
   if (!refused.is_object() || !refused.contains("reason"))
@@ -51,13 +53,10 @@ std::string problemOf(const ClientError& error) {
                           : refusal(reasonOf(error));
 }
 
-/// The definition of the fixture of that name; null: there is none.
-const Json* definitionOf(const Json& additions, const std::string& name) {
-  for (const Json& entry : listAt(additions, "fixtures")) {
-    const Json* const entry_name = fieldAt(entry, "name");
-    if (entry_name != nullptr && *entry_name == name) return fieldAt(entry, "definition");
-  }
-  return nullptr;
+/// A generation of the fixtures; 0: none is stated.
+std::uint64_t generationAt(const Json& json, std::string_view member) {
+  const Json* const number = fieldAt(json, member);
+  return number != nullptr && number->is_number_unsigned() ? number->get<std::uint64_t>() : 0;
 }
 
 }  // namespace
@@ -77,7 +76,7 @@ base::Result<void> mayChangeFixtures(const std::string& control_socket) {
   // No set of fixtures has this generation: who may change fixtures is told that somebody else has, others
   // that they may not.
   const auto reply = client->call(kMethod, {{"generation", -1}});
-  if (!reply && reply.error().what == "io.hapticd.Control.ChangedMeanwhile") return {};
+  if (!reply && reply.error().what == kMeanwhile) return {};
   if (!reply && reply.error().what == kDenied)
     return refused("this user may not change fixtures through " + control_socket, kMembers);
   return refused(reply ? control_socket + ": the answer is not one of hapticd" : reasonOf(reply.error()), "");
@@ -91,7 +90,8 @@ void FixtureChanges::request(const Viewer& viewer, const FixtureRequest& request
   const auto now = now_();
   if (call_ || (last_ && now - *last_ < kPause))
     return answer(refusal("the last request was a moment ago (try again)"));
-  if (request.add.is_null() && !mayRemove(viewer, request.remove)) {
+  const Added* const added = request.add.is_null() ? addedBy(viewer, request.remove) : nullptr;
+  if (request.add.is_null() && added == nullptr) {
     return answer(
         refusal("only fixtures that were added here, and that nobody has changed since, can be removed here "
                 "(hapticctl fixture remove)"));
@@ -100,11 +100,12 @@ void FixtureChanges::request(const Viewer& viewer, const FixtureRequest& request
   viewer_ = &viewer;
   requested_ = request;
   answer_ = std::move(answer);
-  const Json parameters =
-      request.add.is_null() ? Json{{"remove", {request.remove}}} : Json{{"add", Json::array({request.add})}};
+  // what the name stands for may have changed since
+  const Json parameters = added != nullptr ? Json{{"remove", {request.remove}}, {"generation", added->known}}
+                                           : Json{{"add", Json::array({request.add})}};
   call_ = std::make_shared<VarlinkStream>(context_, kSilence);
   call_->start(socket_, kMethod, parameters, /*more=*/false,
-               {.on_reply = [this](const Json&, const base::Descriptor&) { onDone(); },
+               {.on_reply = [this](const Json& reply, const base::Descriptor&) { onDone(reply); },
                 .on_end =
                     [this](const ClientError& error) {
                       if (answer_) finish(problemOf(error));
@@ -112,21 +113,25 @@ void FixtureChanges::request(const Viewer& viewer, const FixtureRequest& request
                     }});
 }
 
-void FixtureChanges::onDone() {
+void FixtureChanges::onDone(const Json& reply) {
   const std::string name = nameIn(requested_);
   std::erase_if(added_, [&](const Added& each) { return each.name == name; });
-  if (viewer_ != nullptr && !requested_.add.is_null()) added_.push_back({viewer_, name});
+  if (viewer_ != nullptr && !requested_.add.is_null()) {
+    const std::uint64_t generation = generationAt(reply, "generation");
+    added_.push_back({viewer_, name, generation, generation});
+  }
   if (added_.size() > kMaxAdded) added_.erase(added_.begin());
   finish("");
 }
 
 void FixtureChanges::follow(const Json& additions) {
+  const std::uint64_t generation = generationAt(additions, "generation");
   std::erase_if(added_, [&](Added& each) {
-    const Json* const definition = definitionOf(additions, each.name);
-    // a list that was fetched before the box added it does not hold it yet
-    if (definition == nullptr) return each.definition.has_value();
-    if (!each.definition) each.definition = *definition;
-    return *each.definition != *definition;
+    if (generation <= each.known) return false;  // fetched before the box has added it
+    each.known = generation;
+    return std::ranges::none_of(listAt(additions, "fixtures"), [&](const Json& entry) {
+      return textAt(entry, "name") == each.name && generationAt(entry, "definedIn") == each.made;
+    });
   });
 }
 
@@ -137,9 +142,10 @@ void FixtureChanges::forget(const Viewer& viewer) {
   if (answer_) answer_ = [](const std::string&) {};
 }
 
-bool FixtureChanges::mayRemove(const Viewer& viewer, const std::string& name) const {
-  return std::ranges::any_of(added_,
-                             [&](const Added& each) { return each.viewer == &viewer && each.name == name; });
+const FixtureChanges::Added* FixtureChanges::addedBy(const Viewer& viewer, const std::string& name) const {
+  const auto found = std::ranges::find_if(
+      added_, [&](const Added& each) { return each.viewer == &viewer && each.name == name; });
+  return found == added_.end() ? nullptr : &*found;
 }
 
 void FixtureChanges::finish(const std::string& problem) {

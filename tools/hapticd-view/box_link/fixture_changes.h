@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -49,6 +50,8 @@ class FixtureChanges {
   void request(const Viewer& viewer, const FixtureRequest& request, Answer answer);
   /// The fixtures of the box have changed; as Viewer::onAdditions().
   void follow(const Json& additions);
+  /// The box is gone: what it has when it comes back was added by others.
+  void forgetAll() { added_.clear(); }
   /// The viewer is gone: nobody removes again what it has added, and its answer is dropped.
   void forget(const Viewer& viewer);
 
@@ -56,11 +59,12 @@ class FixtureChanges {
   struct Added {
     const Viewer* viewer;
     std::string name;
-    std::optional<Json> definition = {};  // as the box lists it, once it does
+    std::uint64_t made = 0;   // the generation of fixtures in which it was added: FixtureEntry::definedIn
+    std::uint64_t known = 0;  // the newest one in which it was still that fixture
   };
 
-  bool mayRemove(const Viewer& viewer, const std::string& name) const;
-  void onDone();
+  const Added* addedBy(const Viewer& viewer, const std::string& name) const;
+  void onDone(const Json& reply);
   void finish(const std::string& problem);
 
   boost::asio::io_context& context_;

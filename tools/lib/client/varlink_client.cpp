@@ -103,6 +103,12 @@ VarlinkClient::~VarlinkClient() {
   if (socket_ >= 0) ::close(socket_);
 }
 
+pid_t VarlinkClient::serviceProcess() const noexcept {
+  ucred peer{};
+  socklen_t size = sizeof peer;
+  return ::getsockopt(socket_, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 ? peer.pid : 0;
+}
+
 ClientResult<Json> VarlinkClient::call(const std::string& method, const Json& parameters,
                                        std::chrono::milliseconds limit, int descriptor) {
   auto sent = send({{"method", method}, {"parameters", parameters}}, descriptor);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <sys/types.h>
+
 #include <chrono>
 #include <expected>
 #include <nlohmann/json.hpp>
@@ -57,6 +59,8 @@ class VarlinkClient {
   bool promisesMore() const noexcept { return promises_more_; }
   /// The first descriptor that came with replies since the last call (SCM_RIGHTS); -1: none has come.
   base::Descriptor takeDescriptor() noexcept { return std::move(received_); }
+  /// The process that made the socket; 0: not known, as where it is in another container.
+  pid_t serviceProcess() const noexcept;
   /// Makes next() return `interrupted` when `descriptor` becomes readable.
   void interruptBy(int descriptor) noexcept { interrupt_ = descriptor; }
 

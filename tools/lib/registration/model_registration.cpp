@@ -8,8 +8,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <optional>
+#include <set>
 
 #include "config/additions/addition_reader.h"
 #include "config/base/value_text.h"
@@ -63,7 +65,7 @@ class Reader {
     if (name == nullptr || name->value.type != YamlNode::Type::scalar || name->value.text.empty())
       return report(item.line, "a landmark has no name", kForm);
     const std::string quoted = base::inQuotes(name->value.text);
-    if (std::ranges::find(landmarks_, name->value.text, &PlacedLandmark::name) != landmarks_.end())
+    if (!names_.insert(name->value.text).second)
       return report(item.line, fmt::format("{} is there twice", quoted), "rename one of the two");
     const auto place = position != nullptr ? vectorIn(position->value) : std::nullopt;
     if (!place) {
@@ -91,6 +93,7 @@ class Reader {
 
   const std::string& file_;
   std::vector<PlacedLandmark> landmarks_;
+  std::set<std::string> names_;
   std::vector<Error> errors_;
 };
 
@@ -132,16 +135,17 @@ std::string textOf(const std::vector<PlacedLandmark>& landmarks) {
 
 base::Result<std::vector<PointPair>> pairsOf(const std::vector<PlacedLandmark>& model,
                                              const std::vector<PlacedLandmark>& measured) {
-  for (const PlacedLandmark& landmark : measured) {
-    if (std::ranges::find(model, landmark.name, &PlacedLandmark::name) != model.end()) continue;
-    return std::unexpected(Error{base::printable(landmark.name), "the model has no landmark of this name",
-                                 "give it the name that it has in the model"});
-  }
+  std::map<std::string_view, const PlacedLandmark*> found;
+  for (const PlacedLandmark& landmark : measured) found.emplace(landmark.name, &landmark);
   std::vector<PointPair> pairs;
   for (const PlacedLandmark& landmark : model) {
-    const auto found = std::ranges::find(measured, landmark.name, &PlacedLandmark::name);
-    if (found != measured.end()) pairs.push_back({landmark.name, landmark.position_m, found->position_m});
+    const auto place = found.extract(landmark.name);
+    if (place) pairs.push_back({landmark.name, landmark.position_m, place.mapped()->position_m});
   }
+  if (!found.empty())
+    return std::unexpected(Error{base::printable(found.begin()->first),
+                                 "the model has no landmark of this name",
+                                 "give it the name that it has in the model"});
   return pairs;
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "rt/fixtures/fixture.h"
@@ -30,7 +31,8 @@ using base::Error;
 using rt::Vec3;
 using Points = std::vector<Vec3>;
 
-constexpr double kToleranceStep = 1.25;
+/// Of two points of a path: rounding, as of a motion into another frame, takes none below what is allowed.
+constexpr double kLeastGap_m = 1.001 * rt::kMinPointDistance_m;
 
 double distanceToSegment_m(const Vec3& p, const Vec3& a, const Vec3& b) {
   const Vec3 along = b - a;
@@ -75,33 +77,6 @@ Points resampled(std::span<const Vec3> points_m) {
   return even;
 }
 
-Points simplified(const Points& points_m, double tolerance_m) {
-  std::vector<bool> kept(points_m.size(), false);
-  kept.front() = kept.back() = true;
-  std::vector<std::pair<std::size_t, std::size_t>> open{{0, points_m.size() - 1}};
-  while (!open.empty()) {
-    const auto [first, last] = open.back();
-    open.pop_back();
-    double farthest_m = tolerance_m;
-    std::size_t farthest = first;
-    for (std::size_t i = first + 1; i < last; ++i) {
-      const double distance_m = distanceToSegment_m(points_m[i], points_m[first], points_m[last]);
-      if (distance_m <= farthest_m) continue;
-      farthest_m = distance_m;
-      farthest = i;
-    }
-    if (farthest == first) continue;
-    kept[farthest] = true;
-    open.emplace_back(first, farthest);
-    open.emplace_back(farthest, last);
-  }
-  Points corners;
-  for (std::size_t i = 0; i < points_m.size(); ++i) {
-    if (kept[i]) corners.push_back(points_m[i]);
-  }
-  return corners;
-}
-
 double distanceToPath_m(const Vec3& p, const Points& path_m) {
   double least_m = std::numeric_limits<double>::infinity();
   for (std::size_t i = 1; i < path_m.size(); ++i)
@@ -110,6 +85,43 @@ double distanceToPath_m(const Vec3& p, const Points& path_m) {
 }
 
 }  // namespace
+
+SimplifiedPath simplifiedPath(std::span<const Vec3> points_m, double tolerance_m) {
+  /// A segment of the path, for the points from `first` to `last`.
+  struct Piece {
+    std::size_t first, last;
+    double deviation_m = 0;                  // of the point that is farthest from the segment
+    std::optional<std::size_t> corner = {};  // where it may be divided
+  };
+  const auto piece = [&](std::size_t first, std::size_t last) {
+    Piece made{first, last};
+    double farthest_m = 0;
+    for (std::size_t i = first + 1; i < last; ++i) {
+      const double distance_m = distanceToSegment_m(points_m[i], points_m[first], points_m[last]);
+      made.deviation_m = std::max(made.deviation_m, distance_m);
+      const double gap_m = std::min(norm(points_m[i] - points_m[first]), norm(points_m[last] - points_m[i]));
+      if (distance_m <= farthest_m || gap_m < kLeastGap_m) continue;
+      farthest_m = distance_m;
+      made.corner = i;
+    }
+    return made;
+  };
+  std::vector<Piece> pieces{piece(0, points_m.size() - 1)};
+  while (pieces.size() + 1 < rt::kMaxPathPoints) {
+    const auto worst = std::ranges::max_element(
+        pieces, {}, [](const Piece& each) { return each.corner ? each.deviation_m : 0; });
+    if (!worst->corner || worst->deviation_m <= tolerance_m) break;
+    const Piece behind = piece(*worst->corner, worst->last);
+    *worst = piece(worst->first, *worst->corner);
+    pieces.insert(worst + 1, behind);
+  }
+  SimplifiedPath path{{points_m.front()}};
+  for (const Piece& each : pieces) {
+    path.points_m.push_back(points_m[each.last]);
+    path.deviation_m = std::max(path.deviation_m, each.deviation_m);
+  }
+  return path;
+}
 
 base::Result<StrokePath> pathOf(std::span<const Vec3> readings_m, double tolerance_m) {
   if (!std::ranges::all_of(readings_m, rt::isFinite))
@@ -124,12 +136,9 @@ base::Result<StrokePath> pathOf(std::span<const Vec3> readings_m, double toleran
                                  "move the handle along the path while the stroke is recorded"});
   }
   const Points even = resampled(moving);
-  path.tolerance_m = tolerance_m;
-  path.points_m = simplified(even, path.tolerance_m);
-  while (path.points_m.size() > rt::kMaxPathPoints) {
-    path.tolerance_m *= kToleranceStep;
-    path.points_m = simplified(even, path.tolerance_m);
-  }
+  SimplifiedPath simplified = simplifiedPath(even, tolerance_m);
+  path.tolerance_m = std::max(tolerance_m, simplified.deviation_m);
+  path.points_m = std::move(simplified.points_m);
   std::vector<double> distances_m;
   for (const Vec3& reading : readings_m) distances_m.push_back(distanceToPath_m(reading, path.points_m));
   path.residuals = residualsOf(distances_m);

@@ -36,6 +36,17 @@ class Touch {
   std::vector<rt::Vec3> readings_m_;
 };
 
+/// A polyline through some points of another one, with both of its ends.
+struct SimplifiedPath {
+  std::vector<rt::Vec3> points_m;  ///< at most rt::kMaxPathPoints
+  double deviation_m = 0;          ///< no place of one of the two is farther from the other
+};
+
+/// Simplifies a polyline of at least two points to `tolerance_m`, or as far as rt::kMaxPathPoints and
+/// rt::kMinPointDistance_m allow. Cost: rt::kMaxPathPoints times the points.
+/// Source: Ramer 1972; Douglas and Peucker 1973; the worst place is divided first.
+SimplifiedPath simplifiedPath(std::span<const rt::Vec3> points_m, double tolerance_m);
+
 /// A path along a stroke of the handle.
 struct StrokePath {
   std::vector<rt::Vec3> points_m;  ///< at most rt::kMaxPathPoints
@@ -49,9 +60,8 @@ inline constexpr double kStrokeStep_m = 0.001;
 inline constexpr double kMinStroke_m = 0.005;
 
 /// The path through `readings_m`, in their order: resampled every kStrokeStep_m of its length and simplified
-/// to `tolerance_m` > 0, or to as much more as it takes to need rt::kMaxPathPoints only.
-/// Errors: readings that are not finite, a stroke shorter than kMinStroke_m.
-/// Source of the simplification: Ramer 1972; Douglas and Peucker 1973.
+/// by simplifiedPath(), `tolerance_m` > 0. Errors: readings that are not finite, a stroke shorter than
+/// kMinStroke_m.
 base::Result<StrokePath> pathOf(std::span<const rt::Vec3> readings_m, double tolerance_m);
 
 }  // namespace hapticd::tools

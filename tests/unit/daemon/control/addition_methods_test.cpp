@@ -95,6 +95,25 @@ TEST_F(AdditionMethodsTest, CountsChangesAndRefusesACallThatKnowsAnOlderSet) {
   EXPECT_EQ(2U, names().size());
 }
 
+TEST_F(AdditionMethodsTest, SaysInWhichSetEachFixtureBecameWhatItIs) {
+  const auto changed = [&](const json& parameters) {
+    return ask("ChangeFixtures", parameters)["parameters"]["generation"];
+  };
+  const auto definedIn = [&] {
+    json all = json::object();
+    const json list = fixtures()["fixtures"];
+    for (const json& entry : list) all[entry["name"].get<std::string>()] = entry["definedIn"];
+    return all;
+  };
+  const json a = changed({{"add", {sphere("a")}}}), b = changed({{"add", {sphere("b")}}});
+  EXPECT_EQ(definedIn(), json({{"a", a}, {"b", b}}));
+  changed({{"change", {{{"name", "a"}, {"enabled", false}}}}});
+  EXPECT_EQ(definedIn(), json({{"a", a}, {"b", b}}));
+  const json later = changed({{"change", {{{"name", "b"}, {"radius_m", 0.06}}}}});
+  const json again = changed({{"remove", {"a"}}, {"add", {sphere("a", 0.02)}}});
+  EXPECT_EQ(definedIn(), json({{"a", again}, {"b", later}}));
+}
+
 TEST_F(AdditionMethodsTest, ChangesNothingWhereOneOfSeveralIsBad) {
   add(sphere("nerve"));
   const json before = definitions();

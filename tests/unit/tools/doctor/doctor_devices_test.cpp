@@ -194,7 +194,7 @@ TEST_F(DoctorOfHandles, LooksForTheKeyAndWhoMayReadIt) {
       says(checkHandle(box), Verdict::fail, "there is no key /etc/hapticd/key", "udp_handle.key_file"));
   files.set("etc/hapticd/key", "secret");
   files.setMode("etc/hapticd/key", 0644);
-  EXPECT_TRUE(says(checkHandle(box), Verdict::warn, "everyone may read the key", "chmod o="));
+  EXPECT_TRUE(says(checkHandle(box), Verdict::fail, "everyone may read the key", "chmod o="));
   files.setMode("etc/hapticd/key", 0640);
   EXPECT_EQ(checkHandle(box).size(), 1U);
 }

@@ -135,6 +135,33 @@ TEST_F(Doctor, WeighsTheTimeThatRealTimeThreadsGet) {
 
 // --- CPUs
 
+TEST_F(Doctor, NamesTheNarrowestQuotaOfCpuTimeOfTheDaemon) {
+  const std::string stat = "nr_periods 60\nnr_throttled 59\nthrottled_time 5";
+  box.unit = test::goodUnit();
+  (*box.unit)["MainPID"] = "77";
+  files.set("proc/77/cgroup", "4:memory:/m\n3:cpu,cpuacct:/a/b\n0::/system.slice/hapticd.service");
+  EXPECT_TRUE(says(only(checkCpuQuota), Verdict::ok, "no control group limits", ""));
+  files.set("sys/fs/cgroup/cpu/a/b/cpu.cfs_quota_us", "-1");
+  files.set("sys/fs/cgroup/cpu/a/b/cpu.cfs_period_us", "100000");
+  files.set("sys/fs/cgroup/system.slice/hapticd.service/cpu.max", "max 100000");
+  EXPECT_TRUE(says(only(checkCpuQuota), Verdict::ok, "no control group limits", ""));
+  files.set("sys/fs/cgroup/system.slice/cpu.max", "400000 100000");
+  EXPECT_TRUE(says(only(checkCpuQuota), Verdict::ok, "/system.slice has 4 CPUs", ""));
+  files.set("sys/fs/cgroup/system.slice/cpu.stat", stat);
+  EXPECT_TRUE(says(only(checkCpuQuota), Verdict::warn, "paused in 59 of 60 periods", "CPUQuota="));
+  files.set("sys/fs/cgroup/cpu/a/cpu.cfs_quota_us", "15000");
+  files.set("sys/fs/cgroup/cpu/a/cpu.cfs_period_us", "100000");
+  EXPECT_TRUE(says(only(checkCpuQuota), Verdict::warn, "/a has 0.15 CPUs", "--cpus"));
+  // one that was started by hand, whose socket is its own
+  (*box.unit)["LoadState"] = "not-found";
+  box.daemon.settings.emplace();
+  box.daemon.socket_process = 78;
+  EXPECT_TRUE(says(only(checkCpuQuota), Verdict::ok, "no control group limits", ""));
+  files.set("proc/78/cgroup", "0::/");
+  files.set("sys/fs/cgroup/cpu.max", "50000 100000");
+  EXPECT_TRUE(says(only(checkCpuQuota), Verdict::warn, "/ has 0.5 CPUs", "--cpus"));
+}
+
 TEST_F(Doctor, WarnsWhenNoCpuIsIsolated) {
   files.set(kIsolated, "");
   EXPECT_TRUE(

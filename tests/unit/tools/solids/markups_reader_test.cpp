@@ -53,7 +53,10 @@ TEST(Markups, WithoutAPositionAreLeftOut) {
   ASSERT_EQ(curve.points.size(), 2U);
   EXPECT_EQ(curve.points[1].label, "point 5");
   expectNear(curve.points[1].position_m, {0.002, 0, 0});
-  EXPECT_EQ(file->warnings.size(), 1U);
+  ASSERT_EQ(file->warnings.size(), 1U);
+  EXPECT_TRUE(file->warnings[0].ends_with(
+      R"(3 of 5 control points have no position and are left out: "b", "point 3", "point 4")"))
+      << file->warnings[0];
 }
 
 TEST(Markups, OfARoiAreABoxWithItsAxes) {
@@ -118,6 +121,7 @@ TEST(Markups, ThatAreWrongAreRefusedWithTheirPlace) {
        R"({"type": "Fiducial", "controlPoints": [{"position": [1, 2, 1e8]}]})",
        R"({"type": "ROI", "center": [0, 0, 0], "size": [1, 0, 1]})",
        R"({"type": "ROI", "center": [0, 0, 0], "size": [1, 1, 1], "orientation": [1, 0, 0, 0, 1, 0, 0, 0, -1]})",
+       R"({"type": "Fiducial", "controlPoints": [{"position": [1, 2, 3], "positionStatus": "lost"}]})",
        R"({"type": "Plane"})", "7"}) {
     const auto file = markupsFrom(fileWith(markup), "a.mrk.json");
     ASSERT_FALSE(file) << markup;
@@ -127,9 +131,25 @@ TEST(Markups, ThatAreWrongAreRefusedWithTheirPlace) {
   EXPECT_FALSE(markupsFrom("# CoordinateSystem = 2\n", "a.fcsv"));
   EXPECT_FALSE(markupsFrom("1,2,3,4\n", "a.fcsv"));
   EXPECT_FALSE(markupsFrom("# CoordinateSystem = LPS\n1,2,nan,4\n", "a.fcsv"));
+  EXPECT_FALSE(markupsFrom("# CoordinateSystem = LPS\n1,2,3,4,0,0,0,1,1,1,0,a,,,4,0\n", "a.fcsv"));
   EXPECT_FALSE(markupsFrom("[]", "a.mrk.json"));
   EXPECT_FALSE(markupsFrom("{}", "a.txt"));
   EXPECT_FALSE(readMarkups(folder.path() / "missing.fcsv"));
+}
+
+/// Files that would overflow the stack, fill the memory, or be read for hours.
+TEST(Markups, ThatAreHostileTakeLittle) {
+  const std::size_t many = 100'000;
+  EXPECT_FALSE(markupsFrom(fileWith(R"({"type": "Fiducial", "coordinateSystem": )" + std::string(many, '[') +
+                                    std::string(many, ']') + "}"),
+                           "a.mrk.json"));
+  std::string lists;
+  while (lists.size() < (std::size_t{15} << 20)) lists += "[],";
+  EXPECT_FALSE(markupsFrom(fileWith(lists + "[]"), "a.mrk.json"));
+  std::string rows =
+      "# CoordinateSystem = LPS\n# columns = " + std::string(std::size_t{4} << 20, ',') + "z,y,x\n";
+  for (std::size_t i = 0; i < many; ++i) rows += "a,1,2,3\n";
+  EXPECT_FALSE(markupsFrom(rows, "a.fcsv"));
 }
 
 TEST(Markups, ThatAreTruncatedAnywhereAreRefused) {

@@ -18,6 +18,11 @@ using Json = nlohmann::json;
 
 constexpr std::size_t kMaxBytes = 16 << 20;
 constexpr std::size_t kMaxPoints = 100'000;
+/// Of JSON: the parser's tree takes up to a hundred bytes for each value, and other code descends into it.
+constexpr std::size_t kMaxValues = 2'000'000;
+constexpr std::size_t kMaxNesting = 64;
+/// Of a line of .fcsv; those behind them have no meaning.
+constexpr std::size_t kMaxFields = 64;
 constexpr double kFarthest_mm = 1e5;
 constexpr const char* kSaveAgain = "save the markups again in 3D Slicer";
 
@@ -60,6 +65,26 @@ std::optional<rt::Vec3> unitOf(const rt::Vec3& vector) {
   const double length = norm(vector);
   if (!(length > 1e-6)) return std::nullopt;
   return (1 / length) * vector;
+}
+
+constexpr std::string_view kStatuses[] = {"undefined", "preview", "defined", "missing"};  // 0 to 3 in .fcsv
+
+/// Warns of points that a person has not placed, or no longer.
+void warnOfUnplaced(const Markup& markup, const std::string& where, std::vector<std::string>& warnings) {
+  const std::size_t count = markup.unplaced.size();
+  if (count == 0) return;
+  constexpr std::size_t kMostNames = 20;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < std::min(count, kMostNames); ++i)
+    names.push_back(base::inQuotes(markup.unplaced[i]));
+  warnings.push_back(fmt::format("{}: {} of {} control points have no position and are left out: {}{}", where,
+                                 count, count + markup.points.size(), fmt::join(names, ", "),
+                                 count > kMostNames ? ", ..." : ""));
+}
+
+/// The label of a point, or its name by its place.
+std::string labelOf(std::string_view label, std::size_t number) {
+  return label.empty() ? fmt::format("point {}", number) : std::string(label);
 }
 
 /// One element of "markups".
@@ -129,20 +154,24 @@ class MarkupReader {
       ++number;
       if (!point.is_object()) return fault(where_, fmt::format("control point {} is not an object", number));
       const auto place = point.find("position");
-      const std::string status = textAt(point, "positionStatus");
-      if (place == point.end() || place->is_null() || (!status.empty() && status != "defined")) continue;
+      const std::string status =
+          point.contains("positionStatus") ? textAt(point, "positionStatus") : "defined";
+      if (std::ranges::find(kStatuses, status) == std::end(kStatuses))
+        return fault(where_, fmt::format("the positionStatus of control point {} is {} (allowed: {})", number,
+                                         base::inQuotes(status), fmt::join(kStatuses, ", ")));
+      std::string label = labelOf(textAt(point, "label"), number);
+      if (place == point.end() || place->is_null() || status != "defined") {
+        markup_.unplaced.push_back(std::move(label));
+        continue;
+      }
       const auto numbers = numbersOf<3>(*place);
       if (!numbers)
         return fault(where_,
                      fmt::format("the position of control point {} is not an array of 3 numbers", number));
-      std::string label = textAt(point, "label");
-      if (label.empty()) label = fmt::format("point {}", number);
-      markup_.points.push_back({std::move(label), textAt(point, "description"), position(*numbers)});
+      markup_.points.push_back({std::move(label), position(*numbers)});
       if (auto done = checkPlace(markup_.points.back().position_m); !done) return done;
     }
-    if (number > markup_.points.size())
-      warnings_.push_back(fmt::format("{}: {} of {} control points have no position and are left out", where_,
-                                      number - markup_.points.size(), number));
+    warnOfUnplaced(markup_, where_, warnings_);
     return {};
   }
 
@@ -202,34 +231,46 @@ class MarkupReader {
       place_m = position(*numbers);
     if (const auto numbers = normal == json_.end() ? std::nullopt : numbersOf<3>(*normal))
       direction_of_normal = unitOf(direction((*numbers)[0], (*numbers)[1], (*numbers)[2]));
-    const auto matrix = [&](const char* key) {
-      const auto found = json_.find(key);
-      return found == json_.end() ? std::nullopt : numbersOf<16>(*found);
-    };
-    // objectToBase turns the plane within the coordinates of its base, which is nearly always the unit matrix
-    const auto base = matrix("baseToNode"), object = matrix("objectToBase");
-    if (base) {
-      const auto& b = *base;
-      const std::array<double, 16> unit{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-      const auto& o = object ? *object : unit;
-      const auto entry = [&](std::size_t row, std::size_t column) {
-        double sum = column == 3 ? b[4 * row + 3] : 0;
-        for (std::size_t k = 0; k < 3; ++k) sum += b[4 * row + k] * o[4 * k + column];
-        return sum;
-      };
-      if (!direction_of_normal)
-        direction_of_normal = unitOf(direction(entry(0, 2), entry(1, 2), entry(2, 2)));
-      if (!place_m) place_m = position({entry(0, 3), entry(1, 3), entry(2, 3)});
+    if (const auto base = baseOfPlane()) {
+      if (!direction_of_normal) direction_of_normal = unitOf(inBase(*base, 2));
+      if (!place_m) place_m = (*base)[3] + metres_ * inBase(*base, 3);
     }
     if (!place_m && !markup_.points.empty()) place_m = markup_.points.front().position_m;
-    const auto& p = markup_.points;
-    if (!direction_of_normal && p.size() >= 3)
-      direction_of_normal =
-          unitOf(1e6 * cross(p[1].position_m - p[0].position_m, p[2].position_m - p[0].position_m));
     if (!place_m || !direction_of_normal)
       return fault(where_, "the plane has no center or no normal", "place the plane completely, and save it");
     markup_.plane = MarkupPlane{*place_m, *direction_of_normal};
     return checkPlace(*place_m);
+  }
+
+  std::optional<std::array<double, 16>> matrix(const char* key) const {
+    const auto found = json_.find(key);
+    return found == json_.end() ? std::nullopt : numbersOf<16>(*found);
+  }
+
+  /// The axes and the origin of the coordinates in which the plane is the plane of x and y, unless it is
+  /// turned in them: those that the file states, else those of its three points.
+  std::optional<std::array<rt::Vec3, 4>> baseOfPlane() const {
+    if (const auto m = matrix("baseToNode"))
+      return std::array{direction((*m)[0], (*m)[4], (*m)[8]), direction((*m)[1], (*m)[5], (*m)[9]),
+                        direction((*m)[2], (*m)[6], (*m)[10]), position({(*m)[3], (*m)[7], (*m)[11]})};
+    const auto& p = markup_.points;
+    if (p.size() < 3) return std::nullopt;
+    constexpr double kMillimetresPerMetre = 1e3;
+    const auto x = unitOf(kMillimetresPerMetre * (p[1].position_m - p[0].position_m));
+    const auto z =
+        x ? unitOf(cross(*x, kMillimetresPerMetre * (p[2].position_m - p[0].position_m))) : std::nullopt;
+    if (!z) return std::nullopt;
+    return std::array{*x, cross(*z, *x), *z, p[0].position_m};
+  }
+
+  /// A column of objectToBase, which turns the plane in its base, as a vector in LPS. 3D Slicer turns each of
+  /// the two matrices from LPS to RAS, the coordinates of the base therefore twice, and then multiplies them.
+  rt::Vec3 inBase(const std::array<rt::Vec3, 4>& base, std::size_t column) const {
+    const auto object = matrix("objectToBase");
+    if (!object) return column < 3 ? base[column] : rt::Vec3{};
+    const rt::Vec3 turned = direction((*object)[column], (*object)[4 + column], (*object)[8 + column]);
+    const rt::Vec3 in_ras{-turned.x, -turned.y, turned.z};
+    return in_ras.x * base[0] + in_ras.y * base[1] + in_ras.z * base[2];
   }
 
   const Json& json_;
@@ -240,7 +281,31 @@ class MarkupReader {
   Markup markup_;
 };
 
+/// Refuses what would take much memory or a deep stack, before the parser makes a tree of it.
+base::Result<void> checkStructure(std::string_view bytes, const std::string& name) {
+  std::size_t nesting = 0, values = 0;
+  bool in_text = false;
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    const char c = bytes[i];
+    if (in_text) {
+      if (c == '\\') ++i;
+      in_text = c != '"';
+      continue;
+    }
+    in_text = c == '"';
+    if (c == '[' || c == '{') ++nesting;
+    if ((c == ']' || c == '}') && nesting > 0) --nesting;
+    if (c == '[' || c == '{' || c == ',') ++values;
+    if (nesting > kMaxNesting || values > kMaxValues)
+      return refused(fmt::format("{}: byte {}", name, i + 1),
+                     fmt::format("more than {} values, or nested more than {} deep", kMaxValues, kMaxNesting),
+                     "save fewer markups in a file");
+  }
+  return {};
+}
+
 base::Result<MarkupFile> readJson(std::string_view bytes, const std::string& name) {
+  if (auto checked = checkStructure(bytes, name); !checked) return std::unexpected(checked.error());
   Json json;
   try {
     json = Json::parse(bytes);
@@ -268,18 +333,19 @@ base::Result<MarkupFile> readJson(std::string_view bytes, const std::string& nam
   return file;
 }
 
-/// The fields of a line; one in quotes may contain commas, and two quotes stand for one.
+/// The first kMaxFields fields of a line. As 3D Slicer reads it: quotes at the beginning of a field enclose
+/// what may contain commas, two quotes there stand for one, and elsewhere a quote is itself.
 std::vector<std::string> csvFields(std::string_view line) {
   std::vector<std::string> fields(1);
   bool in_quotes = false;
   for (std::size_t i = 0; i < line.size(); ++i) {
     const char c = line[i];
-    if (c == '"' && in_quotes && i + 1 < line.size() && line[i + 1] == '"') {
-      fields.back() += '"';
-      ++i;
-    } else if (c == '"') {
+    if (in_quotes && line.substr(i, 2) == "\"\"") {
+      fields.back() += line[++i];
+    } else if (c == '"' && (in_quotes || fields.back().empty())) {
       in_quotes = !in_quotes;
     } else if (c == ',' && !in_quotes) {
+      if (fields.size() == kMaxFields) break;
       fields.emplace_back();
     } else {
       fields.back() += c;
@@ -307,6 +373,7 @@ class FcsvFile {
                    "add it, with LPS or RAS; files of 3D Slicer before 4.11 are RAS");
     for (MarkupPoint& point : markup.points) point.position_m = inLps(point.position_m, *frame_);
     MarkupFile file;
+    warnOfUnplaced(markup, name_, file.warnings);
     file.markups.push_back(std::move(markup));
     return file;
   }
@@ -332,12 +399,26 @@ class FcsvFile {
 
   base::Result<void> takePoint(std::string_view line, Markup& markup) {
     const std::vector<std::string> fields = csvFields(line);
-    if (markup.points.size() >= kMaxPoints)
-      return fault(here(), fmt::format("more than {} points", kMaxPoints));
-    const auto field = [&](std::string_view column) -> std::string_view {
-      const auto place = static_cast<std::size_t>(std::ranges::find(columns_, column) - columns_.begin());
-      return place < columns_.size() && place < fields.size() ? trimmed(fields[place]) : std::string_view();
+    const std::size_t row = markup.points.size() + markup.unplaced.size() + 1;
+    if (row > kMaxPoints) return fault(here(), fmt::format("more than {} points", kMaxPoints));
+    const auto at = [&](std::size_t place) {
+      return place < fields.size() ? trimmed(fields[place]) : std::string_view();
     };
+    const auto field = [&](std::string_view column) {
+      const auto place = static_cast<std::size_t>(std::ranges::find(columns_, column) - columns_.begin());
+      return place < columns_.size() ? at(place) : std::string_view();
+    };
+    std::string label = labelOf(field("label"), row);
+    // The position status, which no header names.
+    constexpr std::size_t kStatus = 14;
+    const std::string_view status = columns_.size() <= kStatus ? at(kStatus) : "";
+    if (status == "0" || status == "1" || status == "3") {
+      markup.unplaced.push_back(std::move(label));
+      return {};
+    }
+    if (!status.empty() && status != "2")
+      return fault(here(), fmt::format("the position status, field {}, is {} (allowed: 0 to 3)", kStatus,
+                                       base::inQuotes(status)));
     std::array<double, 3> numbers{};
     constexpr std::array<std::string_view, 3> kAxes{"x", "y", "z"};
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -347,10 +428,8 @@ class FcsvFile {
                                          base::inQuotes(field(kAxes[axis])), kFarthest_mm, kFarthest_mm));
       numbers[axis] = *number;
     }
-    std::string label(field("label"));
-    if (label.empty()) label = fmt::format("point {}", markup.points.size() + 1);
-    markup.points.push_back({std::move(label), std::string(field("desc")),
-                             kMetresPerMillimetre * rt::Vec3{numbers[0], numbers[1], numbers[2]}});
+    markup.points.push_back(
+        {std::move(label), kMetresPerMillimetre * rt::Vec3{numbers[0], numbers[1], numbers[2]}});
     return {};
   }
 

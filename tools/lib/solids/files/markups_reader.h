@@ -22,7 +22,6 @@ std::string_view textOf(MarkupKind kind);  ///< as in the files: "Fiducial", "Cl
 
 struct MarkupPoint {
   std::string label;  ///< never empty: a point without one is named by its place, "point 3"
-  std::string description;
   rt::Vec3 position_m;
 };
 
@@ -40,10 +39,11 @@ struct MarkupPlane {
 
 struct Markup {
   MarkupKind kind = MarkupKind::fiducial;
-  std::string name;                  ///< may be empty
-  std::vector<MarkupPoint> points;   ///< those that are defined; for a curve in the order along it
-  std::optional<MarkupBox> box;      ///< of kind roi
-  std::optional<MarkupPlane> plane;  ///< of kind plane
+  std::string name;                   ///< may be empty
+  std::vector<MarkupPoint> points;    ///< those that are placed; for a curve in the order along it
+  std::vector<std::string> unplaced;  ///< labels of the others, which `warnings` name
+  std::optional<MarkupBox> box;       ///< of kind roi
+  std::optional<MarkupPlane> plane;   ///< of kind plane
 };
 
 struct MarkupFile {
@@ -53,7 +53,8 @@ struct MarkupFile {
 
 /// Reads a file by its ending: .json or .fcsv.
 /// Thread: any. RT: not safe.
-/// Errors: unreadable, longer than 16 MiB, damaged, an unknown kind, frame or unit, a number out of range.
+/// Errors: unreadable, longer than 16 MiB, damaged, nested deeply, an unknown kind, frame or unit, a number
+/// out of range.
 base::Result<MarkupFile> readMarkups(const std::filesystem::path& file);
 
 /// The same for the content of a file. `name`: of the file, for its ending and for messages.
