@@ -56,8 +56,6 @@ class AddedScene {
   double toolRadius_m() const { return tool_radius_m_; }
   /// The solids by which the depth camera finds frames, as far as they are in memory.
   std::vector<TrackedSolid> trackedSolids() const;
-  /// Why a fixture does not act, and the remedy; empty: all do.
-  std::string solidProblem() const { return solids_.problemOf(additions_.fixtures); }
   /// Returns why the label image has no effect with a camera of this description, and the remedy; empty: it
   /// has, or there is none.
   std::string warning(const rt::DepthModelParameters& camera) const;

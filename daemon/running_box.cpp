@@ -99,7 +99,7 @@ RunningBox::RunningBox(const config::Settings& settings, std::unique_ptr<FaultIn
   added_scene_.loadSolids(settings_.additions.fixtures);
   added_scene_.apply(settings_.additions, settings_.live.tool.radius_m);
   // A person who engages it is told why not, and decides.
-  directive_.engage = settings.control.engage_at_start && added_scene_.solidProblem().empty();
+  directive_.engage = settings.control.engage_at_start && solidProblem(settings_.additions.fixtures).empty();
   recordAdditions();
   decideLaw();
 }
@@ -437,7 +437,8 @@ std::vector<std::string> RunningBox::warnings(const BoxStatus& status) const {
   if (faults_) list.push_back(faults_->notice());
   if (std::string warning = added_scene_.warning(scene_thread_.camera()); !warning.empty())
     list.push_back(std::move(warning));
-  if (std::string problem = added_scene_.solidProblem(); !problem.empty()) list.push_back(std::move(problem));
+  if (std::string problem = solidProblem(settings_.additions.fixtures); !problem.empty())
+    list.push_back(std::move(problem));
   auto quota = lateness_.lateness().late ? drivers::cpuQuotaOf("self") : std::nullopt;
   if (quota && quota->throttled <= throttled_at_start_) quota.reset();
   const std::vector<std::string> found =

@@ -92,14 +92,16 @@ class RunningBox final : public Box {
   std::future<base::Result<StoredSolid>> storeSolid(base::Descriptor memory) override {
     return added_scene_.solids().store(std::move(memory));
   }
-  base::Result<void> takeSolid(const StoredSolid& stored) override {
-    return added_scene_.solids().take(stored);
+  base::Result<void> takeSolid(StoredSolid stored) override {
+    return added_scene_.solids().take(std::move(stored));
   }
   std::shared_ptr<const config::Solid> solid(const std::string& sha256) const override {
     return added_scene_.solids().inMemory(sha256);
   }
   bool readsSolids() const override { return added_scene_.solids().loading(); }
-  std::string solidProblem() const override { return added_scene_.solidProblem(); }
+  std::string solidProblem(const std::vector<config::FixtureSettings>& fixtures) const override {
+    return added_scene_.solids().problemOf(fixtures);
+  }
   std::uint64_t acknowledgedGeneration() override;
   std::future<base::Result<std::string>> startTrace(const TraceRequest& request) override;
   std::future<base::Result<std::string>> stopTrace() override;

@@ -12,8 +12,6 @@
 #include <optional>
 #include <system_error>
 
-#include "config/base/descriptor.h"
-
 namespace hapticd::base {
 namespace {
 
@@ -54,19 +52,25 @@ std::string FileFault::text() const {
   return fmt::format("cannot be read: {}", std::generic_category().message(error_number));
 }
 
-std::expected<std::string, FileFault> fileContent(const std::filesystem::path& file,
-                                                  const FileRequest& request) {
-  const Descriptor open_file(::open(file.c_str(), flagsOf(request)));
+std::expected<Descriptor, FileFault> openFile(const std::filesystem::path& file, const FileRequest& request) {
+  Descriptor open_file(::open(file.c_str(), flagsOf(request)));
   if (!open_file) return unreadable(errno);
   if (request.kind == FileKind::regular) {
     if (const auto fault = faultOfKind(open_file.get(), request.longest)) return std::unexpected(*fault);
   }
+  return open_file;
+}
+
+std::expected<std::string, FileFault> fileContent(const std::filesystem::path& file,
+                                                  const FileRequest& request) {
+  const auto open_file = openFile(file, request);
+  if (!open_file) return std::unexpected(open_file.error());
   constexpr std::size_t kChunk = 64 * 1024;
   std::string content;
   std::size_t length = 0;
   while (length <= request.longest) {
     content.resize(std::min(length + kChunk, request.longest + 1));
-    const ssize_t count = ::read(open_file.get(), content.data() + length, content.size() - length);
+    const ssize_t count = ::read(open_file->get(), content.data() + length, content.size() - length);
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) return unreadable(errno);
     if (count == 0) break;

@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <string>
 
+#include "config/base/descriptor.h"
+
 namespace hapticd::base {
 
 /// Kinds of files that may be read.
@@ -31,6 +33,10 @@ struct FileFault {
   /// Returns a description, e.g. "is not a regular file".
   std::string text() const;
 };
+
+/// Opens a file for reading, if it is of that kind and, where it is regular, no longer.
+/// Thread: any.  Progress: blocking; for a `regular` file only on the disk.
+std::expected<Descriptor, FileFault> openFile(const std::filesystem::path& file, const FileRequest& request);
 
 /// Reads a whole file.
 /// Thread: any.  Progress: blocking; for a `regular` file only on the disk.

@@ -11,7 +11,6 @@
 #include <cstring>
 #include <utility>
 
-#include "config/base/file_content.h"
 #include "config/base/sha256.h"
 #include "config/base/value_text.h"
 
@@ -134,7 +133,7 @@ class Reader {
 };
 
 /// Returns what a signed distance cannot be, or nothing.
-std::string coefficientProblem(const rt::DistanceGrid& grid, const std::vector<std::int16_t>& coefficients) {
+std::string coefficientProblem(const rt::DistanceGrid& grid, const std::int16_t* coefficients) {
   const auto [nx, ny, nz] = grid.samples;
   const double most = kMaxSlope * grid.spacing_m / grid.scale_m;
   const std::size_t row = nx, layer = std::size_t{nx} * ny;
@@ -162,24 +161,15 @@ std::string coefficientProblem(const rt::DistanceGrid& grid, const std::vector<s
   return {};
 }
 
-}  // namespace
-
-Solid::Solid(rt::DistanceGrid grid, std::vector<std::int16_t> coefficients, About about, std::string sha256)
-    : grid_(grid),
-      coefficients_(std::move(coefficients)),
-      about_(std::move(about)),
-      sha256_(std::move(sha256)) {
-  coefficients_.push_back(0);  // read, but does not count
-  grid_.coefficients = coefficients_.data();
-  grid_.number = 0;
-  constexpr std::size_t kDigits = 16;  // of 64 bits
-  if (sha256_.size() >= kDigits) std::from_chars(sha256_.data(), sha256_.data() + kDigits, grid_.number, 16);
-  grid_.number |= 1;  // 0: no grid
+/// The coefficients in a file that holds as many as its header says.
+const std::int16_t* coefficientsIn(std::string_view file) {
+  return reinterpret_cast<const std::int16_t*>(file.data() + kSolidHeaderBytes);
 }
+static_assert(kSolidHeaderBytes % sizeof(double) == 0 && base::kReadableBehind >= sizeof(std::int16_t));
 
-std::string bytesOf(const Solid& solid) {
-  const rt::DistanceGrid& grid = solid.grid();
-  std::string bytes(kSolidHeaderBytes + 2 * grid.size(), '\0');
+base::HeldBytes fileOf(const rt::DistanceGrid& grid, std::span<const std::int16_t> coefficients,
+                       const Solid::About& about) {
+  std::string bytes(kSolidHeaderBytes + coefficients.size_bytes(), '\0');
   std::ranges::copy(kMagic, bytes.begin());
   put(bytes, kVersionAt, kVersion);
   put(bytes, kHeaderBytesAt, static_cast<std::uint32_t>(kSolidHeaderBytes));
@@ -189,24 +179,39 @@ std::string bytesOf(const Solid& solid) {
   }
   put(bytes, kSpacingAt, grid.spacing_m);
   put(bytes, kScaleAt, grid.scale_m);
-  put(bytes, kErrorAt, solid.about().error_m);
-  std::ranges::copy(solid.about().source.substr(0, Solid::kMaxSource), bytes.begin() + kSourceAt);
-  std::memcpy(bytes.data() + kSolidHeaderBytes, grid.coefficients, 2 * grid.size());
-  return bytes;
+  put(bytes, kErrorAt, about.error_m);
+  std::ranges::copy(about.source.substr(0, Solid::kMaxSource), bytes.begin() + kSourceAt);
+  std::memcpy(bytes.data() + kSolidHeaderBytes, coefficients.data(), coefficients.size_bytes());
+  return base::heldCopy(bytes);
+}
+
+}  // namespace
+
+Solid::Solid(const rt::DistanceGrid& grid, std::span<const std::int16_t> coefficients, About about)
+    : Solid(grid, about, fileOf(grid, coefficients, about), {}) {}
+
+Solid::Solid(const rt::DistanceGrid& grid, About about, base::HeldBytes file, std::string sha256)
+    : grid_(grid), about_(std::move(about)), file_(std::move(file)), sha256_(std::move(sha256)) {
+  grid_.coefficients = coefficientsIn(*file_);
+  grid_.number = 0;
+  constexpr std::size_t kDigits = 16;  // of 64 bits
+  if (sha256_.size() >= kDigits) std::from_chars(sha256_.data(), sha256_.data() + kDigits, grid_.number, 16);
+  grid_.number |= 1;  // 0: no grid
+}
+
+base::Result<std::shared_ptr<const Solid>> solidFrom(base::HeldBytes file, const std::string& name) {
+  rt::DistanceGrid grid;
+  Solid::About about;
+  if (const auto checked = Reader(*file, name).check(grid, about); !checked)
+    return std::unexpected(checked.error());
+  if (std::string problem = coefficientProblem(grid, coefficientsIn(*file)); !problem.empty())
+    return std::unexpected(base::Error{name, "is not a signed distance: " + problem, kAgain});
+  std::string sha256 = base::sha256(*file);
+  return std::make_shared<const Solid>(grid, std::move(about), std::move(file), std::move(sha256));
 }
 
 base::Result<std::shared_ptr<const Solid>> solidFrom(std::string_view bytes, const std::string& name) {
-  rt::DistanceGrid grid;
-  Solid::About about;
-  if (const auto checked = Reader(bytes, name).check(grid, about); !checked)
-    return std::unexpected(checked.error());
-  std::vector<std::int16_t> coefficients;
-  coefficients.reserve(grid.size() + 1);  // the one that the constructor adds
-  coefficients.resize(grid.size());
-  std::memcpy(coefficients.data(), bytes.data() + kSolidHeaderBytes, 2 * grid.size());
-  if (std::string problem = coefficientProblem(grid, coefficients); !problem.empty())
-    return std::unexpected(base::Error{name, "is not a signed distance: " + problem, kAgain});
-  return std::make_shared<const Solid>(grid, std::move(coefficients), std::move(about), base::sha256(bytes));
+  return solidFrom(base::heldCopy(bytes), name);
 }
 
 std::string solidFileName(std::string_view sha256) {
@@ -216,9 +221,9 @@ std::string solidFileName(std::string_view sha256) {
 base::Result<std::shared_ptr<const Solid>> loadSolid(const std::filesystem::path& folder,
                                                      const std::string& sha256) {
   const std::filesystem::path file = folder / solidFileName(sha256);
-  const auto content = base::fileContent(file, {.longest = kMaxSolidBytes, .follow_link = false});
+  auto content = base::mappedCopy(file, {.longest = kMaxSolidBytes, .follow_link = false});
   if (!content) return std::unexpected(base::Error{file.string(), content.error().text(), kAgain});
-  auto solid = solidFrom(*content, file.string());
+  auto solid = solidFrom(std::move(*content), file.string());
   if (solid && (*solid)->sha256() != sha256)
     return std::unexpected(
         base::Error{file.string(), "is damaged: its content has another SHA-256 than its name", kAgain});

@@ -85,13 +85,14 @@ class Box {
   /// Stores a solid from a sealed memory file (solid_store.h).  Waits for the disk; takeSolid() makes the
   /// result known.
   virtual std::future<base::Result<StoredSolid>> storeSolid(base::Descriptor memory) = 0;
-  virtual base::Result<void> takeSolid(const StoredSolid& stored) = 0;
+  virtual base::Result<void> takeSolid(StoredSolid stored) = 0;
   /// A solid by its SHA-256, if it is in memory: that of a fixture, or one that was sent lately; else null.
   virtual std::shared_ptr<const config::Solid> solid(const std::string& sha256) const = 0;
   /// Whether solids of additions() are still being read; their fixtures act as soon as they are.
   virtual bool readsSolids() const = 0;
-  /// Why a fixture of additions() does not act although it is enabled, and the remedy; empty: all do.
-  virtual std::string solidProblem() const = 0;
+  /// Why one of these fixtures, of additions(), does not act although it is enabled, and the remedy; empty:
+  /// all do.
+  virtual std::string solidProblem(const std::vector<config::FixtureSettings>& fixtures) const = 0;
   /// The region of additions() that covers a position, as an index; nothing: none does.
   virtual std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const = 0;
   /// Gives regions of additions() another stiffness and damping, each within its range. Nobody waits for it.

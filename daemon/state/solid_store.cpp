@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/state/solid_store.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <chrono>
@@ -25,35 +22,6 @@ namespace fs = std::filesystem;
 constexpr std::string_view kEnding = ".solid";
 /// Of the solids that have been sent, and that no fixture uses yet.
 constexpr std::size_t kMaxOffered = 4;
-
-/// A sealed memory file, mapped for reading: it can neither change nor become shorter.
-class SealedMemory {
- public:
-  explicit SealedMemory(const base::Descriptor& memory) {
-    constexpr int kSeals = F_SEAL_WRITE | F_SEAL_SHRINK | F_SEAL_GROW;
-    const int seals = ::fcntl(memory.get(), F_GET_SEALS);
-    struct stat status {};
-    if (seals < 0 || (seals & kSeals) != kSeals || ::fstat(memory.get(), &status) != 0 ||
-        status.st_size <= 0 || static_cast<std::uint64_t>(status.st_size) > config::kMaxSolidBytes)
-      return;
-    size_ = static_cast<std::size_t>(status.st_size);
-    data_ = ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, memory.get(), 0);
-  }
-  SealedMemory(const SealedMemory&) = delete;
-  SealedMemory& operator=(const SealedMemory&) = delete;
-  ~SealedMemory() {
-    if (data_ != MAP_FAILED) ::munmap(data_, size_);
-  }
-
-  std::optional<std::string_view> bytes() const {
-    if (data_ == MAP_FAILED) return std::nullopt;
-    return std::string_view(static_cast<const char*>(data_), size_);
-  }
-
- private:
-  void* data_ = MAP_FAILED;
-  std::size_t size_ = 0;
-};
 
 /// The names of the solids in a folder.
 std::set<std::string> solidsIn(const fs::path& folder) {
@@ -78,55 +46,49 @@ std::string textOfProfiles(const fs::path& folder) {
   return text;
 }
 
-/// Removes the oldest solids that nobody uses until there is room for one more. Returns which.
-base::Result<std::vector<std::string>> makeRoom(const fs::path& folder, const fs::path& profiles,
-                                                const std::set<std::string>& in_use) {
-  std::vector<std::string> removed;
-  std::set<std::string> found = solidsIn(folder);
-  if (found.size() < SolidStore::kMaxFiles) return removed;
+/// Names those of too many files that may make room, the oldest first. Errors: all are in use.
+base::Result<void> findReplaceable(const fs::path& folder, const fs::path& profiles,
+                                   const std::set<std::string>& in_use, StoredSolid& stored) {
+  const std::set<std::string> found = solidsIn(folder);
+  if (found.size() <= SolidStore::kMaxFiles) return {};
+  stored.too_many = found.size() - SolidStore::kMaxFiles;
   const std::string named = textOfProfiles(profiles);
-  while (found.size() >= SolidStore::kMaxFiles) {
-    std::optional<std::pair<fs::file_time_type, std::string>> oldest;
-    for (const std::string& sha256 : found) {
-      if (in_use.contains(sha256) || named.contains(sha256)) continue;
-      std::error_code ignored;
-      const auto time = fs::last_write_time(folder / config::solidFileName(sha256), ignored);
-      if (!oldest || time < oldest->first) oldest = {time, sha256};
-    }
-    if (!oldest)
-      return std::unexpected(
-          base::Error{folder.string(),
-                      fmt::format("holds {} solids, and fixtures or profiles use all of them", found.size()),
-                      "delete profiles or fixtures that are not needed any more"});
-    if (auto gone = removeFile(folder / config::solidFileName(oldest->second)); !gone)
-      return std::unexpected(gone.error());
-    found.erase(oldest->second);
-    removed.push_back(oldest->second);
+  std::vector<std::pair<fs::file_time_type, std::string>> replaceable;
+  for (const std::string& sha256 : found) {
+    if (sha256 == stored.solid->sha256() || in_use.contains(sha256) || named.contains(sha256)) continue;
+    std::error_code ignored;
+    replaceable.emplace_back(fs::last_write_time(folder / config::solidFileName(sha256), ignored), sha256);
   }
-  return removed;
+  std::ranges::sort(replaceable);
+  for (auto& [time, sha256] : replaceable) stored.replaceable.push_back(std::move(sha256));
+  if (!stored.replaceable.empty()) return {};
+  return std::unexpected(base::Error{
+      folder.string(),
+      fmt::format("holds {} solids, and fixtures or profiles use all of them", SolidStore::kMaxFiles),
+      "delete profiles or fixtures that are not needed any more"});
 }
 
 base::Result<StoredSolid> stored(const base::Descriptor& memory, const fs::path& folder,
                                  const fs::path& profiles, const std::set<std::string>& in_use) {
-  const SealedMemory sealed(memory);
-  const auto bytes = sealed.bytes();
+  base::HeldBytes bytes = base::mappedMemory(memory, config::kMaxSolidBytes);
   if (!bytes)
     return std::unexpected(base::Error{
         "solid", "is not in a memory file that is sealed against writing, shrinking and growing",
         fmt::format("send one of at most {} bytes, made by memfd_create() with F_SEAL_WRITE, F_SEAL_SHRINK "
                     "and F_SEAL_GROW",
                     config::kMaxSolidBytes)});
-  auto solid = config::solidFrom(*bytes, "solid");
+  auto solid = config::solidFrom(std::move(bytes), "solid");
   if (!solid) return std::unexpected(solid.error());
   StoredSolid result{std::move(*solid)};
   const fs::path file = folder / config::solidFileName(result.solid->sha256());
   std::error_code ignored;
-  if (!fs::exists(file, ignored)) {
-    auto room = makeRoom(folder, profiles, in_use);
-    if (!room) return std::unexpected(room.error());
-    result.removed = std::move(*room);
+  const bool existed = fs::exists(file, ignored);
+  if (auto written = replaceFile(file, result.solid->file()); !written)
+    return std::unexpected(written.error());
+  if (auto room = findReplaceable(folder, profiles, in_use, result); !room && !existed) {
+    (void)removeFile(file);
+    return std::unexpected(room.error());
   }
-  if (auto written = replaceFile(file, *bytes); !written) return std::unexpected(written.error());
   return result;
 }
 
@@ -151,12 +113,20 @@ std::future<base::Result<StoredSolid>> SolidStore::store(base::Descriptor memory
   });
 }
 
-base::Result<void> SolidStore::take(const StoredSolid& stored) {
-  const std::string& sha256 = stored.solid->sha256();
-  for (const std::string& removed : stored.removed) known_.erase(removed);
+base::Result<void> SolidStore::take(StoredSolid stored) {
+  const std::string sha256 = stored.solid->sha256();
   known_.insert(sha256);
+  // Decided here, where no fixture can come to use one meanwhile.
+  std::size_t too_many = stored.too_many;
+  for (const std::string& old : stored.replaceable) {
+    if (too_many == 0) break;
+    if (in_use_.contains(old) || std::ranges::find(offered_, old) != offered_.end()) continue;
+    --too_many;
+    if (known_.erase(old) == 0) continue;  // made room for another one already
+    (void)worker_.run([file = folder_ / config::solidFileName(old)] { return removeFile(file); });
+  }
   const bool present = table_.contains(sha256);
-  if (auto kept = keep(sha256, stored.solid); !kept) return kept;
+  if (auto kept = keep(sha256, std::move(stored.solid)); !kept) return kept;
   if (in_use_.contains(sha256)) {
     completed_ = completed_ || !present;
     return {};
@@ -169,21 +139,29 @@ base::Result<void> SolidStore::take(const StoredSolid& stored) {
 
 /// Puts a solid into table(), unless it is there: the force loop may be reading that one.
 base::Result<void> SolidStore::keep(const std::string& sha256, std::shared_ptr<const config::Solid> solid) {
-  const bool present = table_.contains(sha256);
-  while (!present && bytes() + solid->bytes() > max_bytes_ && !offered_.empty()) forgetOldestOffer();
-  if (!present && bytes() + solid->bytes() > max_bytes_)
-    return std::unexpected(base::Error{"solid",
-                                       fmt::format("needs {} MB more, and all solids together may take {} MB",
-                                                   solid->bytes() >> 20, max_bytes_ >> 20),
-                                       "remove other fixtures, or add it again with a larger tolerance"});
-  table_.try_emplace(sha256, std::move(solid));
-  failed_.erase(sha256);
-  return {};
+  const std::size_t more = table_.contains(sha256) ? 0 : solid->bytes();
+  while (more > 0 && bytes() + more > max_bytes_ && !offered_.empty()) forgetOldestOffer();
+  base::Result<void> kept;
+  if (more > 0 && bytes() + more > max_bytes_) {
+    kept = std::unexpected(base::Error{
+        "solid",
+        fmt::format("needs {} MB more, and all solids together may take {} MB", more >> 20, max_bytes_ >> 20),
+        "remove other fixtures, or add it again with a larger tolerance"});
+  } else {
+    table_.try_emplace(sha256, solid);
+    failed_.erase(sha256);
+  }
+  discard(std::move(solid));
+  return kept;
 }
 
 void SolidStore::forgetOldestOffer() {
-  table_.erase(offered_.front());
+  if (auto forgotten = table_.extract(offered_.front())) discard(std::move(forgotten.mapped()));
   offered_.pop_front();
+}
+
+void SolidStore::discard(std::shared_ptr<const config::Solid> solid) {
+  (void)worker_.run([solid = std::move(solid)]() -> base::Result<void> { return {}; });
 }
 
 std::size_t SolidStore::bytes() const {
@@ -218,7 +196,10 @@ void SolidStore::load(const std::vector<config::FixtureSettings>& fixtures) {
 }
 
 void SolidStore::takeOne(const std::string& sha256, Loaded loaded) {
-  if (!in_use_.contains(sha256)) return;  // the fixture has gone meanwhile
+  if (!in_use_.contains(sha256)) {  // the fixture has gone meanwhile
+    if (loaded) discard(std::move(*loaded));
+    return;
+  }
   const base::Result<void> kept = loaded ? keep(sha256, std::move(*loaded)) : std::unexpected(loaded.error());
   if (!kept && !table_.contains(sha256)) failed_.insert_or_assign(sha256, kept.error());
 }
@@ -243,7 +224,11 @@ std::shared_ptr<const config::Solid> SolidStore::inMemory(const std::string& sha
 }
 
 void SolidStore::release(std::uint64_t generation_in_use) {
-  std::erase_if(retired_, [=](const Retired& retired) { return retired.generation <= generation_in_use; });
+  std::erase_if(retired_, [=, this](Retired& retired) {
+    const bool unused = retired.generation <= generation_in_use;
+    if (unused) discard(std::move(retired.solid));
+    return unused;
+  });
 }
 
 std::string SolidStore::problemOf(const std::vector<config::FixtureSettings>& fixtures) const {

@@ -27,7 +27,8 @@ namespace hapticd::daemon {
 /// Thread: one; files are read and written by a worker, because the disk may not respond.
 class SolidStore {
  public:
-  /// Files that are kept; beyond it the oldest that no fixture and no profile names makes room.
+  /// Files that are kept; beyond it the oldest that no fixture and no profile names makes room, as soon as
+  /// take() has decided which.
   static constexpr std::size_t kMaxFiles = 64;
   /// Memory of all solids together: that of the fixtures, and of those that the next change may name.
   static constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
@@ -42,7 +43,7 @@ class SolidStore {
   std::future<base::Result<StoredSolid>> store(base::Descriptor memory);
   /// To be called with the result of store(): the next fixtures may refer to it, and those that do act.
   /// Errors: the solids in use leave no memory for it.
-  base::Result<void> take(const StoredSolid& stored);
+  base::Result<void> take(StoredSolid stored);
 
   /// The solids of `fixtures`: those that are in memory are in table(); the others are read from now on.
   /// `generation`: of the fixture set that is made with them; what only older sets use may be released.
@@ -75,6 +76,8 @@ class SolidStore {
   std::size_t bytes() const;
   base::Result<void> keep(const std::string& sha256, std::shared_ptr<const config::Solid> solid);
   void forgetOldestOffer();
+  /// Has the worker let go of a solid: to return tens of megabytes to the system takes a while.
+  void discard(std::shared_ptr<const config::Solid> solid);
   void takeOne(const std::string& sha256, Loaded loaded);
 
   const std::size_t max_bytes_;

@@ -6,6 +6,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <charconv>
@@ -17,6 +18,7 @@
 
 #include "config/base/descriptor.h"
 #include "config/base/file_content.h"
+#include "config/base/held_bytes.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -24,6 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxFileBytes = 1024 * 1024;
+constexpr const char* kTemporaryEnding = ".new";
 
 std::string remedyFor(int error) {
   switch (error) {
@@ -49,7 +52,7 @@ std::unexpected<base::Error> failure(const fs::path& file, const char* what, int
 
 bool writeAll(int descriptor, std::string_view content) {
   while (!content.empty()) {
-    const ssize_t count = ::write(descriptor, content.data(), content.size());
+    const ssize_t count = ::write(descriptor, content.data(), std::min(content.size(), base::kBytesAtOnce));
     if (count < 0 && errno != EINTR) return false;
     if (count > 0) content.remove_prefix(static_cast<std::size_t>(count));
   }
@@ -66,7 +69,7 @@ bool synchronise(const fs::path& folder) {
 base::Result<void> replaceFile(const fs::path& file, std::string_view content) {
   std::error_code ignored;  // writing fails then too, and reports the reason
   fs::create_directories(file.parent_path(), ignored);
-  const fs::path temporary = file.string() + ".new";
+  const fs::path temporary = file.string() + kTemporaryEnding;
   ::unlink(temporary.c_str());  // left behind by a process that crashed
   base::Descriptor descriptor(
       ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644));
@@ -124,6 +127,18 @@ void writeHolder(int file) {
   [[maybe_unused]] const ssize_t ignored = ::pwrite(file, text.data(), text.size(), 0);
 }
 
+/// Of processes that were killed while they replaced a file; in the folders that nobody else writes to.
+void removeTemporaries(const fs::path& state_folder) {
+  for (const auto& [folder, ending] : {std::pair{"profiles", ".yaml"}, {"solids", ".solid"}}) {
+    std::error_code error;
+    for (fs::directory_iterator file(state_folder / folder, error);
+         !error && file != fs::directory_iterator(); file.increment(error)) {
+      if (file->path().extension() == kTemporaryEnding && file->path().stem().extension() == ending)
+        ::unlink(file->path().c_str());
+    }
+  }
+}
+
 /// Only the daemon's user may open the file: anyone who may read it could lock it and prevent hapticd from
 /// starting.
 base::Descriptor openFile(const fs::path& file) {
@@ -141,6 +156,7 @@ base::Result<StateLock> StateLock::take(const fs::path& state_folder) {
   if (!file) return StateLock(base::Descriptor());
   if (::flock(file.get(), LOCK_EX | LOCK_NB) == 0) {
     writeHolder(file.get());
+    removeTemporaries(state_folder);
   } else if (errno == EWOULDBLOCK) {
     return std::unexpected(base::Error{
         state_folder.string(), fmt::format("another hapticd{} keeps its state there", holderOf(file.get())),

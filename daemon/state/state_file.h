@@ -32,8 +32,9 @@ base::Result<std::optional<std::string>> readStateFile(const std::filesystem::pa
 /// Thread: any.  Progress: blocking (the disk).
 class StateLock {
  public:
-  /// Creates a missing folder. Holds no lock if the folder and the file can neither be created nor opened,
-  /// because nothing can be written there then. Errors: another process holds the lock.
+  /// Creates a missing folder, and removes what replaceFile() of a killed process has left in one. Holds no
+  /// lock if the folder and the file can neither be created nor opened, because nothing can be written there
+  /// then. Errors: another process holds the lock.
   static base::Result<StateLock> take(const std::filesystem::path& state_folder);
 
   bool held() const { return static_cast<bool>(file_); }

@@ -161,7 +161,7 @@ const std::vector<GuardedLibrary>& guardedLibraries() {
       {"nettle/", {"config/base", "drivers/handle/udp"}},
       {"png.h", {"drivers/camera/recorded", "tools/hapticctl/snapshot"}},
       {"nlohmann/", {"daemon", "tools"}},
-      {"systemd/", {"daemon", "tools/hapticd-view/server"}},
+      {"systemd/", {"daemon", "tools/hapticd-view/server", "tools/lib/device"}},
       {"yaml-cpp/", {"config"}},
       {"zlib.h", {"tools/lib/solids/files"}},
       {"zstd", {"daemon/trace"}},

@@ -42,7 +42,7 @@ inline std::string solidBytes(const std::function<double(const rt::Vec3&)>& dist
   std::vector<std::int16_t> coefficients;
   for (const float sample : samples)
     coefficients.push_back(static_cast<std::int16_t>(std::lround(double{sample} / kScale_m)));
-  return config::bytesOf(config::Solid(grid, std::move(coefficients), {.source = "made", .error_m = 1e-5}));
+  return std::string(config::Solid(grid, coefficients, {.source = "made", .error_m = 1e-5}).file());
 }
 
 /// The file of a ball.

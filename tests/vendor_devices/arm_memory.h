@@ -21,6 +21,7 @@ enum ArmFault : std::uint32_t {
   kArmSaturated = 512,      ///< calls say that motors are saturated
   kArmWrongVersion = 1024,  ///< the vendor's software is another version
   kArmNoWatchdog = 2048,    ///< the device keeps another watchdog than the one that was set
+  kArmHangs = 4096,         ///< calls do not return
 };
 
 /// An emulated device as the fake library of a vendor sees it, in memory that both processes map. The device

@@ -187,6 +187,18 @@ TEST_P(VendorArm, GetsNoForceWhileItsCallsTakeTooLong) {
   EXPECT_TRUE(bridge_.pushes()) << bridge_.program().errors();
 }
 
+TEST_P(VendorArm, NamesTheCallThatHangsWhileItHangs) {
+  ASSERT_TRUE(bridge_.startPushing());
+  bridge_.setFaults(kArmHangs);
+  const std::string name = GetParam().word == "openhaptics" ? "hdBeginFrame" : "dhd";
+  ASSERT_TRUE(bridge_.says(" hangs: the device gets no new force")) << bridge_.program().errors();
+  EXPECT_TRUE(bridge_.says(": " + name)) << bridge_.program().errors();
+  EXPECT_TRUE(bridge_.letsGo());
+  bridge_.setFaults(0);
+  EXPECT_TRUE(bridge_.says("has returned after about")) << bridge_.program().errors();
+  EXPECT_TRUE(bridge_.pushes()) << bridge_.program().errors();
+}
+
 TEST_P(VendorArm, ReportsTheDelayOfItsMeasurements) {
   bridge_.start();
   static constexpr std::int64_t kBuiltIn_ns = 6'000'000;

@@ -58,6 +58,7 @@ int talk(char id) {
   if (!library.open || id != kId) return fail(kNoDevice);
   if (has(hapticd::test::kArmUnplugged)) return fail(kCom);
   if (has(hapticd::test::kArmSlow)) sleepNs(30'000'000);
+  while (has(hapticd::test::kArmHangs)) sleepNs(1'000'000);
   return 0;
 }
 
@@ -112,6 +113,12 @@ int setForce(const std::array<double, 3>& force_n, const std::array<double, 3>& 
 }  // namespace
 
 extern "C" {
+
+// As in some libraries of vendors, a function that nobody calls needs what is nowhere.
+void functionThatIsNowhere();
+void dhdFunctionThatNobodyCalls() {
+  functionThatIsNowhere();
+}
 
 void dhdGetSDKVersion(int* major, int* minor, int* release, int* revision) {
   const char* path = std::getenv(hapticd::test::kArmVariable);

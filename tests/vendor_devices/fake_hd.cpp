@@ -200,6 +200,7 @@ void hdBeginFrame(unsigned int device) {
   library.in_frame = true;
   if (has(test::kArmUnplugged)) return fail(kCommError);
   if (has(test::kArmSlow)) std::this_thread::sleep_for(std::chrono::milliseconds(30));
+  while (has(test::kArmHangs)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   if (++library.frames <= kFirstFrames) return;
   library.frame = measured();
   if (arm().extra_delay_ns > 0) std::this_thread::sleep_for(std::chrono::nanoseconds(arm().extra_delay_ns));

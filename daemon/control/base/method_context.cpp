@@ -127,12 +127,26 @@ void logAdditions(const MethodContext& context, const Caller& caller, const std:
 }
 
 PendingAnswers::Poll whenApplied(MethodContext& context, std::uint64_t generation,
-                                 std::move_only_function<Reply()> reply, AppliedWith with) {
+                                 std::move_only_function<Reply()> reply,
+                                 const std::vector<config::FixtureSettings>* before) {
   using Clock = std::chrono::steady_clock;
-  return [&context, generation, with, deadline = Clock::now() + context.apply_timeout,
+  std::vector<config::FixtureSettings> changed;
+  if (before != nullptr)
+    std::ranges::copy_if(
+        context.box.additions().fixtures, std::back_inserter(changed),
+        [=](const auto& fixture) { return std::ranges::find(*before, fixture) == before->end(); });
+  return [&context, generation, waits_for_solids = before != nullptr, changed = std::move(changed),
+          deadline = Clock::now() + context.apply_timeout,
           reply = std::move(reply)]() mutable -> std::optional<Reply> {
-    const bool complete = with == AppliedWith::directive || !context.box.readsSolids();
-    if (complete && context.box.acknowledgedGeneration() >= generation) return reply();
+    const bool complete = !waits_for_solids || !context.box.readsSolids();
+    if (complete && context.box.acknowledgedGeneration() >= generation) {
+      // a later change may have removed them
+      std::erase_if(changed, [&now = context.box.additions().fixtures](const auto& fixture) {
+        return std::ranges::find(now, fixture) == now.end();
+      });
+      std::string problem = context.box.solidProblem(changed);
+      return problem.empty() ? reply() : failed(kFixtureMissing, std::move(problem));
+    }
     if (Clock::now() < deadline) return std::nullopt;
     return Reply{"io.hapticd.Control.NotApplied", {{"generation", generation}}};
   };

@@ -42,6 +42,9 @@ Reply invalidParameter(std::string_view field);
 /// An error whose field `reason` holds a text for people.
 Reply failed(std::string_view error, std::string reason);
 
+/// The error where the shape of a fixture is not in memory.
+inline constexpr const char* kFixtureMissing = "io.hapticd.Control.FixtureMissing";
+
 /// A field of the call's parameters; a null pointer if it is absent or null, which Varlink treats alike.
 const Json* field(const Call& call, const char* name);
 
@@ -155,17 +158,13 @@ std::vector<std::string> logParameters(const MethodContext& context, const Calle
 void logAdditions(const MethodContext& context, const Caller& caller, const std::string& change,
                   const config::SceneAdditions& before, const config::SceneAdditions& after);
 
-/// What a change is applied with.
-enum class AppliedWith {
-  directive,  ///< the force loop has taken it over
-  solids,     ///< and the solids of its fixtures have been read from the disk
-};
-
 /// Waits until the force loop has taken over `generation`, then answers with `reply()`; after the time-out
-/// with io.hapticd.Control.NotApplied.
+/// with io.hapticd.Control.NotApplied. `before`: the fixtures before the change, which are given where it may
+/// have changed them: then it waits also until shapes have been read from the disk, and answers with
+/// io.hapticd.Control.FixtureMissing where that of a changed fixture cannot be.
 PendingAnswers::Poll whenApplied(MethodContext& context, std::uint64_t generation,
                                  std::move_only_function<Reply()> reply,
-                                 AppliedWith with = AppliedWith::directive);
+                                 const std::vector<config::FixtureSettings>* before = nullptr);
 
 /// A pose as the type `Pose` of both interfaces.
 OrderedJson poseJson(const rt::PoseParameters& pose);

@@ -247,7 +247,7 @@ void AdditionMethods::apply(AdditionList list, const AdditionChange& change, con
                            [generation = generationOf(list)] {
                              return Reply{"", {{"generation", generation}}};
                            },
-                           AppliedWith::solids));
+                           &before.fixtures));
 }
 
 void AdditionMethods::feedStiffness(const Call& call, const Caller& caller, Replies& replies) {

@@ -244,9 +244,9 @@ void ParameterMethods::engage(const Call& call, const Caller& caller, Replies& r
   const auto inside = flagField(call, "insideSurface");
   if (!inside) return replies.finish(caller.connection, inside.error());
   const bool anywhere = inside->value_or(false);
-  if (std::string problem = context_.box.solidProblem(); !problem.empty()) {
-    return replies.finish(caller.connection, failed("io.hapticd.Control.FixtureMissing", std::move(problem)));
-  }
+  const auto& fixtures = context_.box.additions().fixtures;
+  if (std::string problem = context_.box.solidProblem(fixtures); !problem.empty())
+    return replies.finish(caller.connection, failed(kFixtureMissing, std::move(problem)));
   const rt::Mode before = context_.box.status().loop.state.tick.mode;
   const bool already = before == rt::Mode::engaged || before == rt::Mode::holding;
   logChange(context_, caller, anywhere ? "engages, inside a surface too" : "engages",

@@ -209,7 +209,7 @@ std::expected<PendingAnswers::Poll, Reply> ProfileMethods::apply(const Caller& c
                settings.additions);
   logChange(context_, caller, fmt::format("loads profile {}: {} parameters changed", name, changed.size()),
             config::EventKind::profile, {{"ACTION", "load"}, {"PROFILE", name}});
-  const config::SceneAdditions& before = context_.box.additions();
+  const config::SceneAdditions before = context_.box.additions();
   if (before.frames != settings.additions.frames) changed.emplace_back("frames");
   if (before.fixtures != settings.additions.fixtures) changed.emplace_back("fixtures");
   if (before.regions != settings.additions.regions) changed.emplace_back("regions");
@@ -220,7 +220,7 @@ std::expected<PendingAnswers::Poll, Reply> ProfileMethods::apply(const Caller& c
       [generation, changed] {
         return Reply{"", {{"generation", generation}, {"changed", OrderedJson(changed)}}};
       },
-      AppliedWith::solids);
+      &before.fixtures);
 }
 
 }  // namespace hapticd::daemon

@@ -79,9 +79,10 @@ void ReloadMethods::confirm(const Json& number, const Call& call, const Caller& 
 
 PendingAnswers::Poll ReloadMethods::answerTo(const Reloads::Outcome& outcome) {
   if (!outcome) return [errors = outcome.error()] { return std::optional(refused(errors)); };
+  static const std::vector<config::FixtureSettings> kNone;  // every fixture is applied anew
   return whenApplied(
       context_, outcome->generation,
-      [this, report = *outcome] { return replyTo(report, reloads_->pending()); }, AppliedWith::solids);
+      [this, report = *outcome] { return replyTo(report, reloads_->pending()); }, &kNone);
 }
 
 }  // namespace hapticd::daemon

@@ -102,11 +102,12 @@ void SolidMethods::storeSolid(const Call& call, const Caller& caller, Replies& r
   using Stored = base::Result<StoredSolid>;
   context_.pending.add(
       call, caller, replies, PendingAnswers::Unawaited::finish,
-      whenReady<Stored>(context_.box.storeSolid(std::move(*call.descriptor)), [this](const Stored& stored) {
+      whenReady<Stored>(context_.box.storeSolid(std::move(*call.descriptor)), [this](Stored stored) {
         if (!stored) return failed(kRefused, stored.error().text());
-        if (const auto taken = context_.box.takeSolid(*stored); !taken)
+        const std::string sha256 = stored->solid->sha256();
+        if (const auto taken = context_.box.takeSolid(std::move(*stored)); !taken)
           return failed(kRefused, taken.error().text());
-        return Reply{"", {{"solid", stored->solid->sha256()}}};
+        return Reply{"", {{"solid", sha256}}};
       }));
 }
 

@@ -78,7 +78,7 @@ void UndoMethod::undo(const Call& call, const Caller& caller, Replies& replies) 
             return Reply{
                 "", {{"generation", generation}, {"changes", std::move(changes)}, {"remaining", remaining}}};
           },
-          AppliedWith::solids));
+          &now.additions.fixtures));
 }
 
 }  // namespace hapticd::daemon

@@ -116,9 +116,8 @@ rt::FramePose poseOf(const PoseRecord& record) {
           .velocity_m_per_s_in_world = record.velocity_m_per_s_in_world};
 }
 
-TraceAttachment attachmentOf(const config::Solid& solid) {
-  return {kAttachedSolids + config::solidFileName(solid.sha256()), "application/octet-stream",
-          config::bytesOf(solid)};
+std::string attachmentNameOf(const config::Solid& solid) {
+  return kAttachedSolids + config::solidFileName(solid.sha256());
 }
 
 base::Result<config::SolidTable> solidsIn(const std::vector<TraceAttachment>& attachments,

@@ -19,8 +19,8 @@ AdditionsRecord recordOf(const config::SceneAdditions& additions, const rt::Fixt
                          const rt::TissueMap& tissue, const config::SolidTable& solids, double tool_radius_m,
                          std::int64_t time_ns);
 
-/// A solid as a file of the trace.
-TraceAttachment attachmentOf(const config::Solid& solid);
+/// The name of a solid among the files of a trace.
+std::string attachmentNameOf(const config::Solid& solid);
 /// The solids among the files of a trace. `name`: of the trace.  Errors: one is damaged.
 base::Result<config::SolidTable> solidsIn(const std::vector<TraceAttachment>& attachments,
                                           const std::string& name);

@@ -56,7 +56,7 @@ struct DirectiveRecord {
   std::vector<std::pair<std::string, std::string>> parameters = {};
 };
 
-/// Solids that become attachments of a trace, once each (attachmentOf()), and are no field of a message.
+/// Solids that become attachments of a trace, once each (attachmentNameOf()), and are no field of a message.
 using AttachedSolids = std::vector<std::shared_ptr<const config::Solid>>;
 
 /// The virtual fixtures and tissue regions in effect from this pair of generations on. What the force loop

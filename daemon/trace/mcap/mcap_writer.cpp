@@ -7,19 +7,26 @@
 namespace hapticd::trace::mcap {
 namespace {
 
-std::string recordOf(const AttachmentRecord& attachment) {
-  std::string record;
-  addRecord(record, Opcode::attachment, [&] {
-    ByteWriter writer(record);
+/// The record of an attachment without its data, which may be too large for a copy.
+struct AroundAttachment {
+  std::string before, behind;
+
+  explicit AroundAttachment(const AttachmentRecord& attachment) {
+    ByteWriter writer(before);
+    before.push_back(static_cast<char>(Opcode::attachment));
+    const std::size_t texts =
+        2 * sizeof(std::uint32_t) + attachment.name.size() + attachment.media_type.size();
+    writer.number(
+        std::uint64_t{3 * sizeof(std::uint64_t) + texts + attachment.data.size() + sizeof(std::uint32_t)});
     writer.number(attachment.log_time_ns);
     writer.number(attachment.create_time_ns);
     writer.text(attachment.name);
     writer.text(attachment.media_type);
-    writer.sized<std::uint64_t>([&] { writer.raw(attachment.data); });
-    writer.number(crcOf(std::string_view(record).substr(kRecordHeadBytes)));
-  });
-  return record;
-}
+    writer.number(std::uint64_t{attachment.data.size()});
+    ByteWriter(behind).number(
+        crcOf(attachment.data, crcOf(std::string_view(before).substr(kRecordHeadBytes))));
+  }
+};
 
 std::string metadataRecord(std::string_view name, TextPairs pairs) {
   std::string record;
@@ -61,19 +68,20 @@ void Writer::addMetadata(std::string_view name, TextPairs pairs) {
 }
 
 void Writer::addAttachment(const AttachmentRecord& attachment) {
-  const std::string record = recordOf(attachment);
-  summary_.addAttachment(head_.size(), record.size(), attachment);
-  head_ += record;
+  const AroundAttachment around(attachment);
+  const std::size_t offset = head_.size();
+  head_.append(around.before).append(attachment.data).append(around.behind);
+  summary_.addAttachment(offset, head_.size() - offset, attachment);
 }
 
 base::Result<void> Writer::begin() {
-  auto written = append(head_);
+  auto written = append({head_});
   if (written) written = part_.synchronise();
   if (written) written = synchroniseFolder(file_.parent_path());
   return written;
 }
 
-base::Result<void> Writer::appendBetweenChunks(std::string_view record) {
+base::Result<void> Writer::appendBetweenChunks(Parts record) {
   if (failure_) return std::unexpected(*failure_);
   auto written = append(record);
   if (written) return {};
@@ -84,17 +92,18 @@ base::Result<void> Writer::appendBetweenChunks(std::string_view record) {
 }
 
 base::Result<void> Writer::attach(const AttachmentRecord& attachment) {
-  const std::string record = recordOf(attachment);
+  const AroundAttachment around(attachment);
   const std::uint64_t offset = end_;
-  if (auto written = appendBetweenChunks(record); !written) return written;
-  summary_.addAttachment(offset, record.size(), attachment);
+  if (auto written = appendBetweenChunks({around.before, attachment.data, around.behind}); !written)
+    return written;
+  summary_.addAttachment(offset, end_ - offset, attachment);
   return {};
 }
 
 base::Result<void> Writer::describe(std::string_view name, TextPairs pairs) {
   const std::string record = metadataRecord(name, pairs);
   const std::uint64_t offset = end_;
-  if (auto written = appendBetweenChunks(record); !written) return written;
+  if (auto written = appendBetweenChunks({record}); !written) return written;
   summary_.addMetadata(offset, record.size(), std::string_view(record).substr(kRecordHeadBytes));
   return {};
 }
@@ -140,15 +149,20 @@ std::string Writer::takeUpTo(std::uint64_t time_ns) {
 }
 
 /// Writes all of it or nothing.
-base::Result<void> Writer::append(std::string_view bytes) {
-  auto written = part_.writeAt(end_, bytes);
+base::Result<void> Writer::append(Parts parts) {
+  std::uint64_t end = end_;
+  base::Result<void> written;
+  for (const std::string_view part : parts) {
+    if (written) written = part_.writeAt(end, part);
+    end += part.size();
+  }
   if (written) written = part_.synchronise();
   if (!written) {
     (void)part_.truncate(end_);
     return written;
   }
-  crc_ = crcOf(bytes, crc_);
-  end_ += bytes.size();
+  for (const std::string_view part : parts) crc_ = crcOf(part, crc_);
+  end_ = end;
   return {};
 }
 
@@ -161,7 +175,7 @@ base::Result<void> Writer::write(const std::string& records) {
   std::string bytes;
   addChunk(bytes, chunk);
   const std::uint64_t offset = end_, length = bytes.size();
-  auto written = append(bytes + content.indexRecords());
+  auto written = append({bytes, content.indexRecords()});
   if (!written) return written;
   summary_.addChunk(offset, length, chunk, content);
   chunks_end_ns_ = content.end_ns;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <initializer_list>
 #include <optional>
 #include <span>
 #include <string>
@@ -69,8 +70,10 @@ class Writer {
   std::uint64_t bytes() const { return end_; }
 
  private:
-  base::Result<void> append(std::string_view bytes);
-  base::Result<void> appendBetweenChunks(std::string_view record);
+  /// Pieces of the file that follow each other.
+  using Parts = std::initializer_list<std::string_view>;
+  base::Result<void> append(Parts parts);
+  base::Result<void> appendBetweenChunks(Parts record);
   struct Pending {
     std::uint64_t time_ns = 0;  ///< log time
     std::uint16_t channel = 0;

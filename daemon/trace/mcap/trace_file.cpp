@@ -12,6 +12,8 @@
 #include <cstring>
 #include <utility>
 
+#include "config/base/held_bytes.h"
+
 namespace hapticd::trace {
 namespace {
 
@@ -95,7 +97,8 @@ base::Result<std::uint64_t> TraceFile::size() const {
 base::Result<void> TraceFile::writeAt(std::uint64_t offset, std::string_view bytes) {
   window_.clear();
   while (!bytes.empty()) {
-    const ssize_t written = ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    const std::size_t part = std::min(bytes.size(), base::kBytesAtOnce);
+    const ssize_t written = ::pwrite(descriptor_, bytes.data(), part, static_cast<off_t>(offset));
     if (written < 0 && errno == EINTR) continue;
     if (written < 0) return failure("written");
     offset += static_cast<std::uint64_t>(written);

@@ -93,10 +93,10 @@ class TraceWriter::Implementation {
   base::Result<void> write(const AdditionsRecord& additions) {
     for (const auto& solid : additions.solids) {
       if (!attached_.insert(solid->sha256()).second) continue;
-      const TraceAttachment file = attachmentOf(*solid);
+      const std::string name = attachmentNameOf(*solid);
       const std::uint64_t time_ns = realtimeOf(additions.time_ns);
-      if (auto written = file_.attach({time_ns, time_ns, file.name, file.media_type, file.data}); !written)
-        return counted(std::move(written));
+      auto written = file_.attach({time_ns, time_ns, name, "application/octet-stream", solid->file()});
+      if (!written) return counted(std::move(written));
     }
     return add(additions_channel_, additions);
   }

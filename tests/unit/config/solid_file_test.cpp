@@ -43,7 +43,7 @@ TEST(SolidFile, ReadsBackWhatItWrites) {
   const std::string bytes = test::ballBytes(0.02);
   const auto solid = solidFrom(bytes, "a.solid");
   ASSERT_TRUE(solid) << solid.error().text();
-  EXPECT_EQ(bytesOf(**solid), bytes);
+  EXPECT_EQ((*solid)->file(), bytes);
   EXPECT_EQ((*solid)->sha256(), base::sha256(bytes));
   EXPECT_EQ((*solid)->about().source, "made");
   EXPECT_NEAR(distanceAt((*solid)->grid(), {0.023, 0, 0}).distance_m, 0.003, 2e-5);

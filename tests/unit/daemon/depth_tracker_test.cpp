@@ -26,9 +26,8 @@ constexpr std::uint32_t kFrame = 7;
 std::shared_ptr<const config::Solid> solidOf(SolidKind kind) {
   const tools::SolidGrid made(kind, 0.0015);
   const rt::DistanceGrid& grid = made.grid();
-  return std::make_shared<const config::Solid>(
-      grid, std::vector<std::int16_t>(grid.coefficients, grid.coefficients + grid.size()),
-      config::Solid::About{});
+  return std::make_shared<const config::Solid>(grid, std::span(grid.coefficients, grid.size()),
+                                               config::Solid::About{});
 }
 
 class DepthTrackerTest : public testing::Test {

@@ -15,8 +15,10 @@ base::Result<VendorLibrary> VendorLibrary::load(const std::vector<std::string>& 
                                                 const std::string& remedy) {
   std::vector<std::string> failures;
   for (const std::string& candidate : candidates) {
-    // the libraries of a vendor look for each other's symbols
-    if (void* handle = ::dlopen(candidate.c_str(), RTLD_NOW | RTLD_GLOBAL); handle != nullptr)
+    const OutsideCall call("dlopen");  // runs code of the library
+    // Global, because the libraries of a vendor look for each other's symbols; lazily, because some name
+    // symbols that only functions need which nobody calls here.
+    if (void* handle = ::dlopen(candidate.c_str(), RTLD_LAZY | RTLD_GLOBAL); handle != nullptr)
       return VendorLibrary(candidate, handle);
     const char* why = ::dlerror();
     failures.emplace_back(why == nullptr ? candidate : why);

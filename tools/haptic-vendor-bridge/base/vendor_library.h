@@ -5,8 +5,26 @@
 #include <vector>
 
 #include "config/base/error.h"
+#include "tools/lib/device/outside_call.h"
 
 namespace hapticd::tools {
+
+/// A function of a vendor's library, named while it hangs.
+template <typename Signature>
+class VendorFunction;
+template <typename Returned, typename... Arguments>
+class VendorFunction<Returned(Arguments...)> {
+ public:
+  Returned operator()(Arguments... arguments) const {
+    const OutsideCall call(name_);
+    return function_(arguments...);
+  }
+
+ private:
+  friend class VendorLibrary;
+  const char* name_ = nullptr;
+  Returned (*function_)(Arguments...) = nullptr;
+};
 
 /// A vendor's shared library on the user's own computer, loaded at run time. It is never unloaded: some fail
 /// when they are loaded a second time. Thread: one.
@@ -19,11 +37,12 @@ class VendorLibrary {
 
   const std::string& path() const { return path_; }
   /// Sets `function` to the symbol of this name.  Errors: the library has none.
-  template <typename Function>
-  base::Result<void> find(const char* name, Function*& function) const {
+  template <typename Signature>
+  base::Result<void> find(const char* name, VendorFunction<Signature>& function) const {
     auto symbol = symbolOf(name);
     if (!symbol) return std::unexpected(symbol.error());
-    function = reinterpret_cast<Function*>(*symbol);
+    function.name_ = name;
+    function.function_ = reinterpret_cast<Signature*>(*symbol);
     return {};
   }
 

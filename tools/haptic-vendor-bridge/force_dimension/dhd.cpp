@@ -7,8 +7,6 @@
 #include <cstdlib>
 #include <vector>
 
-#include "tools/haptic-vendor-bridge/base/vendor_library.h"
-
 namespace hapticd::tools {
 namespace {
 
@@ -27,8 +25,6 @@ std::vector<std::string> candidates() {
     if (folder == nullptr) continue;
     addVersions(found, fmt::format("{}/lib/release/lin-{}-gcc", folder, machine.machine));
   }
-  if (const char* home = std::getenv("HOME"); home != nullptr)
-    addVersions(found, std::string(home) + "/.local/lib");
   addVersions(found, "/usr/local/lib");
   found.insert(found.end(), {kName, "libdrd.so.3"});  // where the system's loader looks
   return found;

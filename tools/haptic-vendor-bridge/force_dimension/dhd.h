@@ -5,6 +5,7 @@
 #include <string>
 
 #include "config/base/error.h"
+#include "tools/haptic-vendor-bridge/base/vendor_library.h"
 
 namespace hapticd::tools {
 
@@ -15,39 +16,38 @@ struct Dhd {
   static constexpr int kNothingNew = 1;  ///< returned for values that were returned before
   static constexpr unsigned kWatchdogUnit_us = 125;
 
-  using Triple = int(double* x, double* y, double* z, char id);
-
-  void (*version)(int* major, int* minor, int* release, int* revision);
-  int (*device_count)();
-  int (*open)();
-  int (*open_serial)(int serial);
-  int (*close)(char id);
-  int (*stop)(char id);  ///< forces off, brakes on
-  const char* (*system_name)(char id);
-  int (*system_type)(char id);
-  int (*serial_number)(unsigned short* serial, char id);
-  int (*status)(int* status, char id);  ///< an array of kStatusSize
-  bool (*has_wrist)(char id);
-  bool (*has_active_wrist)(char id);
-  bool (*has_gripper)(char id);
-  bool (*has_active_gripper)(char id);
-  int (*enable_expert_mode)();
-  int (*set_watchdog)(unsigned char units, char id);
-  int (*watchdog)(unsigned char* units, char id);
-  int (*set_max_force)(double force_n, char id);
-  int (*set_gravity_compensation)(int on, char id);
-  int (*set_brakes)(int on, char id);
-  int (*enable_force)(unsigned char on, char id);
-  Triple* position;
-  int (*pose)(double* x, double* y, double* z, double (*rotation)[3], char id);  ///< rotation: row by row
-  int (*gripper_angle)(double* angle_rad, char id);
-  unsigned (*buttons)(char id);  ///< bit n: button n
-  int (*set_force)(double x, double y, double z, char id);
-  int (*set_wrench)(double x, double y, double z, double tx, double ty, double tz, char id);
-  int (*set_wrench_and_gripper)(double x, double y, double z, double tx, double ty, double tz, double gripper,
-                                char id);
-  int (*last_error)();
-  const char* (*last_error_text)();
+  VendorFunction<void(int* major, int* minor, int* release, int* revision)> version;
+  VendorFunction<int()> device_count;
+  VendorFunction<int()> open;
+  VendorFunction<int(int serial)> open_serial;
+  VendorFunction<int(char id)> close;
+  VendorFunction<int(char id)> stop;  ///< forces off, brakes on
+  VendorFunction<const char*(char id)> system_name;
+  VendorFunction<int(char id)> system_type;
+  VendorFunction<int(unsigned short* serial, char id)> serial_number;
+  VendorFunction<int(int* status, char id)> status;  ///< an array of kStatusSize
+  VendorFunction<bool(char id)> has_wrist;
+  VendorFunction<bool(char id)> has_active_wrist;
+  VendorFunction<bool(char id)> has_gripper;
+  VendorFunction<bool(char id)> has_active_gripper;
+  VendorFunction<int()> enable_expert_mode;
+  VendorFunction<int(unsigned char units, char id)> set_watchdog;
+  VendorFunction<int(unsigned char* units, char id)> watchdog;
+  VendorFunction<int(double force_n, char id)> set_max_force;
+  VendorFunction<int(int on, char id)> set_gravity_compensation;
+  VendorFunction<int(int on, char id)> set_brakes;
+  VendorFunction<int(unsigned char on, char id)> enable_force;
+  VendorFunction<int(double* x, double* y, double* z, char id)> position;
+  VendorFunction<int(double* x, double* y, double* z, double (*rotation)[3], char id)>
+      pose;  ///< rotation: row by row
+  VendorFunction<int(double* angle_rad, char id)> gripper_angle;
+  VendorFunction<unsigned(char id)> buttons;  ///< bit n: button n
+  VendorFunction<int(double x, double y, double z, char id)> set_force;
+  VendorFunction<int(double x, double y, double z, double tx, double ty, double tz, char id)> set_wrench;
+  VendorFunction<int(double x, double y, double z, double tx, double ty, double tz, double gripper, char id)>
+      set_wrench_and_gripper;
+  VendorFunction<int()> last_error;
+  VendorFunction<const char*()> last_error_text;
 
   /// Loads the library: `library`, or the newest that the vendor's installation has left; checks its version.
   /// Errors: it is not there, lacks a function, or is older than version 3.

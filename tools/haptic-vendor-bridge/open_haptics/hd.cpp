@@ -5,8 +5,6 @@
 
 #include <vector>
 
-#include "tools/haptic-vendor-bridge/base/vendor_library.h"
-
 namespace hapticd::tools {
 
 base::Result<Hd> Hd::load(const std::string& path) {

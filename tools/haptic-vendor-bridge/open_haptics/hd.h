@@ -5,6 +5,7 @@
 #include <string>
 
 #include "config/base/error.h"
+#include "tools/haptic-vendor-bridge/base/vendor_library.h"
 
 namespace hapticd::tools {
 
@@ -57,26 +58,26 @@ inline constexpr unsigned short kHdTopPriority = 65535;
 /// The functions of OpenHaptics' library that the driver calls, found at run time. Most return nothing: what
 /// went wrong is in a queue that `error` reads.
 struct Hd {
-  HdHandle (*init_device)(const char* name);
-  void (*disable_device)(HdHandle device);
-  void (*make_current)(HdHandle device);
-  void (*begin_frame)(HdHandle device);
-  void (*end_frame)(HdHandle device);
-  HdErrorInfo (*error)();
-  const char* (*error_text)(unsigned int code);
-  void (*enable)(unsigned int capability);
-  void (*disable)(unsigned int capability);
-  unsigned char (*is_enabled)(unsigned int capability);
-  void (*get_integers)(unsigned int parameter, int* values);
-  void (*get_doubles)(unsigned int parameter, double* values);
-  void (*set_doubles)(unsigned int parameter, const double* values);
-  const char* (*get_string)(unsigned int parameter);
-  unsigned int (*check_calibration)();
-  void (*update_calibration)(unsigned int style);
-  void (*start_scheduler)();
-  void (*stop_scheduler)();
-  unsigned long (*schedule)(HdCallback* callback, void* user, unsigned short priority);
-  void (*unschedule)(unsigned long handle);
+  VendorFunction<HdHandle(const char* name)> init_device;
+  VendorFunction<void(HdHandle device)> disable_device;
+  VendorFunction<void(HdHandle device)> make_current;
+  VendorFunction<void(HdHandle device)> begin_frame;
+  VendorFunction<void(HdHandle device)> end_frame;
+  VendorFunction<HdErrorInfo()> error;
+  VendorFunction<const char*(unsigned int code)> error_text;
+  VendorFunction<void(unsigned int capability)> enable;
+  VendorFunction<void(unsigned int capability)> disable;
+  VendorFunction<unsigned char(unsigned int capability)> is_enabled;
+  VendorFunction<void(unsigned int parameter, int* values)> get_integers;
+  VendorFunction<void(unsigned int parameter, double* values)> get_doubles;
+  VendorFunction<void(unsigned int parameter, const double* values)> set_doubles;
+  VendorFunction<const char*(unsigned int parameter)> get_string;
+  VendorFunction<unsigned int()> check_calibration;
+  VendorFunction<void(unsigned int style)> update_calibration;
+  VendorFunction<void()> start_scheduler;
+  VendorFunction<void()> stop_scheduler;
+  VendorFunction<unsigned long(HdCallback* callback, void* user, unsigned short priority)> schedule;
+  VendorFunction<void(unsigned long handle)> unschedule;
 
   /// Loads the library: `library`, or the one that the system's loader finds.
   /// Errors: it is not there, or lacks a function.

@@ -12,6 +12,8 @@
 #include <filesystem>
 #include <optional>
 
+#include "tools/lib/device/outside_call.h"
+
 namespace hapticd::tools::phantom_omni {
 namespace {
 
@@ -45,6 +47,7 @@ base::Error notThere(const std::string& what, int error) {
 
 std::optional<std::uint32_t> quadletAt(raw1394_handle* handle, nodeid_t node, nodeaddr_t address) {
   quadlet_t quadlet = 0;
+  const OutsideCall call("raw1394_read");
   if (raw1394_read(handle, node, address, sizeof quadlet, &quadlet) != 0) return std::nullopt;
   return ntohl(quadlet);
 }

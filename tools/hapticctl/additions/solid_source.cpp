@@ -158,7 +158,7 @@ base::Result<MadeSolid> fromLabels(const SolidSource& source, const Json& defini
 }
 
 /// A memory file of these bytes that nobody can change.
-base::Result<base::Descriptor> sealed(const std::string& bytes) {
+base::Result<base::Descriptor> sealed(std::string_view bytes) {
   base::Descriptor memory(::memfd_create("hapticd-solid", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   bool done = static_cast<bool>(memory);
   for (std::size_t written = 0; done && written < bytes.size();) {
@@ -279,7 +279,7 @@ int addSolid(const CommandOptions& options, const SolidSource& source, Json defi
                       : placeMissing(*made),
                   options.json);
   }
-  const std::string bytes = config::bytesOf(*made->solid);
+  const std::string_view bytes = made->solid->file();
   // The daemon would read it again; this says what is wrong before anything is sent.
   if (const auto good = config::solidFrom(bytes, made->document["source"].get<std::string>()); !good)
     return report(good.error(), options.json);

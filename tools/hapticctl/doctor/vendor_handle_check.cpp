@@ -55,10 +55,11 @@ Findings checkRights(const Examination& box, const ConnectedHandle& handle) {
       "vendor's own, then udevadm control --reload && udevadm trigger --action=change";
   if ((access->mode & (S_IROTH | S_IWOTH)) != 0)
     return {warning(kName, fact + ", so that everyone may use it", remedy)};
-  const auto group = box.machine.group(kDeviceGroup);
+  const auto group = box.machine.group(kVendorGroup);
   const bool is_of_group = group && group->has_value() && (*group)->id == access->group;
   if (is_of_group && (access->mode & S_IRGRP) != 0 && (access->mode & S_IWGRP) != 0) return {};
-  return {warning(kName, fact + ", so that a bridge of the group hapticd cannot use it", remedy)};
+  return {warning(
+      kName, fmt::format("{}, so that a bridge of the group {} cannot use it", fact, kVendorGroup), remedy)};
 }
 
 Findings checkInverseService(const Examination& box, const ConnectedHandle& handle) {

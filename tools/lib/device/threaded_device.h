@@ -28,7 +28,7 @@ class DeviceDriver {
 };
 
 /// A device behind a DeviceDriver, which has a thread of its own and is opened again after a pause when it is
-/// lost or not there yet.
+/// lost or not there yet. Another thread names a call of the driver (OutsideCall) that hangs.
 class ThreadedDevice final : public Device {
  public:
   static constexpr std::chrono::milliseconds kRetry{1000};
@@ -36,7 +36,7 @@ class ThreadedDevice final : public Device {
   /// `name`: of the program, for messages.
   ThreadedDevice(std::unique_ptr<DeviceDriver> driver, std::string name)
       : driver_(std::move(driver)), name_(std::move(name)) {}
-  /// Ends the thread, which leaves the device without force.
+  /// Ends the thread, which leaves the device without force, and waits for a call that hangs.
   ~ThreadedDevice() override;
 
   /// Errors: no thread can be started.
@@ -49,6 +49,7 @@ class ThreadedDevice final : public Device {
 
  private:
   void run();
+  void watch();
 
   std::unique_ptr<DeviceDriver> driver_;
   std::string name_;
@@ -57,6 +58,8 @@ class ThreadedDevice final : public Device {
   mutable std::mutex about_mutex_;
   DeviceAbout about_;
   std::thread thread_;
+  drivers::StopSignal watch_ends_;
+  std::thread watch_thread_;
 };
 
 }  // namespace hapticd::tools

@@ -47,12 +47,14 @@ class BoxUnderTest final : public Box {
   std::future<base::Result<StoredSolid>> storeSolid(base::Descriptor memory) override {
     return box_->storeSolid(std::move(memory));
   }
-  base::Result<void> takeSolid(const StoredSolid& stored) override { return box_->takeSolid(stored); }
+  base::Result<void> takeSolid(StoredSolid stored) override { return box_->takeSolid(std::move(stored)); }
   std::shared_ptr<const config::Solid> solid(const std::string& sha256) const override {
     return box_->solid(sha256);
   }
   bool readsSolids() const override { return box_->readsSolids(); }
-  std::string solidProblem() const override { return box_->solidProblem(); }
+  std::string solidProblem(const std::vector<config::FixtureSettings>& fixtures) const override {
+    return box_->solidProblem(fixtures);
+  }
   std::uint64_t acknowledgedGeneration() override;
   std::future<base::Result<std::string>> startTrace(const TraceRequest& request) override;
   std::future<base::Result<std::string>> stopTrace() override;

@@ -135,17 +135,20 @@ TEST_F(SolidMethodsTest, KeepsNoDescriptorsBesideTheFirst) {
   EXPECT_TRUE(client.json()["parameters"].contains("solid"));
 }
 
-TEST_F(SolidMethodsTest, RefusesToEngageWhileAFixtureHasNoShape) {
+TEST_F(SolidMethodsTest, NeitherAcknowledgesAFixtureWithoutItsShapeNorEngagesWithIt) {
   const json stored = store(hapticd::test::memoryFile(hapticd::test::ballBytes(0.02)));
   const std::string sha256 = stored["parameters"]["solid"];
   add(solid("organ", sha256));
   ASSERT_FALSE(change({{"remove", {"organ"}}}).contains("error"));
   std::filesystem::resize_file(folder.path("state/solids/" + sha256 + ".solid"), 200);
-  add(solid("organ", sha256));  // read from the disk, where it is damaged
-  const json reply = ask("Engage");
-  EXPECT_EQ(reply["error"], "io.hapticd.Control.FixtureMissing") << reply;
-  EXPECT_NE(reply["parameters"]["reason"].get<std::string>().find("fixture organ does not act"),
-            std::string::npos);
+  // It is read from the disk, where it is damaged.
+  for (const json& reply : {change({{"add", {solid("organ", sha256)}}}), ask("Engage")}) {
+    EXPECT_EQ(reply["error"], "io.hapticd.Control.FixtureMissing") << reply;
+    EXPECT_NE(reply["parameters"]["reason"].get<std::string>().find("fixture organ does not act"),
+              std::string::npos);
+  }
+  // Other changes do not wait for it.
+  add({{"name", "wall"}, {"kind", "plane"}, {"position_m", {0, 0, -0.9}}, {"normal", {0, 0, 1}}});
   EXPECT_TRUE(firstFixture()["distanceM"].is_null()) << firstFixture();
 
   // Its file is sent again.

@@ -191,7 +191,7 @@ TEST(FlightRecorder, CountsTheMemoryOfSolidsThatAreNoLongerInUse) {
   const auto solid = [](std::uint32_t layers) {
     const rt::DistanceGrid grid{.samples = {256, 256, layers}, .spacing_m = 1e-3, .scale_m = 1e-6};
     const config::Solid empty(grid, std::vector<std::int16_t>(grid.size(), 1000), {.source = "test"});
-    return *config::solidFrom(config::bytesOf(empty), "test");
+    return *config::solidFrom(empty.file(), "test");
   };
   FlightRecorder recorder(2, 1000);
   recorder.add(tickAt(1));

@@ -3,9 +3,17 @@
 #include "daemon/state/solid_store.h"
 
 #include <gtest/gtest.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
 
+#include <cerrno>
 #include <chrono>
+#include <cstddef>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <thread>
@@ -13,6 +21,8 @@
 
 #include "config/base/sha256.h"
 #include "tests/support/made_solid.h"
+#include "tests/support/program.h"
+#include "tests/support/sanitizer.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::daemon {
@@ -173,7 +183,7 @@ TEST_F(SolidStoreTest, ReleasesASolidWhenTheLoopHasANewerSet) {
   store->release(5);
   EXPECT_FALSE(watched.expired());
   store->release(6);
-  EXPECT_TRUE(watched.expired());
+  EXPECT_TRUE(test::becomesTrue([&] { return watched.expired(); }));
 }
 
 TEST_F(SolidStoreTest, ForgetsOffersThatNobodyUses) {
@@ -199,10 +209,97 @@ TEST_F(SolidStoreTest, MakesRoomForANewFileByTheOldestThatNobodyUses) {
   EXPECT_TRUE(fs::exists(fileOf(oldest)));
   // Offers are in use too; these are older than they.
   stored(test::ballBytes(0.03, 0.004));
-  EXPECT_FALSE(fs::exists(fileOf(oldest)));
   EXPECT_FALSE(store->knows(oldest));
+  restart();  // ends what the worker has to do
+  EXPECT_FALSE(fs::exists(fileOf(oldest)));
   EXPECT_TRUE(fs::exists(fileOf(used)));
   EXPECT_TRUE(fs::exists(fileOf(in_profile)));
+}
+
+/// A change may name the oldest while what takes its place is being stored, in any number.
+TEST_F(SolidStoreTest, KeepsWhatAFixtureComesToUseWhileOthersAreStored) {
+  std::vector<std::string> all;
+  for (std::size_t i = 0; i < SolidStore::kMaxFiles; ++i) {
+    all.push_back(stored(test::ballBytes(0.02 + 1e-5 * static_cast<double>(i), 0.004)));
+    fs::last_write_time(fileOf(all.back()),
+                        fs::file_time_type::clock::now() - std::chrono::hours(48 - i % 48));
+  }
+  auto first = store->store(test::memoryFile(test::ballBytes(0.031, 0.004)));
+  auto second = store->store(test::memoryFile(test::ballBytes(0.032, 0.004)));
+  ASSERT_TRUE(store->knows(all[0]));
+  store->use({fixtureOf(all[0])}, 1);
+  for (auto* const outcome : {&first, &second}) {
+    const auto result = outcome->get();
+    ASSERT_TRUE(result) << result.error().text();
+    EXPECT_TRUE(store->take(*result));
+  }
+  waitUntilLoaded();
+  EXPECT_EQ(store->problemOf({fixtureOf(all[0])}), "");
+  EXPECT_TRUE(store->table().contains(all[0]));
+  restart();
+  EXPECT_TRUE(fs::exists(fileOf(all[0])));
+  const auto files =
+      std::distance(fs::directory_iterator(folder.path() / "solids"), fs::directory_iterator());
+  EXPECT_EQ(static_cast<std::size_t>(files), SolidStore::kMaxFiles);
+}
+
+/// From now on the calls of this thread that map, unmap or write more at once fail.
+bool refuseLargeParts(unsigned int most_bytes) {
+  constexpr auto kLoad = static_cast<unsigned short>(BPF_LD | BPF_W | BPF_ABS);
+  constexpr auto kSkipUnlessEqual = static_cast<unsigned short>(BPF_JMP | BPF_JEQ | BPF_K);
+  constexpr auto kSkipUnlessGreater = static_cast<unsigned short>(BPF_JMP | BPF_JGT | BPF_K);
+  constexpr auto kReturn = static_cast<unsigned short>(BPF_RET | BPF_K);
+  constexpr auto argument = [](std::size_t i) {
+    return static_cast<unsigned int>(offsetof(seccomp_data, args) + i * sizeof(std::uint64_t));
+  };
+  // Addresses without memory are only reserved.
+  std::vector<sock_filter> filter{{kLoad, 0, 0, offsetof(seccomp_data, nr)},
+                                  {kSkipUnlessEqual, 0, 4, SYS_mmap},
+                                  {kLoad, 0, 0, argument(2)},
+                                  {kSkipUnlessEqual, 0, 1, PROT_NONE},
+                                  {kReturn, 0, 0, SECCOMP_RET_ALLOW},
+                                  {kLoad, 0, 0, offsetof(seccomp_data, nr)}};
+  for (const auto& [call, size] : {std::pair{SYS_mmap, 1},
+                                   {SYS_munmap, 1},
+                                   {SYS_mremap, 2},
+                                   {SYS_write, 2},
+                                   {SYS_pwrite64, 2},
+                                   {SYS_sendfile, 3}}) {
+    filter.push_back({kSkipUnlessEqual, 0, 4, static_cast<unsigned int>(call)});
+    filter.push_back({kLoad, 0, 0, argument(static_cast<std::size_t>(size))});
+    filter.push_back({kSkipUnlessGreater, 0, 1, most_bytes});
+    filter.push_back({kReturn, 0, 0, SECCOMP_RET_ERRNO | ENOMEM});
+    filter.push_back({kReturn, 0, 0, SECCOMP_RET_ALLOW});
+  }
+  filter.push_back({kReturn, 0, 0, SECCOMP_RET_ALLOW});
+  const sock_fprog program{static_cast<unsigned short>(filter.size()), filter.data()};
+  return ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
+         ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
+}
+
+bool isMapped(const std::string& name) {
+  std::ifstream maps("/proc/self/maps");
+  return std::string(std::istreambuf_iterator(maps), {}).find(name) != std::string::npos;
+}
+
+/// No thread of the daemon waits for a large mapping, and no CPU for a large write.
+TEST_F(SolidStoreTest, StoresAndLoadsALargeSolidInParts) {
+  if (test::kMemoryOfSanitizer) GTEST_SKIP() << "the sanitizer maps large memory";
+  const rt::DistanceGrid grid{.samples = {256, 256, 100}, .spacing_m = 1e-3, .scale_m = 1e-6};
+  const std::vector<std::int16_t> outside(grid.size(), 1000);
+  base::Descriptor memory = test::memoryFile(std::string(config::Solid(grid, outside, {}).file()));
+  std::thread([&] {
+    ASSERT_TRUE(refuseLargeParts(64 * 1024));
+    const std::string sha256 = [&] {
+      const auto outcome = store->store(std::move(memory)).get();  // by a thread of this one
+      EXPECT_TRUE(outcome) << outcome.error().text();
+      EXPECT_TRUE(isMapped("memfd:test"));
+      return outcome ? outcome->solid->sha256() : "";
+    }();
+    EXPECT_FALSE(isMapped("memfd:test"));
+    EXPECT_TRUE(config::loadSolid(folder.path() / "solids", sha256));
+    EXPECT_FALSE(isMapped("memfd:hapticd-file"));
+  }).join();
 }
 
 }  // namespace

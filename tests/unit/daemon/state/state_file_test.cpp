@@ -156,6 +156,18 @@ TEST(StateLock, EndsWithItsHolder) {
   EXPECT_TRUE(next->held());
 }
 
+TEST(StateLock, RemovesWhatAKilledProcessHasLeftOfAReplacement) {
+  const TemporaryFolder folder;
+  const char* const left[] = {"profiles/soft.yaml.new", "solids/a.solid.new"};
+  const char* const kept[] = {"profiles/soft.yaml", "solids/a.solid", "solids/notes.new", "mine.yaml.new"};
+  for (const char* name : {"profiles", "solids"}) std::filesystem::create_directory(folder.path() / name);
+  for (const char* name : left) folder.write(name, "");
+  for (const char* name : kept) folder.write(name, "");
+  ASSERT_TRUE(StateLock::take(folder.path()));
+  for (const char* name : left) EXPECT_FALSE(std::filesystem::exists(folder.path() / name)) << name;
+  for (const char* name : kept) EXPECT_TRUE(std::filesystem::exists(folder.path() / name)) << name;
+}
+
 TEST(StateLock, AFolderThatCannotBeMadeIsNoError) {
   const TemporaryFolder folder;
   const auto file = folder.write("file", "");

@@ -101,7 +101,7 @@ TEST_F(VendorHandleCheck, SaysHowToUseAHandleThatIsNotUsed) {
 TEST_F(VendorHandleCheck, NamesTheRulesForADeviceThatTheBridgeMayNotUseOrEveryoneMay) {
   files.setMode(kNode, 0600);
   EXPECT_TRUE(says(only(checkVendorHandles), Verdict::warn,
-                   "mode 0600, so that a bridge of the group hapticd cannot use it",
+                   "mode 0600, so that a bridge of the group hapticd-vendor cannot use it",
                    "73-vendor-handles.rules"));
   files.setMode(kNode, 0666);
   EXPECT_TRUE(says(only(checkVendorHandles), Verdict::warn, "mode 0666, so that everyone may use it",

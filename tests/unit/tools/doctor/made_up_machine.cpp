@@ -51,7 +51,8 @@ void addCpus(const MadeUpMachine& machine) {
 
 void addAccountsAndRules(const MadeUpMachine& machine) {
   // the made-up devices belong to the group of the test
-  machine.set("etc/group", "root:x:0:\nhaptic:x:4242:anna\nhapticd:x:" + std::to_string(::getegid()) + ":");
+  machine.set("etc/group", "root:x:0:\nhaptic:x:4242:anna\nhapticd:x:" + std::to_string(::getegid()) +
+                               ":\nhapticd-vendor:x:" + std::to_string(::getegid()) + ":");
   machine.set("etc/passwd", "root:x:0:0::/root:/bin/sh\nhapticd:x:" + std::to_string(::geteuid()) +
                                 ":990::/var/lib/hapticd:/usr/sbin/nologin");
   machine.set("usr/lib/udev/rules.d/72-hapticd.rules",

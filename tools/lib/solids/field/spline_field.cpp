@@ -29,10 +29,10 @@ std::shared_ptr<const config::Solid> splineOf(const SampledField& field, config:
   grid.scale_m =
       std::max(kLeastScale_m, std::max(std::abs(double{least}), std::abs(double{most})) / kMostCounts);
   std::vector<std::int16_t> coefficients;
-  coefficients.reserve(spline.size() + 1);
+  coefficients.reserve(spline.size());
   for (const float coefficient : spline)
     coefficients.push_back(static_cast<std::int16_t>(std::lround(double{coefficient} / grid.scale_m)));
-  return std::make_shared<const config::Solid>(grid, std::move(coefficients), std::move(about));
+  return std::make_shared<const config::Solid>(grid, coefficients, std::move(about));
 }
 
 FieldValue splineReader(const SampledField& field) {
