@@ -7,6 +7,7 @@
 #include "rt/laws/force_blend.h"
 #include "tests/hard_cases/hard_rig.h"
 #include "tests/support/recordings/recording.h"
+#include "tests/support/sanitizer.h"
 
 // A HIP that is passed by people's hands, or by a ball if no recordings of people are available.
 namespace hapticd::test {
@@ -95,7 +96,7 @@ int debtsWhilePushing(const std::string& archive) {
   Vec3 nearest;
   Vec3 hip;
   int debts = 0;
-  constexpr int kFrames = 60 * 30;
+  constexpr int kFrames = 30 * (kMemoryOfSanitizer ? 5 : 60);
   for (int index = 0; index < kFrames; ++index) {
     const std::size_t count = reader->frames().size();
     if (!reader->read(static_cast<std::size_t>(index) % count, *frame).has_value()) return -1;
