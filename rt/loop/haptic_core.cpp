@@ -162,15 +162,6 @@ FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const Eva
   return output;
 }
 
-namespace {
-
-/// Returns 2 k times the energy of a spring k with the force F = k d that saturates at a largest force.
-double springEnergy_n2(double force_n, double largest_n) noexcept {
-  return force_n > largest_n ? largest_n * (2 * force_n - largest_n) : force_n * force_n;
-}
-
-}  // namespace
-
 /// Blends the force of law and forbidden regions over a change of scene, law, parameters or fixtures. The
 /// force is clamped to the limit first, so that the blend never starts from more than the handle can have
 /// exerted. All this happens before the law's stiffness limit, which is already in the forces of fixtures.
@@ -207,10 +198,11 @@ HapticCore::Change HapticCore::blend(const Input& input, const Evaluation& evalu
   change.surface = change.inputs || unexplained > 0 || (hasProxy(laws_.law()) && of_law_n > limit);
   const bool blends = change.inputs || (comparable && unexplained > max_n);
   state_.origin = now;
-  const double tissue_n2 = 2 * tick.stiffness_n_per_m * contact.energy_j;
-  const double cut_n2 = of_law_n * of_law_n - springEnergy_n2(of_law_n, limit);
-  const double law_n2 =
-      contact.in_tissue ? std::max(0.0, tissue_n2 - cut_n2) : springEnergy_n2(of_law_n, limit);
+  // The law's springs saturate as those of fixtures do.
+  const double k = tick.stiffness_n_per_m;
+  const double cut_j =
+      k > 0 ? of_law_n * of_law_n / (2 * k) - SaturatingSpring{k, limit}.energy_j(of_law_n / k) : 0;
+  const double uncut_j = contact.in_tissue ? contact.energy_j : k > 0 ? of_law_n * of_law_n / (2 * k) : 0;
   state_.before = {.hip_m_in_world = input.handle.position_m_in_world,
                    .velocity_m_per_s_in_world = input.handle.velocity_m_per_s_in_world,
                    .force_n_in_world = cut,
@@ -223,7 +215,7 @@ HapticCore::Change HapticCore::blend(const Input& input, const Evaluation& evalu
                    .standoff_force_n_in_world = fixtures.standoff_force_n,
                    .standoff_j = fixtures.standoff_j,
                    .standoff_power_w = fixtures.standoff_power_w,
-                   .law_spring_n2 = law_n2,
+                   .law_j = std::max(0.0, uncut_j - cut_j),
                    .stiffness_n_per_m = tick.stiffness_n_per_m,
                    .handle_ns = input.handle.time_ns};
   const Vec3 blended =
@@ -313,7 +305,7 @@ double HapticCore::fixtureWork_j(const Before& before, const Change& change, con
 }
 
 /// Computes the input of passivity control for this tick. The energy of a spring that is exerted with the
-/// gain g is g U (Before::law_spring_n2). A change of it beyond the
+/// gain g is g U. A change of it beyond the
 /// work of the HIP (F . dx with the mean force over the tick) was caused by the scene or by the gain: a
 /// surface moved.
 SafetyChain::Motion HapticCore::motionSince(const Before& before, const Change& change, const Input& input,
@@ -340,21 +332,20 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Change& 
     const Before& now = state_.before;
     const double stiffness_before = before.stiffness_n_per_m > 0 ? before.stiffness_n_per_m : stiffness;
     const Vec3 twice_mean = now.law_force_n_in_world + before.law_force_n_in_world;
-    const double now_j = now.law_spring_n2 / (2 * stiffness);
-    const double stored = now_j - before.law_spring_n2 / (2 * stiffness_before);
+    const double stored = now.law_j - before.law_j;
     const double of_hip = -dot(twice_mean, hip_motion_m) / 2;
     const double of_stiffness = dot(now.law_force_n_in_world, now.law_force_n_in_world) / (2 * stiffness) *
                                 (1 - stiffness_before / stiffness);
     const double of_surface =
         change.surface ? stored - of_hip
                        : dot(twice_mean, surface_velocity_m_per_s) / 2 * input.period_s + of_stiffness;
-    double work_j = before.gain * of_surface + (gain - before.gain) * now_j;
+    double work_j = before.gain * of_surface + (gain - before.gain) * now.law_j;
     if (now.fixture_j > 0 || before.fixture_j > 0) {
       work_j += before.mode_gain * fixtureWork_j(before, change, input, hip_motion_m) +
                 (now.mode_gain - before.mode_gain) * now.fixture_j;
     }
     motion.surface_work_j = work_j * scale.force_scale * to_hand;
-    if (hasProxy(laws_.law())) motion.stored_j += gain * now_j * scale.force_scale * to_hand;
+    if (hasProxy(laws_.law())) motion.stored_j += gain * now.law_j * scale.force_scale * to_hand;
   }
   return motion;
 }

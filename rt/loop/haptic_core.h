@@ -57,10 +57,8 @@ class HapticCore {
     double fixture_changes_j = 0;
     Vec3 standoff_force_n_in_world;
     double standoff_j = 0;
-    double standoff_power_w = 0;  ///< these five: see FixtureForces::Output
-    /// 2 k_s times the energy of the law's springs: F^2 up to the largest force, where they saturate, unless
-    /// a stiffness map changes the contact.
-    double law_spring_n2 = 0;
+    double standoff_power_w = 0;   ///< these five: see FixtureForces::Output
+    double law_j = 0;              ///< energy in the law's springs, which saturate at the largest force
     double stiffness_n_per_m = 0;  ///< k_s in effect
     std::int64_t handle_ns = 0;    ///< HandleState::time_ns
   };
