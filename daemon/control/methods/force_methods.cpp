@@ -44,14 +44,13 @@ void ForceMethods::feedForce(const Call& call, const Caller& caller, Replies& re
 
 Reply ForceMethods::take(const rt::ExternalForce& force, const Caller& caller) {
   const rt::SafetyParameters& safety = context_.box.settings().live.safety;
-  const char* const zero = !(safety.max_external_force_n > 0)   ? "force_n"
-                           : !(safety.max_external_power_w > 0) ? "power_w"
+  const char* const zero = !(safety.max_external_force_n > 0)   ? "safety.max_external_force_n"
+                           : !(safety.max_external_power_w > 0) ? "safety.max_external_power_w"
                                                                 : nullptr;
   if (zero != nullptr) {
-    return refused("not_allowed",
-                   fmt::format("safety.max_external_{} is 0, which allows no external force (set it "
-                               "to the most that other programs may add)",
-                               zero));
+    return refused("not_allowed", fmt::format("{} is 0, which allows no external force (set it "
+                                              "to the most that other programs may add)",
+                                              zero));
   }
   if (!std::isfinite(norm(force.force_n_in_world)))
     return refused("not_finite", "the length of the force is no finite number");
