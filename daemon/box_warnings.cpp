@@ -56,19 +56,21 @@ void addClaims(const rt::LoopState& loop, Warnings& list) {
         "let the device or its bridge claim none)");
   }
   constexpr double kNotable_s = 0.003;
-  if (tick.hidden_latency_s > kNotable_s) {
+  const bool unknown =
+      tick.handle.probes && loop.latency.number >= rt::HiddenLatency::kMaxTries && !loop.latency.conclusive;
+  if (unknown) {
+    list.emplace_back(
+        "the device did not move as hapticd knocked at it, so how late forces act is not known, and the "
+        "stiffness "
+        "is limited as if they acted 60 ms late (switch its motors on and hold it lightly: hapticd knocks "
+        "again "
+        "every 5 s while engaged; or set handle.device_latency_s and switch handle.measure_latency off)");
+  } else if (tick.hidden_latency_s > kNotable_s) {
     list.push_back(
         fmt::format("forces act {:.0f} ms later than the handle's driver can tell, which lowers the largest "
                     "stiffness (shorten what delays them, or add this to handle.device_latency_s if it is "
                     "known and constant)",
                     tick.hidden_latency_s * 1e3));
-  }
-  if (tick.handle.probes && loop.latency.number >= rt::HiddenLatency::kMaxTries && !loop.latency.conclusive) {
-    list.emplace_back(
-        "the device did not move when hapticd knocked at it, so forces may act later than its driver can "
-        "tell "
-        "and the loop be unstable (switch its motors on, hold it lightly, reconnect it and engage; or set "
-        "handle.device_latency_s)");
   }
 }
 

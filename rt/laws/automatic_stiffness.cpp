@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/laws/force_blend.h"
+
 namespace hapticd::rt {
 
 StiffnessRules StiffnessRules::of(const LiveParameters& parameters, const HandleScaleParameters& handle,
@@ -47,7 +49,7 @@ double AutomaticStiffness::begin(const LiveParameters& configured, double loaded
     // Switching over must not make a surface in contact stiffer.
     if (stiffness_n_per_m_ > 0) aim = std::min(aim, stiffness_n_per_m_);
   }
-  const double step = kChange_n_per_s * period_s * stiffness_n_per_m_ / loaded_n;
+  const double step = kMaxGrowth_m_per_s * period_s * stiffness_n_per_m_ * stiffness_n_per_m_ / loaded_n;
   stiffness_n_per_m_ = stiffness_n_per_m_ > 0 && loaded_n > 0 && std::isfinite(aim)
                            ? std::clamp(aim, stiffness_n_per_m_ - step, stiffness_n_per_m_ + step)
                            : aim;

@@ -40,8 +40,6 @@ inline constexpr double kModestStiffness_n_per_m = 200;
 /// Fastest changes of the stiffness in effect, as a share of it.
 inline constexpr double kStiffnessRise_per_s = 0.1;
 inline constexpr double kStiffnessFall_per_s = 0.5;
-/// Change of the force on a pressed hand while another stiffness takes effect: the hand follows it slowly.
-inline constexpr double kChange_n_per_s = 2;
 
 /// The largest stiffness that each rule allows, in N/m in coordinates of the HIP; infinite: no limit, or not
 /// known.
@@ -92,7 +90,7 @@ class AutomaticStiffness {
  public:
   /// Returns the stiffness k_s in effect at this tick: the configured one, or the automatic one if that is
   /// on. Called once at the beginning of each tick. `loaded_n`: force that is exerted with the stiffness;
-  /// while it is, a changed one is approached so slowly that the force changes by kChange_n_per_s.
+  /// while it is, a changed one is approached as slowly as a surface that grows by kMaxGrowth_m_per_s.
   double begin(const LiveParameters& configured, double loaded_n = 0, double period_s = 0) HAPTICD_RT;
 
   /// Moves the automatic stiffness for the next tick, `period_s` after the one before. Called when the law

@@ -13,6 +13,10 @@ namespace hapticd::rt {
 /// blend changes the force by at most k_s times this per second, 0.25 N per tick at 500 N/m.
 inline constexpr double kFastestSurface_m_per_s = 0.5;
 
+/// Fastest growth of what pushes a hand that presses on it, however that came to be there: it appeared, was
+/// moved, or became larger or stiffer.
+inline constexpr double kMaxGrowth_m_per_s = 0.005;
+
 /// Carries the force over from one scene, law or parameter set to the next: the step that the change would
 /// cause is blended in evenly over the blend's duration, and never faster than k_s times the speed of the
 /// fastest surface. The surface therefore does no more work on the hand per tick than force times its
@@ -51,6 +55,36 @@ class ForceBlend {
   Vec3 last_n_;
   Vec3 offset_n_;
   double rate_n_per_s_ = 0;
+};
+
+/// Lets the force of a law begin. After another law it grows from nothing, as slowly as a surface, while the
+/// force of the old one leaves (LeavingLaw). After a pause in which nothing was exerted, it begins where the
+/// HIP is free of it: a law without a proxy knows no depth to begin at.
+///
+/// Thread: one.  RT: safe.
+class LawEntry {
+ public:
+  /// The law acts.
+  LawEntry() = default;
+  static LawEntry slowly() noexcept { return {0, false}; }
+  static LawEntry outside() noexcept { return {0, true}; }
+
+  /// Returns the share of the law's force to exert in this tick, 0..1. `force_n` (>= 0): all of it, of
+  /// springs of `stiffness_n_per_m`.
+  double advance(double force_n, double stiffness_n_per_m, double period_s) noexcept {
+    if (!(force_n > 0)) {
+      *this = {};
+    } else if (!waits_) {
+      share_ = std::min(1.0, share_ + kMaxGrowth_m_per_s * stiffness_n_per_m * period_s / force_n);
+    }
+    return share_;
+  }
+
+ private:
+  LawEntry(double share, bool waits) noexcept : share_(share), waits_(waits) {}
+
+  double share_ = 1;
+  bool waits_ = false;
 };
 
 }  // namespace hapticd::rt

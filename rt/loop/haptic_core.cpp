@@ -31,6 +31,14 @@ ForceSample HapticCore::lawForce(const Scene& scene, const Vec3& hip_m_in_world,
                       .frame_age_s = frame_age_s});
 }
 
+/// Returns the force that is exerted with k_s, as that of a spring compressed by all that the law can have
+/// compressed it.
+double HapticCore::load_n(const Before& before, const LiveParameters& parameters) const HAPTICD_RT {
+  const double exerted_n = before.gain * norm(before.law_force_n_in_world);
+  if (!(exerted_n > 0) || hasProxy(laws_.law())) return exerted_n;
+  return std::max(exerted_n, before.gain * before.stiffness_n_per_m * parameters.force.radius_m);
+}
+
 /// Evaluates the law at the handle's position, with the stiffness in effect and the friction of the tissue
 /// where the proxy is.
 ForceSample HapticCore::forceOfLaw(const Input& input, const Tick& tick) HAPTICD_RT {
@@ -76,6 +84,25 @@ JointStiffness HapticCore::followGrip(const Input& input, const ForceSample& sam
   return model != 0 ? law.grip.across(sample.normal_in_world) : JointStiffness{};
 }
 
+/// Lets the force of another law than that of the last tick begin, while that one's leaves.
+void HapticCore::enterLaw(const Input& input, const Tick& tick, Evaluation& evaluation) HAPTICD_RT {
+  const Before& before = state_.before;
+  const Vec3& force_n = evaluation.sample.force_n_in_world;
+  if (state_.origin.model != 0 && state_.law != laws_.law() && before.gain > 0) {
+    const double share = before.gain / before.mode_gain;
+    // Springs without a proxy pull a hand through the surface that is behind it.
+    const bool begins = dot(force_n, before.law_force_n_in_world) > 0;
+    state_.law_grip = {};
+    state_.law_entry = begins ? LawEntry::slowly() : LawEntry::outside();
+    evaluation.left = {.force_n_in_world = share * before.law_force_n_in_world,
+                       .stiffness_n_per_m = share * before.stiffness_n_per_m,
+                       .hip_m_in_world = before.hip_m_in_world,
+                       .retreat_m_per_s = begins ? kMaxGrowth_m_per_s : kMaxRetreat_m_per_s};
+  }
+  state_.law = laws_.law();
+  evaluation.share = state_.law_entry.advance(norm(force_n), tick.stiffness_n_per_m, input.period_s);
+}
+
 /// Evaluates law and stiffness map, or briefly holds the last force where the scene is not modelled.
 HapticCore::Evaluation HapticCore::evaluateLaw(const Input& input, Tick& tick) HAPTICD_RT {
   Evaluation evaluation{forceOfLaw(input, tick), {}};
@@ -94,11 +121,13 @@ HapticCore::Evaluation HapticCore::evaluateLaw(const Input& input, Tick& tick) H
     sample.force_n_in_world = state_.held_force_n_in_world;
     return evaluation;
   }
+  enterLaw(input, tick, evaluation);
   evaluation.grip = followGrip(input, sample);
   state_.outside_model_s = 0;
   state_.too_near = sample.too_near;
   tick.points_used = sample.points_used;
-  if (tick.depth_share < 1) sample.force_n_in_world = tick.depth_share * sample.force_n_in_world;
+  evaluation.share *= tick.depth_share;
+  if (evaluation.share < 1) sample.force_n_in_world = evaluation.share * sample.force_n_in_world;
   tick.law_force_n_in_world = sample.force_n_in_world;
   state_.held_force_n_in_world = isFinite(sample.force_n_in_world) ? sample.force_n_in_world : Vec3{};
   return evaluation;
@@ -149,6 +178,7 @@ FixtureForces::Output HapticCore::evaluateFixtures(const Input& input, const Eva
          .max_stiffness_n_per_m = rules.fixture_stiffness_n_per_m,
          .max_damping_n_s_per_m = std::max(0.0, rules.largest_damping_n_s_per_m / scale - of_law),
          .law_stiffness_n_per_m = evaluation.contact.largest_n_per_m,
+         .left_law = evaluation.left,
          .law_grip = evaluation.grip});
     state_.exerting = engaged;
   }
@@ -199,10 +229,12 @@ HapticCore::Change HapticCore::blend(const Input& input, const Evaluation& evalu
   const bool blends = change.inputs || (comparable && unexplained > max_n);
   state_.origin = now;
   // The law's springs saturate as those of fixtures do.
-  const double k = tick.stiffness_n_per_m;
+  const double k = evaluation.share * tick.stiffness_n_per_m;
   const double cut_j =
       k > 0 ? of_law_n * of_law_n / (2 * k) - SaturatingSpring{k, limit}.energy_j(of_law_n / k) : 0;
-  const double uncut_j = contact.in_tissue ? contact.energy_j : k > 0 ? of_law_n * of_law_n / (2 * k) : 0;
+  const double uncut_j = contact.in_tissue ? evaluation.share * contact.energy_j
+                         : k > 0           ? of_law_n * of_law_n / (2 * k)
+                                           : 0;
   state_.before = {.hip_m_in_world = input.handle.position_m_in_world,
                    .velocity_m_per_s_in_world = input.handle.velocity_m_per_s_in_world,
                    .force_n_in_world = cut,
@@ -216,7 +248,7 @@ HapticCore::Change HapticCore::blend(const Input& input, const Evaluation& evalu
                    .standoff_j = fixtures.standoff_j,
                    .standoff_power_w = fixtures.standoff_power_w,
                    .law_j = std::max(0.0, uncut_j - cut_j),
-                   .stiffness_n_per_m = tick.stiffness_n_per_m,
+                   .stiffness_n_per_m = k,
                    .handle_ns = input.handle.time_ns};
   const Vec3 blended =
       state_.blend.apply(cut, blends, parameters.blend, stiffness, input.period_s, blends ? 0 : unexplained);
@@ -313,7 +345,7 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Change& 
   const Vec3& surface_velocity_m_per_s = evaluation.sample.surface_velocity_m_per_s_in_world;
   const HandleScaleParameters& scale = input.start.handle;
   const double to_hand = 1 / scale.motion_scale;
-  const double stiffness = tick.stiffness_n_per_m;
+  const double stiffness = state_.before.stiffness_n_per_m;
   const double gain = state_.before.gain;
   const Vec3 hip_motion_m = input.handle.position_m_in_world - before.hip_m_in_world;
   SafetyChain::Motion motion;
@@ -328,14 +360,15 @@ SafetyChain::Motion HapticCore::motionSince(const Before& before, const Change& 
   motion.delay_s = state_.latency.delay_s(input.handle);
   motion.stored_j = state_.before.mode_gain * (state_.before.fixture_j + state_.before.guidance_j) *
                     scale.force_scale * to_hand;
-  if (stiffness > 0) {
+  if (tick.stiffness_n_per_m > 0) {
     const Before& now = state_.before;
     const double stiffness_before = before.stiffness_n_per_m > 0 ? before.stiffness_n_per_m : stiffness;
     const Vec3 twice_mean = now.law_force_n_in_world + before.law_force_n_in_world;
     const double stored = now.law_j - before.law_j;
     const double of_hip = -dot(twice_mean, hip_motion_m) / 2;
-    const double of_stiffness = dot(now.law_force_n_in_world, now.law_force_n_in_world) / (2 * stiffness) *
-                                (1 - stiffness_before / stiffness);
+    const double of_stiffness = stiffness > 0 ? dot(now.law_force_n_in_world, now.law_force_n_in_world) /
+                                                    (2 * stiffness) * (1 - stiffness_before / stiffness)
+                                              : 0;
     const double of_surface =
         change.surface ? stored - of_hip
                        : dot(twice_mean, surface_velocity_m_per_s) / 2 * input.period_s + of_stiffness;
@@ -404,6 +437,9 @@ SafetyChain::Output HapticCore::computeCommand(const Input& input, const Supervi
   if (state_.supervisor.returns() || !(tick.depth_share > 0)) {
     laws_.release();
     state_.tissue.release();
+    if (state_.supervisor.mode() != Mode::idle) state_.law_entry = LawEntry::outside();
+  } else if (state_.supervisor.mode() == Mode::idle) {
+    state_.law_entry = {};
   }
   const Evaluation evaluation = evaluateLaw(input, tick);
   const LagRules rules = lagRules(input, evaluation, tick);
@@ -447,9 +483,8 @@ Tick HapticCore::step(const Input& input) HAPTICD_RT {
   tick.hip_m_in_world = input.handle.position_m_in_world;
   tick.proxy_m_in_world = tick.hip_m_in_world;
   tick.fixture_proxy_m_in_world = tick.hip_m_in_world;
-  tick.stiffness_n_per_m =
-      state_.stiffness.begin(input.directive.parameters,
-                             state_.before.gain * norm(state_.before.law_force_n_in_world), input.period_s);
+  tick.stiffness_n_per_m = state_.stiffness.begin(
+      input.directive.parameters, load_n(state_.before, input.directive.parameters), input.period_s);
   tick.handle = input.handle;
   tick.external_force_n_in_world = input.external_n_in_world;
   tick.directive_generation = input.directive.generation;

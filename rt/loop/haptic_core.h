@@ -59,7 +59,7 @@ class HapticCore {
     double standoff_j = 0;
     double standoff_power_w = 0;   ///< these five: see FixtureForces::Output
     double law_j = 0;              ///< energy in the law's springs, which saturate at the largest force
-    double stiffness_n_per_m = 0;  ///< k_s in effect
+    double stiffness_n_per_m = 0;  ///< k_s in effect, times Evaluation::share
     std::int64_t handle_ns = 0;    ///< HandleState::time_ns
   };
   /// What the law's proxy does with the motions of the HIP.
@@ -83,6 +83,8 @@ class HapticCore {
     bool too_near = false;           ///< ForceSample::too_near of that tick
     double law_share = 1;            ///< FixtureForces::Output::law_share of the previous tick
     LawGrip law_grip;
+    LawEntry law_entry;
+    ForceLaw law{};  ///< of the last tick whose neighbourhood was modelled
     EnergyDebt debt;
     std::int64_t last_ns = 0;  ///< time of the previous tick; 0: none
     HiddenLatency latency;
@@ -162,11 +164,15 @@ class HapticCore {
     ForceSample sample;
     LocalContact contact;
     JointStiffness grip{};  ///< ProxyGrip::across() of the law's proxy
+    double share = 1;       ///< of the law's force that is exerted, see LawEntry and Tick::depth_share
+    LeavingLaw left{};      ///< the law of the last tick, where this tick has another one
   };
 
   Evaluation evaluateLaw(const Input& input, Tick& tick) HAPTICD_RT;
+  double load_n(const Before& before, const LiveParameters& parameters) const HAPTICD_RT;
   ForceSample forceOfLaw(const Input& input, const Tick& tick) HAPTICD_RT;
   LocalContact applyTissue(const Input& input, ForceSample& sample, Tick& tick) HAPTICD_RT;
+  void enterLaw(const Input& input, const Tick& tick, Evaluation& evaluation) HAPTICD_RT;
   JointStiffness followGrip(const Input& input, const ForceSample& sample) HAPTICD_RT;
   LagRules lagRules(const Input& input, const Evaluation& evaluation, Tick& tick) HAPTICD_RT;
   FixtureForces::Output evaluateFixtures(const Input& input, const Evaluation& evaluation,

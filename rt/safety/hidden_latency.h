@@ -12,8 +12,9 @@
 namespace hapticd::rt {
 
 /// Decides when the latency of a device is measured, and keeps what its driver cannot tell: once in each
-/// session of a device that asks for it (HandleState::probes), when the force may act first; a measurement
-/// that is not conclusive is tried again twice.  Thread: one.  RT: safe.
+/// session of a device that asks for it (HandleState::probes), when the force may act first. A measurement
+/// that is not conclusive is tried again twice at once. Then the longest latency that could have been found
+/// counts until one is conclusive, and every few seconds another is made.  Thread: one.  RT: safe.
 class HiddenLatency {
  public:
   static constexpr int kMaxTries = 3;
@@ -31,17 +32,19 @@ class HiddenLatency {
     if (!input.handle.probes) return {};
     if (input.handle.session != session_) {
       session_ = input.handle.session;
-      tries_left_ = kMaxTries;
+      tries_ = 0;
+      found_ = false;
       hidden_s_ = 0;
       probe_.stop();
     }
     if (!input.engaged) {
       probe_.stop();
-      return {};
+      wait_s_ = 0;
     }
+    wait_s_ -= input.period_s;
+    if (!input.engaged || (!probe_.isRunning() && (found_ || wait_s_ > 0))) return {};
     if (!probe_.isRunning()) {
-      if (tries_left_ == 0) return {};
-      --tries_left_;
+      ++tries_;
       probe_.start();
     }
     const std::uint32_t before = probe_.result().number;
@@ -49,14 +52,11 @@ class HiddenLatency {
         probe_.step({.position_m = dot(input.handle.position_m_in_world, kDirection) / input.motion_scale,
                      .command_n = dot(input.command_n_in_world, kDirection),
                      .period_s = input.period_s});
-    if (const LatencyProbe::Result& result = probe_.result(); result.number != before && result.conclusive) {
-      tries_left_ = 0;
-      hidden_s_ = std::max(0.0, result.latency_s - std::max(0.0, input.handle.delay_s));
-    }
+    if (probe_.result().number != before) conclude(input);
     return force_n * kDirection;
   }
 
-  /// Time by which forces act later than the device says; 0: not at all, or not known.
+  /// Time by which forces act later than the device says; 0: not at all, or not measured yet.
   double hidden_s() const noexcept { return hidden_s_; }
   /// From a motion of the hand to the force that responds to it, without the loop's own share: what the
   /// device says, and what it does not.
@@ -68,10 +68,24 @@ class HiddenLatency {
 
  private:
   static constexpr Vec3 kDirection{1, 0, 0};
+  /// Between measurements once the first ones have found nothing.
+  static constexpr double kPause_s = 5;
+
+  void conclude(const Input& input) HAPTICD_RT {
+    const LatencyProbe::Result& result = probe_.result();
+    found_ = result.conclusive;
+    if (!found_ && tries_ < kMaxTries) return;
+    wait_s_ = kPause_s;
+    const double latency_s =
+        found_ ? result.latency_s : static_cast<double>(LatencyProbe::kMaxLatency_ticks) * input.period_s;
+    hidden_s_ = std::max(0.0, latency_s - std::max(0.0, input.handle.delay_s));
+  }
 
   LatencyProbe probe_;
   std::uint64_t session_ = 0;  ///< of the device whose latency has been measured, or is being; 0: none
-  int tries_left_ = 0;
+  int tries_ = 0;
+  bool found_ = false;  ///< a measurement of this session was conclusive
+  double wait_s_ = 0;   ///< until the next measurement
   double hidden_s_ = 0;
 };
 

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <functional>
 #include <memory>
+#include <utility>
 
+#include "config/settings/law_choice.h"
 #include "tests/hard_cases/hard_rig.h"
 #include "tests/rt/core_rig.h"
 #include "tests/support/passive_hand.h"
@@ -18,6 +20,8 @@ namespace hapticd::test {
 namespace {
 
 using rt::Vec3;
+using tools::SceneKind;
+using tools::TrueScene;
 
 /// A hand on a box, over a connection with a delay.
 class PressedBox {
@@ -67,7 +71,8 @@ struct Kick {
   double speed_m_per_s = 0;
   double gained_j = 0;  ///< beyond what a region that grows at its largest speed gives
 };
-Kick kickDuring(PressedBox& box, int ticks) {
+template <typename Pressed>
+Kick kickDuring(Pressed& box, int ticks) {
   Kick kick;
   const double before_j = box.hand.energy_j();
   double growth_j = 0;
@@ -202,6 +207,127 @@ TEST_P(ForceReturns, WithoutAForceOverADepthThatWasReachedWithoutOne) {
     EXPECT_EQ(tick.mode, rt::Mode::engaged) << seed;
     EXPECT_LE(gained_j, 0.03) << "hand " << seed << " of " << box.hand.mass_kg << " kg, " << set->count
                               << " members";
+  }
+}
+
+/// A hand on a wall that a camera sees, without fixtures.
+class PressedWall {
+ public:
+  PressedWall(rt::ForceLaw law, RandomShapes& random)
+      : scene_({.kind = SceneKind::plane, .distance_m = 1, .tilt_rad = random.between(-0.5, 0.5)},
+               fineCameraFor(1)),
+        rig(law, scene_.depthModel()) {
+    const TrueScene::Approach approach = scene_.approach(0);
+    surface_ = approach.surface_m_in_world;
+    inward_ = approach.inward_in_world;
+    rig.box.start().device_mass_kg = 0.045;
+    rig.box.parameters().force.stiffness_n_per_m = logBetween(random, 200, 1000);
+    rt::SafetyParameters& safety = rig.box.parameters().safety = {};
+    safety.continuous_force_n = safety.max_force_n;
+    rig.show(scene_);
+    rig.box.setAdditions(set_.get(), nullptr);
+    const Vec3 place = at(-0.04);
+    hand = {.mass_kg = logBetween(random, 0.045, 0.3),
+            .stiffness_n_per_m = 60,
+            .anchor_m = place,
+            .place_m = place};
+    steps(600);
+  }
+  /// Behind the surface by `depth_m`.
+  Vec3 at(double depth_m) const { return surface_ + depth_m * inward_; }
+  rt::Tick step() {
+    const rt::Tick tick = rig.box.tick(hand.place_m, kTick_s, hand.velocity_m_per_s);
+    hand.move(tick.command_force_n_in_world);
+    return tick;
+  }
+  void steps(int count) {
+    for (int i = 0; i < count; ++i) step();
+  }
+  void goTo(double depth_m, int ticks) {
+    const Vec3 from = hand.anchor_m;
+    for (int i = 1; i <= ticks; ++i) {
+      hand.anchor_m = from + (static_cast<double>(i) / ticks) * (at(depth_m) - from);
+      step();
+    }
+  }
+
+ private:
+  TrueScene scene_;
+  Vec3 surface_;
+  Vec3 inward_;
+  std::unique_ptr<rt::FixtureSet> set_ = std::make_unique<rt::FixtureSet>();
+
+ public:
+  HardRig rig;
+  Hand hand{};
+};
+
+rt::ForceLaw anyLaw(RandomShapes& random) {
+  return rt::kForceLaws[static_cast<std::size_t>(random.between(0, rt::kForceLaws.size() - 1e-9))].law;
+}
+
+/// The hand rests on the live surface when another law, or another stiffness, takes effect.
+TEST(LiveSurface, ChangesUnderThePressedHandWithoutAKick) {
+  constexpr unsigned kHands = kMemoryOfSanitizer ? 10 : 200;
+  for (unsigned seed = 1; seed <= kHands; ++seed) {
+    RandomShapes random(seed);
+    PressedWall wall(anyLaw(random), random);
+    // Springs without a proxy begin ahead of the surface, and let a hand through that presses as hard as they
+    // do.
+    wall.goTo(random.between(0, 0.015), 1000);
+    wall.steps(1500);
+    for (int change = 0; change < 4; ++change) {
+      rt::LiveParameters& parameters = wall.rig.box.parameters();
+      const rt::ForceLaw before = parameters.law;
+      if (random.between(0, 1) < 0.7) {
+        parameters.law = anyLaw(random);
+      } else {
+        parameters.force.stiffness_n_per_m = logBetween(random, 200, 1000);
+      }
+      const Kick kick = kickDuring(wall, 3000);
+      const std::string where = fmt::format(
+          "hand {} of {:.0f} g, change {}, law {} to {}, {:.0f} N/m", seed, 1e3 * wall.hand.mass_kg, change,
+          config::nameOf(before), config::nameOf(parameters.law), parameters.force.stiffness_n_per_m);
+      EXPECT_LE(kick.speed_m_per_s, 0.05) << where;
+      EXPECT_LE(kick.gained_j, 1e-3) << where;
+    }
+  }
+}
+
+/// The force is held at zero for 1.5 s while the hand presses, and the hand goes deep.
+TEST(LiveSurface, ReturnsWhereTheHandIsOutOfIt) {
+  constexpr unsigned kHands = kMemoryOfSanitizer ? 5 : 60;
+  for (unsigned seed = 1; seed <= kHands; ++seed) {
+    RandomShapes random(seed);
+    const rt::ForceLaw law = rt::kForceLaws[seed % rt::kForceLaws.size()].law;
+    PressedWall wall(law, random);
+    rt::LiveParameters& parameters = wall.rig.box.parameters();
+    // Springs without a proxy act ahead of the surface.
+    const double free_m = -0.04;
+    // Springs without a proxy end at their radius behind the surface, too.
+    const double depth_m = random.between(0.01, hasProxy(law) ? 0.05 : 0.03);
+    wall.goTo(0.02, 1000);
+    wall.steps(500);
+    const std::string where =
+        fmt::format("hand {}, law {}, {:.0f} mm deep", seed, config::nameOf(law), 1e3 * depth_m);
+    EXPECT_GT(norm(wall.step().command_force_n_in_world), 0.1) << where;
+    const double workspace_m = std::exchange(parameters.safety.workspace_radius_m, 1e-6);
+    wall.goTo(depth_m, 1500);
+    ASSERT_EQ(wall.step().command_force_n_in_world, Vec3{}) << where;
+    parameters.safety.workspace_radius_m = workspace_m;
+    const double before_j = wall.hand.energy_j();
+    rt::Tick tick;
+    for (int i = 0; i < 2000; ++i) {
+      tick = wall.step();
+      ASSERT_EQ(tick.law_force_n_in_world, Vec3{}) << where << ", tick " << i;
+      ASSERT_LE(wall.hand.energy_j() - before_j, 1e-6) << where;
+    }
+    EXPECT_EQ(tick.mode, rt::Mode::engaged) << where;
+    wall.goTo(free_m, 1000);
+    wall.steps(300);
+    wall.goTo(0.02, 1000);
+    wall.steps(500);
+    EXPECT_GT(norm(wall.step().command_force_n_in_world), 0.1) << where;
   }
 }
 

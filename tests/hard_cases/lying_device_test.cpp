@@ -109,6 +109,7 @@ struct Case {
   double hand_n_per_m;
   double mass_kg;
   double stiffness_n_per_m;
+  bool held_at_first = false;  ///< rigidly, until the knock is over
 };
 std::string nameOf(const Case& c) {
   return fmt::format("claims {}, {} ms late, hand of {} N/m and {} g, region of {} N/m",
@@ -153,7 +154,7 @@ Outcome press(const Case& c) {
     forces.send(tick, result.command_force_n_in_world, {}, random);
     const Vec3 before = hand.place_m;
     const Vec3 force = forces.received(tick).first;
-    hand.move(force);
+    if (!c.held_at_first || tick >= kFree) hand.move(force);
     given_j += dot(force, hand.place_m - before);
     outcome.given_j = std::max(outcome.given_j, given_j);
     outcome.contradicted =
@@ -195,6 +196,21 @@ TEST_P(LyingDevice, GivesTheHandLittleAndIsNamed) {
     }
   }
   RecordProperty("most_mj", fmt::format("{:.1f}", most_j * 1e3));
+}
+
+// The knock cannot tell how late its forces act, so the longest latency counts.
+TEST(HeldDevice, GivesTheHandLittleAlthoughItsLatencyIsHidden) {
+  for (const double latency_s : {0.0, 0.005, 0.01, 0.02, 0.05}) {
+    for (const double hand_n_per_m : {0.0, 60.0, 400.0}) {
+      for (const double mass_kg : {0.045, 0.3}) {
+        const Case c{Claim::nothing, latency_s, hand_n_per_m, mass_kg, 1000, true};
+        const Outcome outcome = press(c);
+        EXPECT_LE(outcome.given_j, 0.05) << nameOf(c);
+        EXPECT_EQ(outcome.held, Cause::none) << nameOf(c);
+        EXPECT_NEAR(outcome.hidden_latency_s, 0.06, 0.002) << nameOf(c);
+      }
+    }
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Claims, LyingDevice,
