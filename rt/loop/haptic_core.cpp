@@ -272,11 +272,12 @@ HapticCore::LagRules HapticCore::lagRules(const Input& input, const Evaluation& 
   LagRules rules;
   const double held_s = input.loop_period_s > 0 ? input.loop_period_s : input.period_s;
   rules.lag_s = loopLag_s(held_s, state_.latency.delay_s(input.handle), parameters.safety.force_filter_hz);
-  rules.largest_damping_n_s_per_m = largestDamping_n_s_per_m(input.start.device_mass_kg, rules.lag_s);
+  const double mass_kg = state_.latency.deviceMass_kg(input.start.device_mass_kg);
+  rules.largest_damping_n_s_per_m = largestDamping_n_s_per_m(mass_kg, rules.lag_s);
 
   const bool by_mass = automatic && !input.handle.damps;
   const double limit_at_hand =
-      by_mass ? stiffnessOfMass_n_per_m(input.start.device_mass_kg, rules.lag_s)
+      by_mass ? stiffnessOfMass_n_per_m(mass_kg, rules.lag_s)
               : largestStableStiffness_n_per_m(input.start.handle.damping_n_s_per_m,
                                                scale * parameters.contact.damping_n_s_per_m, rules.lag_s);
   tick.stiffness_limit_n_per_m = limit_at_hand / scale;

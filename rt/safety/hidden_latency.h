@@ -63,6 +63,13 @@ class HiddenLatency {
   double delay_s(const HandleState& handle) const noexcept {
     return std::max(0.0, handle.delay_s) + hidden_s_;
   }
+  /// Returns the mass that the rules of stability are to assume of the device: the configured one, unless
+  /// device and hand together moved like a clearly lighter one.
+  double deviceMass_kg(double configured_kg) const noexcept {
+    constexpr double kClearly = 0.8;  // the measurement is within 15 %
+    const double measured_kg = found_ ? probe_.result().mass_kg : configured_kg;
+    return measured_kg < kClearly * configured_kg ? measured_kg : configured_kg;
+  }
   /// Of the newest measurement.
   const LatencyProbe::Result& result() const noexcept { return probe_.result(); }
 

@@ -213,8 +213,8 @@ TEST(HeldDevice, GivesTheHandLittleAlthoughItsLatencyIsHidden) {
   }
 }
 
-// Configured with 45 g: the rules of stability permit more than it bears, and the account of energy ends that.
-TEST(LighterDevice, GivesTheHandNoMoreThanADebt) {
+// Configured with 45 g: the knock shows that it is lighter.
+TEST(LighterDevice, GivesTheHandLittle) {
   double most_j = 0;
   for (const double latency_s : {0.0, 0.005, 0.01, 0.02}) {
     for (const double hand_n_per_m : {0.0, 60.0, 400.0}) {
@@ -222,9 +222,8 @@ TEST(LighterDevice, GivesTheHandNoMoreThanADebt) {
         const Case c{Claim::nothing, latency_s, hand_n_per_m, 0.01, stiffness_n_per_m};
         const Outcome outcome = press(c);
         most_j = std::max(most_j, outcome.given_j);
-        EXPECT_LE(outcome.given_j, 0.1) << nameOf(c);
-        EXPECT_TRUE(outcome.held == Cause::none || outcome.held == Cause::energy_debt)
-            << nameOf(c) << ", " << static_cast<int>(outcome.held);
+        EXPECT_LE(outcome.given_j, 0.05) << nameOf(c);
+        EXPECT_EQ(outcome.held, Cause::none) << nameOf(c);
       }
     }
   }
