@@ -51,7 +51,8 @@ hapticd_together(hapticctl APART
   tools/hapticctl/metrics_command.cpp)
 hapticd_together(hapticctl_library_tests)
 hapticd_together(hapticctl_tests APART
-  tests/system/hapticctl/hapticctl_every_command_test.cpp)
+  tests/system/hapticctl/hapticctl_every_command_test.cpp
+  tests/system/hapticctl/hapticctl_view_test.cpp)
 hapticd_together(hapticctl_text)
 hapticd_together(hapticctl_work APART
   tools/hapticctl/events.cpp)
@@ -126,8 +127,10 @@ hapticd_together(hapticd_v4l2 APART
   drivers/camera/v4l2/orbbec_messages.cpp)
 hapticd_together(hapticd_vendor_bridge APART
   tools/haptic-vendor-bridge/inverse3/driven_device.cpp
-  tools/haptic-vendor-bridge/inverse3/inverse3_driver.cpp)
-hapticd_together(hapticd_view_server)
+  tools/haptic-vendor-bridge/inverse3/inverse3_driver.cpp
+  tools/haptic-vendor-bridge/inverse3/service_link.cpp)
+hapticd_together(hapticd_view_server APART
+  tools/hapticd-view/server/socket_progress.cpp)
 hapticd_together(hard_study_tests)
 hapticd_together(installation_tests)
 hapticd_together(layering_tests APART
