@@ -160,8 +160,8 @@ std::string closedTrace() {
                                 records};
   mcap::addChunk(file, chunk);
   mcap::Summary summary;
-  summary.addSchema(std::string_view(schema).substr(mcap::kRecordHeadBytes));
-  summary.addChannel(std::string_view(channel).substr(mcap::kRecordHeadBytes));
+  summary.add(mcap::Opcode::schema, 0, std::string_view(schema).substr(mcap::kRecordHeadBytes));
+  summary.add(mcap::Opcode::channel, 0, std::string_view(channel).substr(mcap::kRecordHeadBytes));
   summary.addChunk(begin, file.size() - begin, chunk, content);
   file += content.indexRecords();
   return file + summary.ending(file.size(), mcap::crcOf(file));
