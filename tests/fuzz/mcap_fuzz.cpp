@@ -135,12 +135,15 @@ void addMessage(std::vector<std::string>& all, std::uint16_t channel, const Reco
 std::string foreignTrace(const std::string& metadata) {
   using namespace hapticd::test::raw_mcap;
   const std::string channel = schemaRecordOf(1, "a/msg/B", "uint8 x\n") + channelRecordOf(1, 1, "/foreign");
-  const std::string messages = messageOf(1, 1'000, "x") + messageOf(1, 2'000, std::string(40, 'y'));
+  const auto messages = [](std::uint64_t from_ns) {
+    return messageOf(1, from_ns, "x") + messageOf(1, from_ns + 1'000, std::string(40, 'y'));
+  };
   const std::string attachment =
       little(1, 8) + little(2, 8) + sizedText("a") + sizedText("b") + little(4, 8) + "data" + little(0, 4);
-  return kMcapMagic + headerOf("x") + metadata + channel + recordOf(9, attachment) + messages +
-         chunkOf(1'000, 2'000, channel + messages) + chunkOf(1'000, 2'000, channel + messages, "lz4") +
-         chunkOf(1'000, 2'000, channel + messages, "zstd") + endOf();
+  return kMcapMagic + headerOf("x") + metadata + channel + recordOf(9, attachment) + messages(1'000) +
+         chunkOf(2'000, 3'000, channel + messages(2'000)) +
+         chunkOf(3'000, 4'000, channel + messages(3'000), "lz4") +
+         chunkOf(4'000, 5'000, channel + messages(4'000), "zstd") + endOf();
 }
 
 /// A file that its writer closed: a chunk, and a summary that tells the places of everything.
@@ -157,8 +160,8 @@ std::string closedTrace() {
                                 records};
   mcap::addChunk(file, chunk);
   mcap::Summary summary;
-  summary.addSchema(std::string_view(schema).substr(mcap::kRecordHeadBytes));
-  summary.addChannel(std::string_view(channel).substr(mcap::kRecordHeadBytes));
+  summary.add(mcap::Opcode::schema, 0, std::string_view(schema).substr(mcap::kRecordHeadBytes));
+  summary.add(mcap::Opcode::channel, 0, std::string_view(channel).substr(mcap::kRecordHeadBytes));
   summary.addChunk(begin, file.size() - begin, chunk, content);
   file += content.indexRecords();
   return file + summary.ending(file.size(), mcap::crcOf(file));

@@ -208,7 +208,7 @@ class HostileTrace : public testing::TestWithParam<Hostile> {
   /// and the records outside of chunks.
   std::size_t mostBytes() const {
     using namespace trace::mcap;
-    return 50 * kMega + 3 * mostHeld(bytes_.size(), kMaxChunkBytes) + 4 * bytes_.size();
+    return 50 * kMega + 3 * mostInChunk(bytes_.size()) + 4 * bytes_.size();
   }
 
   void expectModest(const std::string& what, std::vector<std::string> command) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rewrites traces by the reader and writer of the MCAP project: `rewrite_trace.mjs HOW OUT TOPICS IN...`.
 // HOW: chunks (the writer's defaults: schemas and channels in chunks), small-chunks, plain (messages outside of
-// chunks), bare (no summary, no indexes), backwards (all messages in chunks, the latest first).
+// chunks), bare (no summary, no indexes), backwards (all messages in chunks, the latest first, which hapticd refuses).
 // TOPICS: those to keep, divided by commas, or "all". Several files are merged in the order of time.
 
 import { readFile, writeFile } from "node:fs/promises";

@@ -177,7 +177,7 @@ base::Result<void> TraceReplay::replayWaiting(const OnTick& on_tick, bool all) {
   if (waiting_.size() <= kMaxWaitingTicks) return {};
   return refuse(trace_,
                 fmt::format("has more than {} ticks before the depth frame that they used", kMaxWaitingTicks),
-                "replay the trace as hapticd wrote it, or sort it by time (mcap sort)");
+                "replay the trace as hapticd wrote it");
 }
 
 base::Result<void> TraceReplay::replay(const rt::Tick& tick, const OnTick& on_tick) {

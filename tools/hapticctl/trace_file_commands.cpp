@@ -36,15 +36,22 @@ namespace {
 /// terminal that understands control sequences.
 class ProgressLine {
  public:
-  explicit ProgressLine(std::string doing);
-  ~ProgressLine() { end(); }
+  explicit ProgressLine(std::string doing) : doing_(std::move(doing)), terminal_(isScreen(STDERR_FILENO)) {}
+  /// Erases the line.
+  ~ProgressLine() {
+    if (shown_percent_ >= 0) fmt::print(stderr, "\r\033[K");
+  }
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
   /// `share`: 0..1.
-  void show(double share);
-  /// Erases the line.
-  void end();
+  void show(double share) {
+    const int percent = static_cast<int>(100 * share);
+    if (!terminal_ || percent == shown_percent_) return;
+    shown_percent_ = percent;
+    fmt::print(stderr, "\r{} {} %\033[K", doing_, percent);
+    std::fflush(stderr);
+  }
 
  private:
   std::string doing_;
@@ -52,21 +59,24 @@ class ProgressLine {
   int shown_percent_ = -1;
 };
 
-ProgressLine::ProgressLine(std::string doing)
-    : doing_(std::move(doing)), terminal_(isScreen(STDERR_FILENO)) {}
-
-void ProgressLine::show(double share) {
-  const int percent = static_cast<int>(100 * share);
-  if (!terminal_ || percent == shown_percent_) return;
-  shown_percent_ = percent;
-  fmt::print(stderr, "\r{} {} %\033[K", doing_, percent);
-  std::fflush(stderr);
+/// Returns the result of `work(progress)`, which says meanwhile how far it is.
+template <typename Work>
+auto withProgress(std::string doing, Work work) {
+  ProgressLine line(std::move(doing));
+  return work([&line](double share) {
+    line.show(share);
+    return true;
+  });
 }
 
-void ProgressLine::end() {
-  if (shown_percent_ < 0) return;
-  shown_percent_ = -1;
-  fmt::print(stderr, "\r\033[K");
+/// Prints a result in the requested form.
+int show(const CommandOptions& options, const Json& json, const std::string& text) {
+  if (options.json) {
+    printJson(json);
+  } else {
+    fmt::print("{}", text);
+  }
+  return kOk;
 }
 
 Json durationsJson(const trace::TraceDurations& durations) {
@@ -332,17 +342,12 @@ int exportDepth(const CommandOptions& options, const std::filesystem::path& file
                 const ExportOptions& requested) {
   const std::filesystem::path folder =
       requested.out.empty() ? besideHere(file, ".depth") : std::filesystem::path(requested.out);
-  ProgressLine progress("exporting");
-  const auto frames =
-      trace::exportRecording(file, folder, requested.selection, [&](double share) { progress.show(share); });
-  progress.end();
+  const auto frames = withProgress("exporting", [&](const auto& progress) {
+    return trace::exportRecording(file, folder, requested.selection, progress);
+  });
   if (!frames) return report(frames.error(), options.json);
-  if (options.json) {
-    printJson({{"file", folder.string()}, {"frames", *frames}});
-  } else {
-    fmt::print("{}: {}\n", printable(folder.string()), base::counted(*frames, "depth frame(s)"));
-  }
-  return kOk;
+  return show(options, {{"file", folder.string()}, {"frames", *frames}},
+              fmt::format("{}: {}\n", printable(folder.string()), base::counted(*frames, "depth frame(s)")));
 }
 
 /// Exports a trace as a bag of ROS 2.
@@ -353,19 +358,14 @@ int exportAsBag(const CommandOptions& options, const std::filesystem::path& file
       requested.out.empty() ? besideHere(file, ".rosbag2.mcap") : std::filesystem::path(requested.out);
   if (const auto good = mayBecome(out, file); !good) return report(good.error(), options.json);
   if (const auto good = base::checkEnding(out, kEndings); !good) return report(good.error(), options.json);
-  ProgressLine progress("exporting");
-  const auto bag = ros::exportBag(
-      file, out, requested.name_space, requested.selection, [&](double share) { progress.show(share); },
-      requested.if_exists);
-  progress.end();
+  const auto bag = withProgress("exporting", [&](const auto& progress) {
+    return ros::exportBag(file, out, requested.name_space, requested.selection, progress,
+                          requested.if_exists);
+  });
   if (!bag) return report(errorOf(file, bag.error()), options.json);
-  if (options.json) {
-    printJson({{"file", out.string()}, {"messages", bag->messages}, {"frames", bag->depth_frames}});
-  } else {
-    fmt::print("{}: {}, {}\n", printable(out.string()), base::counted(bag->messages, "message(s)"),
-               base::counted(bag->depth_frames, "depth frame(s)"));
-  }
-  return kOk;
+  return show(options, {{"file", out.string()}, {"messages", bag->messages}, {"frames", bag->depth_frames}},
+              fmt::format("{}: {}, {}\n", printable(out.string()), base::counted(bag->messages, "message(s)"),
+                          base::counted(bag->depth_frames, "depth frame(s)")));
 }
 
 base::Result<void> mayBecomeCsv(const std::filesystem::path& out) {
@@ -378,46 +378,29 @@ base::Result<void> mayBecomeCsv(const std::filesystem::path& out) {
 }  // namespace
 
 int runTraceInfo(const CommandOptions& options, const std::filesystem::path& file) {
-  ProgressLine progress("reading");
-  const auto summary = trace::summariseTrace(file, [&](double share) { progress.show(share); });
-  progress.end();
+  const auto summary =
+      withProgress("reading", [&](const auto& progress) { return trace::summariseTrace(file, progress); });
   if (!summary) return report(errorOf(file, summary.error()), options.json);
   const bool being_written = trace::isBeingWritten(file);
-  if (options.json) {
-    printJson(infoJson(*summary, being_written));
-  } else {
-    fmt::print("{}", fitted(infoText(*summary, being_written), terminalSize().columns));
-  }
-  return kOk;
+  return show(options, infoJson(*summary, being_written),
+              fitted(infoText(*summary, being_written), terminalSize().columns));
 }
 
 int runTraceBreaches(const CommandOptions& options, const std::filesystem::path& file) {
-  ProgressLine progress("reading");
-  const auto breaches = trace::breachesIn(file, [&](double share) { progress.show(share); });
-  progress.end();
+  const auto breaches =
+      withProgress("reading", [&](const auto& progress) { return trace::breachesIn(file, progress); });
   if (!breaches) return report(errorOf(file, breaches.error()), options.json);
-  if (options.json) {
-    printJson(breachJson(*breaches));
-  } else {
-    fmt::print("{}", breachText(*breaches, terminalSize().columns));
-  }
-  return kOk;
+  return show(options, breachJson(*breaches), breachText(*breaches, terminalSize().columns));
 }
 
 int runTraceRecover(const CommandOptions& options, const std::filesystem::path& file,
                     const std::string& out) {
-  ProgressLine progress("recovering");
-  const auto recovered =
-      trace::recoverTrace(file, out.empty() ? trace::recoveredName(file) : std::filesystem::path(out),
-                          [&](double share) { return progress.show(share), true; });
-  progress.end();
+  const auto recovered = withProgress("recovering", [&](const auto& progress) {
+    return trace::recoverTrace(file, out.empty() ? trace::recoveredName(file) : std::filesystem::path(out),
+                               progress);
+  });
   if (!recovered) return report(recovered.error(), options.json);
-  if (options.json) {
-    printJson(recoveryJson(*recovered));
-  } else {
-    fmt::print("{}", fitted(recoveryText(*recovered), terminalSize().columns));
-  }
-  return kOk;
+  return show(options, recoveryJson(*recovered), fitted(recoveryText(*recovered), terminalSize().columns));
 }
 
 int runTraceExport(const CommandOptions& options, const std::filesystem::path& file,
@@ -428,20 +411,15 @@ int runTraceExport(const CommandOptions& options, const std::filesystem::path& f
       requested.out.empty() ? besideHere(file, ".csv") : std::filesystem::path(requested.out);
   if (const auto good = mayBecome(out, file); !good) return report(good.error(), options.json);
   if (const auto good = mayBecomeCsv(out); !good) return report(good.error(), options.json);
-  ProgressLine progress("exporting");
-  const auto rows = exportCsv(
-      file, out, channelOf(requested.channel), requested.selection,
-      [&](double share) { progress.show(share); }, requested.if_exists);
-  progress.end();
+  const auto rows = withProgress("exporting", [&](const auto& progress) {
+    return exportCsv(file, out, channelOf(requested.channel), requested.selection, progress,
+                     requested.if_exists);
+  });
   if (!rows) return report(errorOf(file, rows.error()), options.json);
   const std::string settings = trace::settingsBeside(out).string();
-  if (options.json) {
-    printJson({{"file", out.string()}, {"rows", *rows}, {"settings", settings}});
-  } else {
-    fmt::print("{}: {}\n{}: the settings\n", printable(out.string()), base::counted(*rows, "row(s)"),
-               printable(settings));
-  }
-  return kOk;
+  return show(options, {{"file", out.string()}, {"rows", *rows}, {"settings", settings}},
+              fmt::format("{}: {}\n{}: the settings\n", printable(out.string()),
+                          base::counted(*rows, "row(s)"), printable(settings)));
 }
 
 int runTracePlot(const CommandOptions& options, const std::filesystem::path& file,
@@ -449,17 +427,11 @@ int runTracePlot(const CommandOptions& options, const std::filesystem::path& fil
   const std::filesystem::path out =
       requested.out.empty() ? besideHere(file, "." + requested.format) : std::filesystem::path(requested.out);
   if (const auto good = mayBecome(out, file); !good) return report(good.error(), options.json);
-  ProgressLine progress("drawing");
-  const auto drawn = plotTrace(
-      file, out, requested.selection, [&](double share) { progress.show(share); }, requested.if_exists);
-  progress.end();
+  const auto drawn = withProgress("drawing", [&](const auto& progress) {
+    return plotTrace(file, out, requested.selection, progress, requested.if_exists);
+  });
   if (!drawn) return report(errorOf(file, drawn.error()), options.json);
-  if (options.json) {
-    printJson({{"file", out.string()}});
-  } else {
-    fmt::print("{}\n", printable(out.string()));
-  }
-  return kOk;
+  return show(options, {{"file", out.string()}}, printable(out.string()) + "\n");
 }
 
 }  // namespace hapticd::tools

@@ -28,6 +28,23 @@ using Pairs = std::vector<std::pair<std::string, std::string>>;
 constexpr std::size_t kWrittenAtOnce = 1 << 20;
 /// Each gives a column, and a cell in every row; hapticd has some hundred parameters.
 constexpr std::size_t kMaxParameters = 1000;
+/// The field of directives whose names and values become columns of their own.
+constexpr std::string_view kParameters = "parameters";
+
+/// Quotes a text as a field of CSV (RFC 4180).
+std::string inCsvQuotes(std::string_view text) {
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+
+/// Joins names and values in one line: "name=value; name=value".
+std::string joined(const Pairs& pairs) {
+  std::string text;
+  for (const auto& [name, value] : pairs) text += (text.empty() ? "" : "; ") + name + "=" + value;
+  return text;
+}
+
 struct HeaderOfFields {
   std::string& line;
 
@@ -51,8 +68,13 @@ struct CsvRow {
 
   template <typename Field>
   void operator()(std::string_view name, const Field& field) {
-    if (trace.fieldApplies(record, name)) return put(name, field);
-    line += std::is_same_v<Field, rt::Vec3> ? ",,," : ",";
+    if constexpr (std::is_same_v<Record, rt::Tick>) {
+      if (!trace.fieldApplies(record, name)) {
+        line += std::is_same_v<Field, rt::Vec3> ? ",,," : ",";
+        return;
+      }
+    }
+    put(name, field);
   }
 
  private:
@@ -95,7 +117,7 @@ class CsvFile {
   void addHeader(const std::vector<std::string>& more = {}) {
     text_ += "time_s,realtime_s";
     const Record record{};
-    trace_.visitKnown(record, HeaderOfFields{text_});
+    visitKnown(record, HeaderOfFields{text_});
     for (const std::string& name : more) text_ += "," + inCsvQuotes(name);
     text_ += '\n';
   }
@@ -106,7 +128,7 @@ class CsvFile {
     const std::int64_t time_ns = timeOf(record);
     text_ += secondsText(sum(time_ns, sum(0, -trace_.start_ns()))) + "," +
              secondsText(sum(time_ns, trace_.realtimeOffset_ns()));
-    trace_.visitKnown(record, CsvRow<Record>{text_, trace_, record});
+    visitKnown(record, CsvRow<Record>{text_, trace_, record});
     for (const std::string& cell : more) text_ += "," + cell;
     text_ += '\n';
     ++rows_;
@@ -122,6 +144,14 @@ class CsvFile {
   }
 
  private:
+  /// Like visitFields(), but without the fields that the trace lacks.
+  template <typename Record>
+  void visitKnown(const Record& record, auto&& visit) const {
+    visitFields(record, [&](std::string_view name, const auto& field) {
+      if (!trace_.lacks<Record>(name)) visit(name, field);
+    });
+  }
+
   void write() {
     if (written_) written_ = file_.append(text_);
     text_.clear();

@@ -7,29 +7,8 @@
 #include <utility>
 
 #include "rt/base/clock.h"
-#include "rt/laws/law_table.h"
 
 namespace hapticd::trace {
-
-bool needsProxy(std::string_view field) {
-  return field == "contact" || field == "proxy_m_in_world";
-}
-
-bool applies(const rt::Tick& tick, std::string_view field) {
-  return rt::hasProxy(tick.law) || !needsProxy(field);
-}
-
-std::string joined(const std::vector<std::pair<std::string, std::string>>& pairs) {
-  std::string text;
-  for (const auto& [name, value] : pairs) text += (text.empty() ? "" : "; ") + name + "=" + value;
-  return text;
-}
-
-std::string inCsvQuotes(std::string_view text) {
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + '"';
-}
 
 namespace {
 
@@ -89,17 +68,6 @@ bool SelectedTrace::holds(std::int64_t time_ns) const {
   return (selection_.from_s <= time_s || selection_.from_s <= 0) && time_s <= selection_.to_s;
 }
 
-base::Result<std::uint64_t> SelectedTrace::countTicks(const Progress& progress) const {
-  std::uint64_t count = 0;
-  const auto add = [&count](const rt::Tick&) {
-    ++count;
-    return true;
-  };
-  const auto info = readAll({.tick = add}, progress);
-  if (!info) return std::unexpected(info.error());
-  return count;
-}
-
 base::Result<TraceInfo> SelectedTrace::readAll(TraceVisitor visitor, const Progress& progress) const {
   const auto keepSelected = [this]<typename Record>(std::function<bool(const Record&)>& visit) {
     if (!visit) return;
@@ -116,12 +84,14 @@ base::Result<TraceInfo> SelectedTrace::readAll(TraceVisitor visitor, const Progr
 
 base::Result<TraceInfo> SelectedTrace::read(TraceVisitor visitor, const Progress& progress) const {
   if (!visitor.tick || selection_.most_ticks == 0) return readAll(std::move(visitor), progress);
-  const auto count = countTicks(partOf(progress, 0, 0.5));
-  if (!count) return std::unexpected(count.error());
+  std::uint64_t ticks = 0;
+  auto counted =
+      readAll({.tick = [&ticks](const rt::Tick&) { return ++ticks > 0; }}, partOf(progress, 0, 0.5));
+  if (!counted) return counted;
   bool goes_on = true;
-  Peaks<rt::Tick> peaks(
-      *count, selection_.most_ticks,
-      [&goes_on, visit = visitor.tick](const rt::Tick& tick) { goes_on = goes_on && visit(tick); });
+  Peaks<rt::Tick> peaks(ticks, selection_.most_ticks, [&goes_on, visit = visitor.tick](const rt::Tick& tick) {
+    goes_on = goes_on && visit(tick);
+  });
   visitor.tick = [&peaks, &goes_on](const rt::Tick& tick) {
     peaks.add(norm(tick.command_force_n_in_world), tick);
     return goes_on;

@@ -9,16 +9,14 @@
 #include <functional>
 #include <limits>
 #include <optional>
-#include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 #include "config/base/error.h"
 #include "daemon/trace/format/fields.h"
 #include "daemon/trace/format/messages.h"
 #include "daemon/trace/reader/trace_reader.h"
-#include "rt/laws/force_law.h"
+#include "rt/laws/law_table.h"
 #include "rt/loop/loop_state.h"
 
 namespace hapticd::trace {
@@ -88,23 +86,10 @@ class Peaks {
   std::optional<Found> largest_;
 };
 
-/// Whether a field of a record has a meaning. In ticks of a law without a proxy `contact` and
-/// `proxy_m_in_world` have none.
-bool applies(const rt::Tick& tick, std::string_view field);
-inline bool applies(const auto&, std::string_view) {
-  return true;
-}
 /// Whether laws without a proxy lack that field of ticks.
-bool needsProxy(std::string_view field);
-
-/// The field of directives whose names and values become columns of their own.
-inline constexpr std::string_view kParameters = "parameters";
-
-/// Quotes a text as a field of CSV (RFC 4180).
-std::string inCsvQuotes(std::string_view text);
-
-/// Joins names and values in one line: "name=value; name=value".
-std::string joined(const std::vector<std::pair<std::string, std::string>>& pairs);
+constexpr bool needsProxy(std::string_view field) {
+  return field == "contact" || field == "proxy_m_in_world";
+}
 
 /// The records of a trace within a selected time.
 class SelectedTrace {
@@ -125,25 +110,15 @@ class SelectedTrace {
   bool lacks(std::string_view field) const {
     return info_.lacks(kChannelName<Record>.topic, field);
   }
-  /// Like visitFields(), but without the fields that the trace lacks.
-  template <typename Record>
-  void visitKnown(const Record& record, auto&& visit) const {
-    if (info_.missing.empty()) return visitFields(record, visit);
-    visitFields(record, [&](std::string_view name, const auto& field) {
-      if (!lacks<Record>(name)) visit(name, field);
-    });
-  }
-  /// Like applies(); if the trace does not record the law of its ticks, every field applies.
-  template <typename Record>
-  bool fieldApplies(const Record& record, std::string_view field) const {
-    return applies(record, field) || lacks<Record>("law");
+  /// Whether a field of a tick has a meaning. If the trace does not record the law of its ticks, every one
+  /// has.
+  bool fieldApplies(const rt::Tick& tick, std::string_view field) const {
+    return rt::hasProxy(tick.law) || !needsProxy(field) || lacks<rt::Tick>("law");
   }
   double seconds(std::int64_t time_ns) const;
   /// Seconds since 1970 in UTC; a double resolves tenths of microseconds.
   double realtimeSeconds(std::int64_t time_ns) const;
 
-  /// The number of ticks in the selected time.
-  base::Result<std::uint64_t> countTicks(const Progress& progress) const;
   /// Reads the records in the selected time, with at most as many ticks as are selected.
   base::Result<TraceInfo> read(TraceVisitor visitor, const Progress& progress) const;
   /// Reads the records in the selected time, with all ticks.

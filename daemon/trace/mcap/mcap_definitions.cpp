@@ -77,6 +77,16 @@ Channel Definitions::channel(std::uint16_t id) const {
           .schema = schema.text};
 }
 
+void Summary::add(Opcode opcode, std::uint64_t offset, std::string_view content) {
+  if (opcode == Opcode::schema) schemas_.emplace_back(content);
+  if (opcode == Opcode::channel) channels_.emplace_back(content);
+  if (opcode == Opcode::metadata) addMetadata(offset, content);
+  AttachmentRecord attachment;
+  if (opcode == Opcode::attachment && AttachmentRecord::of(content, attachment).empty()) {
+    addAttachment(offset, kRecordHeadBytes + content.size(), attachment);
+  }
+}
+
 void Summary::addChunk(std::uint64_t offset, std::uint64_t bytes, const ChunkRecord& chunk,
                        const ChunkContent& content) {
   constexpr std::size_t kIndexHeadBytes = kRecordHeadBytes + 2 + 4;  // channel id and length of the entries
@@ -120,11 +130,11 @@ void Summary::addAttachment(std::uint64_t offset, std::uint64_t bytes, const Att
   ++attachments_;
 }
 
-void Summary::addMetadata(std::uint64_t offset, std::uint64_t bytes, std::string_view content) {
+void Summary::addMetadata(std::uint64_t offset, std::string_view content) {
   ByteWriter writer(metadata_indexes_);
   addRecord(metadata_indexes_, Opcode::metadata_index, [&] {
     writer.number(offset);
-    writer.number(bytes);
+    writer.number(std::uint64_t{kRecordHeadBytes + content.size()});
     writer.text(ByteReader(content).text());
   });
   ++metadata_;

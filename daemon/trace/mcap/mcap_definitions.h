@@ -66,14 +66,12 @@ class Definitions {
 /// Collects the information for the summary at the end of a file.
 class Summary {
  public:
-  // `content`: of the record, each once
-  void addSchema(std::string_view content) { schemas_.emplace_back(content); }
-  void addChannel(std::string_view content) { channels_.emplace_back(content); }
-  // `offset`, `bytes`: of the complete record in the file
+  // `offset`, `bytes`: of the complete record in the file; `content`: of the record, each once
+  /// Adds a schema, a channel, metadata or an attachment.
+  void add(Opcode opcode, std::uint64_t offset, std::string_view content);
   void addChunk(std::uint64_t offset, std::uint64_t bytes, const ChunkRecord& chunk,
                 const ChunkContent& content);
   void addAttachment(std::uint64_t offset, std::uint64_t bytes, const AttachmentRecord& attachment);
-  void addMetadata(std::uint64_t offset, std::uint64_t bytes, std::string_view content);
 
   std::uint64_t chunks() const { return chunks_; }
 
@@ -82,6 +80,7 @@ class Summary {
   std::string ending(std::uint64_t offset, std::uint32_t crc) const;
 
  private:
+  void addMetadata(std::uint64_t offset, std::string_view content);
   std::string statistics() const;
 
   std::vector<std::string> schemas_;  ///< contents of the records

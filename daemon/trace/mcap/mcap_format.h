@@ -131,8 +131,6 @@ inline constexpr std::size_t kMaxAttachmentBytes = 65 << 20;
 // and records than this one.
 inline constexpr std::size_t kMaxChunkBytes = 64 << 20;    ///< uncompressed
 inline constexpr std::size_t kMaxRecordBytes = 320 << 20;  ///< attachments of other programs may be large
-/// Messages held because later ones in the file may be earlier in time.
-inline constexpr std::size_t kMaxOverlapBytes = 512 << 20;
 
 /// Held at a time, or kept of the file, for each byte of it.
 inline constexpr std::uint64_t kMaxHeldRatio = 256;
@@ -142,11 +140,11 @@ inline constexpr std::uint64_t kMaxUnpackedRatio = 4096;
 /// A chunk that would become shorter by more than that is written as it is.
 inline constexpr std::size_t kMaxWrittenRatio = 2048;
 
-/// The largest size of a chunk, and of the messages held because of their times, in a file of that size. A
-/// chunk that hapticd writes has at most two messages of the largest size.
-constexpr std::uint64_t mostHeld(std::uint64_t file_bytes, std::uint64_t most) {
+/// The largest size of a chunk in a file of that size. One that hapticd writes has at most two messages of
+/// the largest size.
+constexpr std::uint64_t mostInChunk(std::uint64_t file_bytes) {
   constexpr std::uint64_t kMin = 16 << 20;
-  return std::min(most, kMin + kMaxHeldRatio * file_bytes);
+  return std::min<std::uint64_t>(kMaxChunkBytes, kMin + kMaxHeldRatio * file_bytes);
 }
 
 /// What may be kept of the records of a file of that size altogether.
@@ -160,7 +158,7 @@ constexpr std::uint64_t mostKept(std::uint64_t file_bytes) {
 class Allowance {
  public:
   explicit Allowance(std::uint64_t file_bytes)
-      : chunk_bytes_(mostHeld(file_bytes, kMaxChunkBytes)), left_(kMin + kMaxUnpackedRatio * file_bytes) {}
+      : chunk_bytes_(mostInChunk(file_bytes)), left_(kMin + kMaxUnpackedRatio * file_bytes) {}
 
   /// The largest chunk.
   std::uint64_t chunkBytes() const { return chunk_bytes_; }

@@ -5,7 +5,6 @@
 #include <map>
 #include <utility>
 
-#include "daemon/trace/mcap/mcap_definitions.h"
 #include "daemon/trace/mcap/mcap_scanner.h"
 
 namespace hapticd::trace::mcap {
@@ -253,11 +252,12 @@ class Walk {
     accept(record.end());
     const std::string index = inside.indexRecords();
     const bool indexed = bytes_.at(record.end(), index.size()) == index;
-    found_.chunks.push_back(
-        {record.offset, record.end() - record.offset, inside.start_ns, inside.end_ns, indexed});
+    found_.chunks.push_back({record.offset, record.end() - record.offset, inside.start_ns, inside.end_ns});
+    found_.chunk_summary.addChunk(record.offset, record.end() - record.offset, chunk, inside);
     if (indexed) {
       accept(record.end() + index.size());
     } else {
+      found_.missing_indexes = index;
       skipIndex(index.size());
     }
     return "";

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "config/base/error.h"
+#include "daemon/trace/mcap/mcap_definitions.h"
 #include "daemon/trace/mcap/trace_file.h"
 
 namespace hapticd::trace::mcap {
@@ -34,7 +35,6 @@ struct IntactChunk {
   std::uint64_t bytes = 0;
   std::uint64_t start_ns = 0;  ///< time of its earliest message
   std::uint64_t end_ns = 0;    ///< time of its latest message
-  bool indexed = false;        ///< followed by its indexes
 };
 
 /// An intact record other than a chunk.
@@ -52,6 +52,8 @@ struct Salvage {
   std::vector<IntactRecord> metadata;
   std::vector<IntactRecord> attachments;
   std::vector<IntactChunk> chunks;  ///< in file order
+  Summary chunk_summary;            ///< of these chunks alone, where they are
+  std::string missing_indexes;      ///< of the last chunk that has not all of them
   std::set<std::uint16_t> used_channels;
   std::vector<Damage> damages;  ///< in file order
   /// Where all that is intact ends, if nothing before it is damaged: only the end of the file is missing.

@@ -39,8 +39,9 @@ std::string metadataRecord(std::string_view name, TextPairs pairs) {
 
 }  // namespace
 
-Writer::Writer(TraceFile part, std::filesystem::path file, bool compress, std::string_view profile)
-    : part_(std::move(part)), file_(std::move(file)), head_(kMagic) {
+Writer::Writer(TraceFile part, std::filesystem::path file, bool compress, std::string_view profile,
+               Durable durable)
+    : part_(std::move(part)), file_(std::move(file)), durable_(durable), head_(kMagic) {
   if (compress) compressor_.emplace();
   addRecord(head_, Opcode::header, [this, profile] {
     ByteWriter writer(head_);
@@ -54,17 +55,20 @@ std::uint16_t Writer::addChannel(std::string_view topic, std::string_view schema
   const std::uint16_t id = ++channels_;
   const std::size_t schema_at = head_.size();
   mcap::addSchema(head_, id, schema_name, schema);
-  summary_.addSchema(std::string_view(head_).substr(schema_at + kRecordHeadBytes));
+  summary_.add(Opcode::schema, schema_at, std::string_view(head_).substr(schema_at + kRecordHeadBytes));
   const std::size_t channel_at = head_.size();
   mcap::addChannel(head_, id, id, topic, metadata);
-  summary_.addChannel(std::string_view(head_).substr(channel_at + kRecordHeadBytes));
+  summary_.add(Opcode::channel, channel_at, std::string_view(head_).substr(channel_at + kRecordHeadBytes));
   return id;
 }
 
 void Writer::addMetadata(std::string_view name, TextPairs pairs) {
-  const std::string record = metadataRecord(name, pairs);
-  summary_.addMetadata(head_.size(), record.size(), std::string_view(record).substr(kRecordHeadBytes));
-  head_ += record;
+  add(Opcode::metadata, std::string_view(metadataRecord(name, pairs)).substr(kRecordHeadBytes));
+}
+
+void Writer::add(Opcode opcode, std::string_view content) {
+  summary_.add(opcode, head_.size(), content);
+  addRecord(head_, opcode, [&] { head_ += content; });
 }
 
 void Writer::addAttachment(const AttachmentRecord& attachment) {
@@ -104,7 +108,7 @@ base::Result<void> Writer::describe(std::string_view name, TextPairs pairs) {
   const std::string record = metadataRecord(name, pairs);
   const std::uint64_t offset = end_;
   if (auto written = appendBetweenChunks({record}); !written) return written;
-  summary_.addMetadata(offset, record.size(), std::string_view(record).substr(kRecordHeadBytes));
+  summary_.add(Opcode::metadata, offset, std::string_view(record).substr(kRecordHeadBytes));
   return {};
 }
 
@@ -156,7 +160,7 @@ base::Result<void> Writer::append(Parts parts) {
     if (written) written = part_.writeAt(end, part);
     end += part.size();
   }
-  if (written) written = part_.synchronise();
+  if (written && durable_ == Durable::each_chunk) written = part_.synchronise();
   if (!written) {
     (void)part_.truncate(end_);
     return written;
@@ -170,10 +174,14 @@ base::Result<void> Writer::write(const std::string& records) {
   ChunkContent content;
   ChunkContent::of(records, content);
   const bool compressed = compressor_ && compressRecords(*compressor_, records, compressed_);
-  const ChunkRecord chunk{content.start_ns, content.end_ns,           records.size(),
-                          crcOf(records),   compressed ? "zstd" : "", compressed ? compressed_ : records};
+  return addChunk({content.start_ns, content.end_ns, records.size(), crcOf(records), compressed ? "zstd" : "",
+                   compressed ? compressed_ : records},
+                  content);
+}
+
+base::Result<void> Writer::addChunk(const ChunkRecord& chunk, const ChunkContent& content) {
   std::string bytes;
-  addChunk(bytes, chunk);
+  mcap::addChunk(bytes, chunk);
   const std::uint64_t offset = end_, length = bytes.size();
   auto written = append({bytes, content.indexRecords()});
   if (!written) return written;

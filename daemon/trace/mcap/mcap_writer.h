@@ -18,21 +18,27 @@
 
 namespace hapticd::trace::mcap {
 
+/// When what is written must be on the disk.
+enum class Durable { each_chunk, whole_file };
+
 /// Writes an MCAP file: header, schemas, channels, metadata and attachments at the beginning, then messages
-/// in chunks, each of which is on disk before the next one begins. The messages of the file are in the order
-/// of their log times; they are held until their chunk is written (memory: pendingBytes() plus a copy).
-/// Thread: one.  RT: not safe.
+/// in chunks, each of which is on disk before the next one begins, unless only the whole file counts. The
+/// messages of the file are in the order of their log times; they are held until their chunk is written
+/// (memory: pendingBytes() plus a copy). Thread: one.  RT: not safe.
 class Writer {
  public:
   /// `part`: the new file; finish() renames it to `file`. `profile`: of MCAP, which prescribes what channels
   /// say of themselves; empty: none.
-  Writer(TraceFile part, std::filesystem::path file, bool compress, std::string_view profile = "");
+  Writer(TraceFile part, std::filesystem::path file, bool compress, std::string_view profile = "",
+         Durable durable = Durable::each_chunk);
 
   // Called before begin(). Ids are 1, 2, ...
   std::uint16_t addChannel(std::string_view topic, std::string_view schema_name, std::string_view schema,
                            TextPairs metadata = {});
   void addMetadata(std::string_view name, TextPairs pairs);
   void addAttachment(const AttachmentRecord& attachment);
+  /// Adds a schema, a channel, metadata or an attachment of another file. `content`: of its record.
+  void add(Opcode opcode, std::string_view content);
   /// Writes the beginning of the file.
   base::Result<void> begin();
   /// Writes an attachment between the chunks. Errors: as flush().
@@ -40,6 +46,8 @@ class Writer {
   /// Writes metadata between the chunks. Errors: as flush().
   base::Result<void> describe(std::string_view name, TextPairs pairs);
 
+  /// Writes a chunk of another file with its records unchanged and indexes of their `content`.
+  base::Result<void> addChunk(const ChunkRecord& chunk, const ChunkContent& content);
   /// Adds a message to a future chunk. `time_ns` is its publish time, and its log time too unless a later
   /// one is in a chunk already: its log time is then that of the last message written.
   void addMessage(std::uint16_t channel, std::uint32_t sequence, std::uint64_t time_ns,
@@ -86,6 +94,7 @@ class Writer {
 
   TraceFile part_;
   std::filesystem::path file_;
+  Durable durable_;
   std::optional<Compressor> compressor_;
   Summary summary_;
   std::string head_;

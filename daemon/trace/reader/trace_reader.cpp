@@ -73,6 +73,9 @@ class Reading final : public mcap::Visitor {
   const mcap::Refusal& whyNot() const { return is_bag_ ? kABag : kNotATrace; }
 
   std::string message(const mcap::Message& message) override {
+    if (message.time_ns < latest_ns_ && isTrace()) refuseUnsorted(message);
+    if (refusal_) return "";
+    latest_ns_ = message.time_ns;
     const auto time_ns = static_cast<std::int64_t>(message.time_ns);
     info.first_ns = messages_ == 0 ? time_ns : std::min(info.first_ns, time_ns);
     info.last_ns = messages_ == 0 ? time_ns : std::max(info.last_ns, time_ns);
@@ -139,6 +142,16 @@ class Reading final : public mcap::Visitor {
         "is a merge of traces of several runs of hapticd, whose times and numbers are "
         "unrelated",
         "read the original traces one by one"};
+  }
+
+  void refuseUnsorted(const mcap::Message& message) {
+    constexpr double kNs = 1e-9;
+    refusal_ = mcap::Refusal{
+        fmt::format(
+            "is not in the order of time: at byte {} there is a message {:.9f} s earlier than the one "
+            "before it",
+            message.offset, static_cast<double>(latest_ns_ - message.time_ns) * kNs),
+        "another program has reordered it; sort it with the tool of mcap.dev: mcap sort FILE -o SORTED.mcap"};
   }
 
   /// Rejects a trace; `what` describes why this version cannot read it.
@@ -248,6 +261,7 @@ class Reading final : public mcap::Visitor {
   std::uint64_t kept_bytes_ = 0;
   std::string labels_;  ///< of the last additions
   std::uint64_t messages_ = 0;
+  std::uint64_t latest_ns_ = 0;  ///< log time of the last message
   std::uint64_t last_tick_ = 0;
   bool header_seen_ = false;
   bool is_ours_ = false;  ///< has a channel of hapticd

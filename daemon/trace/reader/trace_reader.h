@@ -52,8 +52,8 @@ struct TraceInfo {
   base::Result<void> require(const std::filesystem::path& file, std::string_view topic) const;
 };
 
-/// Receives the records of a trace in the order of the messages' times (log_time), whatever their order in
-/// the file. Functions that are not set skip their records. Returning false stops reading.
+/// Receives the records of a trace in the order of the messages' times (log_time). Functions that are not set
+/// skip their records. Returning false stops reading.
 struct TraceVisitor {
   std::function<bool(const rt::Tick&)> tick = {};
   std::function<bool(const ModelRecord&)> model = {};
@@ -74,9 +74,9 @@ struct TraceVisitor {
 /// handled as described at MessageDecoder. A file from which another program has removed the metadata is
 /// recognised by its channels.
 /// Errors: no such file, not an MCAP file, not a trace of hapticd, an unreadable version (another format, or
-/// a field of another type), a merge of several runs of hapticd, a checksum mismatch (with its offset), a
-/// truncated file (a ".part" or a damaged end; the intact part has been visited by then).
-/// Thread: any.
+/// a field of another type), a merge of several runs of hapticd, messages out of the order of time, a
+/// checksum mismatch (with its offset), a truncated file (a ".part" or a damaged end; the intact part has
+/// been visited by then). Thread: any.
 base::Result<TraceInfo> readTrace(const std::filesystem::path& file, const TraceVisitor& visitor = {});
 
 }  // namespace hapticd::trace

@@ -12,16 +12,22 @@
 #include "daemon/trace/format/trace_format.h"
 #include "daemon/trace/mcap/mcap_definitions.h"
 #include "daemon/trace/mcap/mcap_reader.h"
+#include "daemon/trace/mcap/mcap_writer.h"
 #include "daemon/trace/mcap/trace_file.h"
 #include "daemon/trace/reader/trace_reader.h"
 
 namespace hapticd::trace {
 namespace {
 
-using mcap::ByteWriter;
+namespace fs = std::filesystem;
 using mcap::IntactChunk;
 using mcap::IntactRecord;
 using mcap::Opcode;
+using Outcome = RecoveredTrace::Outcome;
+
+std::unexpected<base::Error> refuse(const fs::path& where, std::string what, std::string remedy) {
+  return std::unexpected(base::Error{where.string(), std::move(what), std::move(remedy)});
+}
 
 /// A decompressed chunk of a file.
 struct Unpacked {
@@ -39,198 +45,94 @@ struct Unpacked {
     }
     const bool good = mcap::ChunkRecord::of(record, chunk) && chunk.unpack(records, allowance).empty() &&
                       mcap::ChunkContent::of(records, content);
-    if (good) return {};
-    return std::unexpected(base::Error{file.path().string(), "was modified while it was read", "try again"});
-  }
-};
-
-/// A file that grows at its end.
-class Growing {
- public:
-  Growing(TraceFile& file, std::uint64_t end, std::uint32_t crc) : file_(file), end_(end), crc_(crc) {}
-
-  base::Result<void> append(std::string_view bytes) {
-    auto written = file_.writeAt(end_, bytes);
-    crc_ = mcap::crcOf(bytes, crc_);
-    end_ += bytes.size();
-    return written;
-  }
-  std::uint64_t end() const { return end_; }
-  std::uint32_t crc() const { return crc_; }
-
- private:
-  TraceFile& file_;
-  std::uint64_t end_;
-  std::uint32_t crc_;
-};
-
-/// The beginning of a new file, and its summary.
-class Head {
- public:
-  Head(const mcap::Salvage& whole, mcap::Summary& summary) : summary_(summary), bytes_(mcap::kMagic) {
-    mcap::addRecord(bytes_, Opcode::header, [this] {
-      ByteWriter writer(bytes_);
-      writer.text("");
-      writer.text("hapticd");
-    });
-    for (const auto& [id, schema] : whole.schemas) {
-      add(Opcode::schema, schema.content);
-      summary_.addSchema(schema.content);
-    }
-    for (const auto& [id, channel] : whole.channels) addChannel(channel.content, whole);
-    for (const std::uint16_t id : whole.used_channels) {
-      if (!whole.channels.contains(id)) addUnknownChannel(id);
-    }
-    for (const IntactRecord& metadata : whole.metadata) {
-      const auto [offset, bytes] = add(Opcode::metadata, metadata.content);
-      summary_.addMetadata(offset, bytes, metadata.content);
-    }
-    for (const IntactRecord& record : whole.attachments) {
-      const auto [offset, bytes] = add(Opcode::attachment, record.content);
-      mcap::AttachmentRecord attachment;
-      mcap::AttachmentRecord::of(record.content, attachment);
-      summary_.addAttachment(offset, bytes, attachment);
-    }
-  }
-
-  const std::string& bytes() const { return bytes_; }
-
- private:
-  std::pair<std::uint64_t, std::uint64_t> add(Opcode opcode, std::string_view content) {
-    const std::uint64_t offset = bytes_.size();
-    mcap::addRecord(bytes_, opcode, [&] { bytes_ += content; });
-    return {offset, bytes_.size() - offset};
-  }
-  void addChannelRecord(std::string_view content) {
-    add(Opcode::channel, content);
-    summary_.addChannel(content);
-  }
-  /// A channel whose schema is lost keeps its messages.
-  void addChannel(std::string content, const mcap::Salvage& whole) {
-    constexpr std::size_t kSchemaAt = sizeof(std::uint16_t);
-    mcap::ChannelRecord channel;
-    mcap::ChannelRecord::of(content, channel);
-    if (!whole.schemas.contains(channel.schema)) content.replace(kSchemaAt, sizeof channel.schema, 2, '\0');
-    addChannelRecord(content);
-  }
-  void addUnknownChannel(std::uint16_t id) {
-    std::string record;
-    mcap::addChannel(record, id, 0, fmt::format("/lost_channel_{}", id));
-    addChannelRecord(std::string_view(record).substr(mcap::kRecordHeadBytes));
-  }
-
-  mcap::Summary& summary_;
-  std::string bytes_;
-};
-
-class Rewriting {
- public:
-  Rewriting(TraceFile& out, const mcap::Salvage& whole) : whole_(whole), file_(out, 0, 0) {}
-
-  base::Result<void> run(const TraceFile& from, const mcap::GoesOn& goes_on) {
-    auto written = file_.append(Head(whole_, summary_).bytes());
-    mcap::Allowance allowance(whole_.file_bytes);
-    std::vector<IntactChunk> chunks = whole_.chunks;
-    std::ranges::stable_sort(chunks, {}, &IntactChunk::start_ns);
-    for (std::size_t i = 0; i < chunks.size() && written; ++i) {
-      Unpacked chunk;
-      written = chunk.read(from, chunks[i], allowance);
-      if (written) written = add(chunk.chunk, chunk.content);
-      const double done = static_cast<double>(i + 1) / static_cast<double>(chunks.size());
-      if (goes_on && !goes_on(done)) return std::unexpected(mcap::interrupted(from.path()));
-    }
-    if (written) written = file_.append(summary_.ending(file_.end(), file_.crc()));
-    return written;
-  }
-
- private:
-  base::Result<void> add(mcap::ChunkRecord chunk, const mcap::ChunkContent& content) {
     chunk.start_ns = content.start_ns;
     chunk.end_ns = content.end_ns;
-    std::string bytes;
-    mcap::addChunk(bytes, chunk);
-    summary_.addChunk(file_.end(), bytes.size(), chunk, content);
-    return file_.append(bytes + content.indexRecords());
+    if (good) return {};
+    return refuse(file.path(), "was modified while it was read", "try again");
   }
-
-  const mcap::Salvage& whole_;
-  Growing file_;
-  mcap::Summary summary_;
 };
 
-/// What follows the intact part of a file that was never closed.
-struct Ending {
-  mcap::Summary summary;
-  std::string indexes;  ///< of the last chunk, if they are incomplete
-};
-
-base::Result<Ending> endingOf(const TraceFile& file, const mcap::Salvage& whole,
-                              const mcap::GoesOn& goes_on) {
-  Ending ending;
-  mcap::Summary& summary = ending.summary;
-  for (const auto& [id, schema] : whole.schemas) summary.addSchema(schema.content);
-  for (const auto& [id, channel] : whole.channels) summary.addChannel(channel.content);
-  for (const IntactRecord& metadata : whole.metadata) {
-    summary.addMetadata(metadata.offset, mcap::kRecordHeadBytes + metadata.content.size(), metadata.content);
-  }
-  for (const IntactRecord& record : whole.attachments) {
-    mcap::AttachmentRecord attachment;
-    mcap::AttachmentRecord::of(record.content, attachment);
-    summary.addAttachment(record.offset, mcap::kRecordHeadBytes + record.content.size(), attachment);
-  }
-  mcap::Allowance allowance(whole.file_bytes);
-  for (const IntactChunk& place : whole.chunks) {
-    Unpacked chunk;
-    if (auto read = chunk.read(file, place, allowance); !read) return std::unexpected(read.error());
-    summary.addChunk(place.offset, place.bytes, chunk.chunk, chunk.content);
-    if (!place.indexed) ending.indexes = chunk.content.indexRecords();
-    const double done = static_cast<double>(place.offset) / static_cast<double>(whole.file_bytes);
-    if (goes_on && !goes_on(done)) return std::unexpected(mcap::interrupted(file.path()));
-  }
-  return ending;
+/// The content of a channel record; if its schema is lost, it has none, and keeps its messages.
+std::string withKnownSchema(std::string content, const mcap::Salvage& whole) {
+  constexpr std::size_t kSchemaAt = sizeof(std::uint16_t);
+  mcap::ChannelRecord channel;
+  mcap::ChannelRecord::of(content, channel);
+  if (!whole.schemas.contains(channel.schema)) content.replace(kSchemaAt, sizeof channel.schema, 2, '\0');
+  return content;
 }
 
-}  // namespace
-
-base::Result<void> rewriteTrace(const TraceFile& from, const mcap::Salvage& whole,
-                                const std::filesystem::path& out, const mcap::GoesOn& goes_on) {
-  std::error_code ignored;
-  if (std::filesystem::exists(out, ignored)) {
-    return std::unexpected(base::Error{out.string(), "already exists", "give another name, or move it away"});
+/// Adds everything that stands in front of the chunks.
+void addHead(mcap::Writer& to, const mcap::Salvage& whole) {
+  for (const auto& [id, schema] : whole.schemas) to.add(Opcode::schema, schema.content);
+  for (const auto& [id, channel] : whole.channels) {
+    to.add(Opcode::channel, withKnownSchema(channel.content, whole));
   }
-  const std::filesystem::path part = out.string() + ".rewriting";
-  if (!isBeingWritten(part)) std::filesystem::remove(part, ignored);  // left by an interrupted attempt
+  for (const std::uint16_t id : whole.used_channels) {
+    if (whole.channels.contains(id)) continue;
+    std::string record;
+    mcap::addChannel(record, id, 0, fmt::format("/lost_channel_{}", id));
+    to.add(Opcode::channel, std::string_view(record).substr(mcap::kRecordHeadBytes));
+  }
+  for (const IntactRecord& metadata : whole.metadata) to.add(Opcode::metadata, metadata.content);
+  for (const IntactRecord& attachment : whole.attachments) to.add(Opcode::attachment, attachment.content);
+}
+
+base::Result<void> addChunks(mcap::Writer& to, const TraceFile& from, const mcap::Salvage& whole,
+                             const mcap::GoesOn& goes_on) {
+  mcap::Allowance allowance(whole.file_bytes);
+  std::vector<IntactChunk> chunks = whole.chunks;
+  std::ranges::stable_sort(chunks, {}, &IntactChunk::start_ns);
+  for (std::size_t i = 0; i < chunks.size(); ++i) {
+    Unpacked chunk;
+    auto written = chunk.read(from, chunks[i], allowance);
+    if (written) written = to.addChunk(chunk.chunk, chunk.content);
+    if (!written) return written;
+    const double done = static_cast<double>(i + 1) / static_cast<double>(chunks.size());
+    if (goes_on && !goes_on(done)) return std::unexpected(mcap::interrupted(from.path()));
+  }
+  return {};
+}
+
+/// Writes the intact parts of a file to a new one in the order of time: definitions, metadata and
+/// attachments, then chunks with their records unchanged, with new indexes and a new summary. `out` must not
+/// exist; while it is being written its name ends in ".rewriting", which hapticd does not treat as an
+/// unfinished trace. Errors: system errors, stopped; there is then no new file.
+base::Result<void> rewriteTrace(const TraceFile& from, const mcap::Salvage& whole, const fs::path& out,
+                                const mcap::GoesOn& goes_on) {
+  std::error_code ignored;
+  if (fs::exists(out, ignored)) return refuse(out, "already exists", "give another name, or move it away");
+  const fs::path part = out.string() + ".rewriting";
+  if (!isBeingWritten(part)) fs::remove(part, ignored);  // left by an interrupted attempt
   auto file = TraceFile::create(part);
   if (!file) return std::unexpected(file.error());
-  auto done = Rewriting(*file, whole).run(from, goes_on);
-  if (done) done = file->synchronise();
-  if (done) done = renameDurably(part, out);
-  if (!done) std::filesystem::remove(part, ignored);
+  mcap::Writer writer(std::move(*file), out, /*compress=*/false, "", mcap::Durable::whole_file);
+  addHead(writer, whole);
+  auto done = writer.begin();
+  if (done) done = addChunks(writer, from, whole, goes_on);
+  if (done) done = writer.finish();
+  if (!done) fs::remove(part, ignored);
   return done;
 }
 
-base::Result<void> endTrace(TraceFile& file, const mcap::Salvage& whole, std::uint64_t intact_to,
-                            const mcap::GoesOn& goes_on) {
-  const auto ending = endingOf(file, whole, goes_on);
-  if (!ending) return std::unexpected(ending.error());
+/// Writes the ending of a file that was never closed after its intact part, which ends at `intact_to`. It may
+/// be interrupted at any time and repeated.
+base::Result<void> endTrace(TraceFile& file, const mcap::Salvage& whole, std::uint64_t intact_to) {
+  mcap::Summary summary = whole.chunk_summary;
+  for (const auto& [id, schema] : whole.schemas) summary.add(Opcode::schema, schema.offset, schema.content);
+  for (const auto& [id, channel] : whole.channels) {
+    summary.add(Opcode::channel, channel.offset, channel.content);
+  }
+  for (const auto& [offset, content] : whole.metadata) summary.add(Opcode::metadata, offset, content);
+  for (const auto& [offset, content] : whole.attachments) summary.add(Opcode::attachment, offset, content);
   const auto crc = mcap::crcOf(file, 0, intact_to);
   if (!crc) return std::unexpected(crc.error());
+  std::string ending = whole.missing_indexes;
+  ending += summary.ending(intact_to + ending.size(), mcap::crcOf(ending, *crc));
   auto done = file.truncate(intact_to);
-  Growing end(file, intact_to, *crc);
-  if (done) done = end.append(ending->indexes);
-  if (done) done = end.append(ending->summary.ending(end.end(), end.crc()));
+  if (done) done = file.writeAt(intact_to, ending);
   if (done) done = file.synchronise();
   if (!done) (void)file.truncate(intact_to);
   return done;
-}
-
-namespace {
-
-namespace fs = std::filesystem;
-using Outcome = RecoveredTrace::Outcome;
-
-std::unexpected<base::Error> refuse(const fs::path& where, std::string what, std::string remedy) {
-  return std::unexpected(base::Error{where.string(), std::move(what), std::move(remedy)});
 }
 
 bool isPart(const fs::path& file) {
@@ -356,10 +258,10 @@ base::Result<RecoveredTrace> hopeless(const fs::path& part, const mcap::Salvage&
   return recovered;
 }
 
-base::Result<RecoveredTrace> endInPlace(TraceFile& file, const mcap::Salvage& whole, std::uint64_t intact_to,
-                                        const RecoveryProgress& progress) {
+base::Result<RecoveredTrace> endInPlace(TraceFile& file, const mcap::Salvage& whole,
+                                        std::uint64_t intact_to) {
   const fs::path name = finishedName(file.path());
-  auto done = endTrace(file, whole, intact_to, progress);
+  auto done = endTrace(file, whole, intact_to);
   if (done) done = renameDurably(file.path(), name);
   if (!done) return std::unexpected(done.error());
   return reported(whole.chunks.empty() ? Outcome::empty : Outcome::ended, name, whole);
@@ -418,7 +320,7 @@ base::Result<RecoveredTrace> finishTrace(const fs::path& part, const RecoveryPro
   const auto whole = salvageOf(*file, complete.error(), progress);
   if (!whole) return std::unexpected(whole.error());
   if (!isOfHapticd(*whole)) return hopeless(part, *whole);
-  if (whole->intact_to) return endInPlace(*file, *whole, *whole->intact_to, progress);
+  if (whole->intact_to) return endInPlace(*file, *whole, *whole->intact_to);
   return replaceDamaged(*file, *whole, progress);
 } catch (const std::bad_alloc&) {
   return std::unexpected(mcap::outOfMemory(part));

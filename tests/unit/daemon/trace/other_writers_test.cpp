@@ -2,11 +2,13 @@
 // Traces rewritten by other programs, in every form that the specification of MCAP allows; their bytes are
 // assembled here without the writer's code.
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <functional>
 #include <string>
+#include <tuple>
 
 #include "daemon/trace/format/messages.h"
 #include "daemon/trace/reader/trace_reader.h"
@@ -90,20 +92,26 @@ TEST_F(OtherWriters, MessagesMayBeOutsideOfChunksEvenInAdditionToThem) {
   expectAllTicks(head + some + tickChunk(20, 60) + endOf());
 }
 
-TEST_F(OtherWriters, MessagesAndChunksMayBeInAnyOrder) {
-  std::string backwards, even, odd;
-  for (std::size_t i = kTickCount; i-- > 30;) backwards += tick(i);
-  for (std::size_t i = 0; i < 30; ++i) (i % 2 == 0 ? even : odd) += tick(i);
-  expectAllTicks(kMcapMagic + headerOf("") + traceMetadata() +
-                 chunkOf(time_ns(30), time_ns(59), tickDefinitions() + backwards) +
-                 chunkOf(time_ns(1), time_ns(29), odd) + chunkOf(time_ns(0), time_ns(28), even) + endOf());
-}
-
-TEST_F(OtherWriters, ChunksMayOverlapInTime) {
+TEST_F(OtherWriters, AFileOutOfOrderIsRefusedWithThePlaceAndTheToolThatSortsIt) {
+  const std::string head = kMcapMagic + headerOf("") + traceMetadata() + tickDefinitions();
   std::string even, odd;
   for (std::size_t i = 0; i < kTickCount; ++i) (i % 2 == 0 ? even : odd) += tick(i);
-  expectAllTicks(kMcapMagic + headerOf("") + traceMetadata() + tickDefinitions() +
-                 chunkOf(time_ns(0), time_ns(58), even) + chunkOf(time_ns(1), time_ns(59), odd) + endOf());
+  const std::string overlapping = head + chunkOf(time_ns(0), time_ns(58), even),
+                    backwards = head + tickChunk(30, 60), loose = head + tick(1) + tick(2);
+  for (const auto& [before, out_of_order, earlier] :
+       {std::tuple{overlapping, chunkOf(time_ns(1), time_ns(59), odd), "0.057000000 s"},
+        std::tuple{backwards, tickChunk(0, 30), "0.059000000 s"},
+        std::tuple{head, chunkOf(time_ns(3), time_ns(4), tick(4) + tick(3)), "0.001000000 s"},
+        std::tuple{loose, tick(0), "0.002000000 s"}}) {
+    const std::string content = before + out_of_order + endOf(), error = errorOf(content);
+    EXPECT_NE(error.find(fmt::format("at byte {} there is a message {}", before.size(), earlier)),
+              std::string::npos)
+        << error;
+    EXPECT_NE(error.find("mcap sort"), std::string::npos) << error;
+    const auto recovered = recoverTrace(folder_.write("a.mcap", content), folder_.path() / "out.mcap");
+    ASSERT_TRUE(recovered) << recovered.error().text();
+    EXPECT_EQ(recovered->outcome, RecoveredTrace::Outcome::intact) << "nothing is lost";
+  }
 }
 
 TEST_F(OtherWriters, UnknownRecordsAndChannelsAreSkipped) {
