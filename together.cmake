@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Which targets are compiled several sources at once: most of the time goes into what their headers instantiate, which one
-# compilation of eight sources does once. Sources of which two use the same name for themselves are compiled APART.
+# compilation of eight sources does once. Sources of which two use the same name for themselves are compiled APART. Left out
+# are libraries of which programs take single sources, with the libraries that only these need, as config/ and drivers/; and
+# rt/, whose kernels are compiled for several processors each.
 option(HAPTICD_TOGETHER "Compile several sources at once; OFF for tools that look at single sources, as clangd does" ON)
 
 # hapticd_together(target [APART sources..]): sources by their path from the root.
@@ -56,17 +58,8 @@ hapticd_together(hapticctl_tests APART
 hapticd_together(hapticctl_text)
 hapticd_together(hapticctl_work APART
   tools/hapticctl/events.cpp)
-hapticd_together(hapticd_base APART
-  config/base/file_content.cpp)
 hapticd_together(hapticd_box_test_support)
 hapticd_together(hapticd_bridge)
-hapticd_together(hapticd_config APART
-  config/additions/addition_checks.cpp
-  config/additions/addition_fields.cpp
-  config/additions/addition_reader.cpp
-  config/loosening.cpp
-  config/settings/label_image.cpp
-  config/settings/line_address.cpp)
 hapticd_together(hapticd_control APART
   daemon/control/base/addition_change.cpp
   daemon/control/base/feed.cpp
@@ -90,19 +83,6 @@ hapticd_together(hapticd_doctor APART
   tools/hapticctl/doctor/examination.cpp
   tools/hapticctl/doctor/gpio_check.cpp
   tools/hapticctl/doctor/handle_check.cpp)
-hapticd_together(hapticd_drivers APART
-  drivers/camera/freenect/freenect_worker.cpp
-  drivers/camera/recorded/recorded_camera.cpp
-  drivers/camera/synthetic/camera_noise.cpp
-  drivers/camera/synthetic/depth_sensor.cpp
-  drivers/camera/synthetic/synthetic_camera.cpp
-  drivers/handle/falcon/falcon_firmware.cpp
-  drivers/handle/falcon/falcon_handle.cpp
-  drivers/handle/falcon/ftdi_port.cpp
-  drivers/handle/udp/packet.cpp
-  drivers/handle/udp/udp_socket.cpp
-  drivers/led/gpiod/chip_path.cpp
-  drivers/led/gpiod/output_line_v1.cpp)
 hapticd_together(hapticd_emulated_uvc APART
   tests/vm/emulators/uvc/orbbec_unit.cpp)
 hapticd_together(hapticd_ros_commands)
@@ -121,10 +101,6 @@ hapticd_together(hapticd_truth APART
   tools/lib/truth/known_solid.cpp)
 hapticd_together(hapticd_usbip_emulator APART
   tests/vm/emulators/usbip/control_socket.cpp)
-hapticd_together(hapticd_v4l2 APART
-  drivers/camera/v4l2/camera_report.cpp
-  drivers/camera/v4l2/capture_stream.cpp
-  drivers/camera/v4l2/orbbec_messages.cpp)
 hapticd_together(hapticd_vendor_bridge APART
   tools/haptic-vendor-bridge/inverse3/driven_device.cpp
   tools/haptic-vendor-bridge/inverse3/inverse3_driver.cpp
