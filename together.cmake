@@ -88,12 +88,6 @@ hapticd_together(hapticd_emulated_uvc APART
 hapticd_together(hapticd_ros_commands)
 hapticd_together(hapticd_ros_dds)
 hapticd_together(hapticd_ros_messages)
-hapticd_together(hapticd_solids APART
-  tools/lib/solids/field/mesh_body.cpp
-  tools/lib/solids/field/mesh_field.cpp
-  tools/lib/solids/files/label_reader.cpp
-  tools/lib/solids/files/markups_reader.cpp
-  tools/lib/solids/files/nifti_format.cpp)
 hapticd_together(hapticd_state APART
   daemon/state/profile_folder.cpp)
 hapticd_together(hapticd_test_support)
