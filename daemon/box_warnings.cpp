@@ -47,7 +47,7 @@ void addStiffness(const rt::Tick& tick, const WarningSources& sources, Warnings&
 }
 
 /// Adds warnings about a device that does not do what it says.
-void addClaims(const rt::LoopState& loop, Warnings& list) {
+void addClaims(const rt::LoopState& loop, const WarningSources& sources, Warnings& list) {
   const rt::Tick& tick = loop.tick;
   const rt::VelocityClaim claim = tick.handle.velocity_claim;
   if (claim == rt::VelocityClaim::distrusted || claim == rt::VelocityClaim::contradicted) {
@@ -61,16 +61,22 @@ void addClaims(const rt::LoopState& loop, Warnings& list) {
   if (unknown) {
     list.emplace_back(
         "the device did not move as hapticd knocked at it, so how late forces act is not known, and the "
-        "stiffness "
-        "is limited as if they acted 60 ms late (switch its motors on and hold it lightly: hapticd knocks "
-        "again "
-        "every 5 s while engaged; or set handle.device_latency_s and switch handle.measure_latency off)");
+        "stiffness is limited as if they acted 60 ms late (switch its motors on and hold it lightly: hapticd "
+        "knocks again every 5 s while engaged; or set handle.device_latency_s and switch "
+        "handle.measure_latency off)");
   } else if (tick.hidden_latency_s > kNotable_s) {
     list.push_back(
         fmt::format("forces act {:.0f} ms later than the handle's driver can tell, which lowers the largest "
                     "stiffness (shorten what delays them, or add this to handle.device_latency_s if it is "
                     "known and constant)",
                     tick.hidden_latency_s * 1e3));
+  }
+  const double mass_kg = sources.settings.handle.effectiveDeviceMass_kg();
+  if (tick.handle.probes && rt::HiddenLatency::isLighter(loop.latency, mass_kg)) {
+    list.push_back(
+        fmt::format("the device moves like one of {:.0f} g and not of {:.0f} g, and the stiffness is limited "
+                    "accordingly (set handle.device_mass_kg to its mass)",
+                    loop.latency.mass_kg * 1e3, mass_kg * 1e3));
   }
 }
 
@@ -80,7 +86,7 @@ void addHandle(const drivers::HandleStatus& handle, const rt::LoopState& loop, c
     list.push_back(fmt::format("handle {}: {}", nameOf(handle.state), handle.detail));
   }
   addStiffness(loop.tick, sources, list);
-  addClaims(loop, list);
+  addClaims(loop, sources, list);
   if (!handle.advice.empty()) list.push_back("handle: " + handle.advice);
 }
 

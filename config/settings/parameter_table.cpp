@@ -200,8 +200,8 @@ constexpr auto kGridToHandle = std::to_array<Parameter>({
         "time by which the device exerts a command later, or measures its position earlier, than its driver can tell; added to "
         "the delay that stiffness limit and contact damping follow from"),
     HAPTICD_PARAMETER(handle.measure_latency, "", {}, "",
-        "drivers udp and falcon: measure how late forces act with a knock of 0.5 N for 0.16 s when the box first engages, and "
-        "allow for what the driver cannot tell"),
+        "drivers udp and falcon: measure how late forces act with a knock of 0.5 N for 0.16 s when the box first engages, "
+        "again every 5 s while it finds nothing, and allow for what the driver cannot tell"),
 });
 
 constexpr auto kLedsToTrace = std::to_array<Parameter>({

@@ -66,9 +66,13 @@ class HiddenLatency {
   /// Returns the mass that the rules of stability are to assume of the device: the configured one, unless
   /// device and hand together moved like a clearly lighter one.
   double deviceMass_kg(double configured_kg) const noexcept {
-    constexpr double kClearly = 0.8;  // the measurement is within 15 %
-    const double measured_kg = found_ ? probe_.result().mass_kg : configured_kg;
-    return measured_kg < kClearly * configured_kg ? measured_kg : configured_kg;
+    return found_ && isLighter(probe_.result(), configured_kg) ? probe_.result().mass_kg : configured_kg;
+  }
+  /// Whether device and hand moved like a device that is clearly lighter than configured: the measurement is
+  /// within 15 %.
+  static bool isLighter(const LatencyProbe::Result& measured, double configured_kg) noexcept {
+    constexpr double kClearly = 0.8;
+    return measured.conclusive && measured.mass_kg < kClearly * configured_kg;
   }
   /// Of the newest measurement.
   const LatencyProbe::Result& result() const noexcept { return probe_.result(); }

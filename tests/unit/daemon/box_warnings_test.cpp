@@ -133,7 +133,12 @@ TEST(BoxWarnings, NameADeviceThatDoesNotDoWhatItSays) {
   ASSERT_EQ(box.warnings().size(), 1U);
   EXPECT_TRUE(box.warnings()[0].starts_with("the device did not move")) << box.warnings()[0];
   box.status.loop.state.latency.conclusive = true;
-  EXPECT_TRUE(box.warnings().empty());
+  box.status.loop.state.latency.mass_kg = 0.04;
+  EXPECT_TRUE(box.warnings().empty()) << box.warnings()[0];
+  box.status.loop.state.latency.mass_kg = 0.0102;
+  ASSERT_EQ(box.warnings().size(), 1U);
+  EXPECT_TRUE(box.warnings()[0].starts_with("the device moves like one of 10 g and not of 45 g"))
+      << box.warnings()[0];
 }
 
 TEST(BoxWarnings, NeverSendAReaderInACircle) {
