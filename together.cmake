@@ -20,11 +20,10 @@ endfunction()
 
 hapticd_together(box_tests)
 hapticd_together(config_tests APART
-  tests/unit/config/addition_refusal_test.cpp
   tests/unit/config/automatic_stiffness_test.cpp
-  tests/unit/config/conflicts_test.cpp
   tests/unit/config/libyaml_reader.cpp
-  tests/unit/config/loosening_test.cpp)
+  tests/unit/config/loosening_test.cpp
+  tests/unit/config/refusals_test.cpp)
 hapticd_together(control_test APART
   tests/unit/daemon/control/addition_methods_test.cpp
   tests/unit/daemon/control/conformance_test.cpp)
