@@ -60,13 +60,12 @@ INSTANTIATE_TEST_SUITE_P(
     Studies, BenchParts,
     testing::Values(Study{"accuracy",
                           {"--quick", "--noises", "none,harsh", "--laws", "nearest_springs,surface"}},
-                    Study{"stability", {"--quick", "--delays", "0,2,5", "--laws", "reference,proxy"}},
-                    Study{"sweep", {"--quick", "--untimed", "--recordings", "/nowhere"}}),
+                    Study{"stability", {"--quick", "--delays", "0,2,5", "--laws", "reference,proxy"}}),
     [](const auto& parameter) { return std::string(parameter.param.name); });
 
 TEST(BenchPart, IsRefusedWithAWrongNumberWithoutAFileAndTogetherWithJoin) {
   const auto errors = [](std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), {HAPTICBENCH_PROGRAM, "sweep"});
+    arguments.insert(arguments.begin(), {HAPTICBENCH_PROGRAM, "stability"});
     const Finished finished = runToEnd(arguments);
     EXPECT_EQ(finished.ending, exitedWith(64));
     return finished.errors;

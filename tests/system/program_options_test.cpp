@@ -202,8 +202,7 @@ TEST(ProgramOptions, EndingsThatStandForNoFormatAreRefusedBeforeTheWork) {
                                     {HAPTICBENCH_PROGRAM, "pareto", "--plot"},
                                     {HAPTICBENCH_PROGRAM, "jitter", "--json"},
                                     {HAPTICBENCH_PROGRAM, "noise", "--json"},
-                                    {HAPTICBENCH_PROGRAM, "strokes", "--json"},
-                                    {HAPTICBENCH_PROGRAM, "sweep", "--json"}};
+                                    {HAPTICBENCH_PROGRAM, "strokes", "--json"}};
   for (Words command : commands) {
     command.push_back(file);
     const Finished refused = runToEnd(command);

@@ -20,7 +20,7 @@ int run(int argc, char** argv) {
       accuracyCommand(app),   buzzCommand(app),    camerasCommand(app),   fixturesCommand(app),
       jitterCommand(app),     noiseCommand(app),   occlusionCommand(app), paretoCommand(app),
       recordingsCommand(app), solidsCommand(app),  stabilityCommand(app), strokesCommand(app),
-      sweepCommand(app),      trackingCommand(app)};
+      trackingCommand(app)};
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -140,7 +140,6 @@ StudyCommand recordingsCommand(CLI::App& app);
 StudyCommand solidsCommand(CLI::App& app);
 StudyCommand stabilityCommand(CLI::App& app);
 StudyCommand strokesCommand(CLI::App& app);
-StudyCommand sweepCommand(CLI::App& app);
 StudyCommand trackingCommand(CLI::App& app);
 
 }  // namespace hapticd::tools
