@@ -110,6 +110,7 @@ hapticd_together(hapticctl APART
 hapticd_together(hapticctl_library_tests)
 hapticd_together(hapticctl_tests APART
   tests/system/hapticctl/hapticctl_every_command_test.cpp
+  --
   tests/system/hapticctl/hapticctl_view_test.cpp)
 hapticd_together(hapticctl_text)
 hapticd_together(hapticctl_work APART

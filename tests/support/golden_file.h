@@ -14,8 +14,9 @@ namespace hapticd::test {
 ///     input
 ///     ----
 ///     answer
-/// with an empty line after each answer. Behind NAME `escaped` may stand: the input is one line then, with \n,
-/// \r, \t, \\ and \xHH. Lines before the first case are a comment.
-void expectGolden(const std::string& path, const std::function<std::string(const std::string& input)>& answer);
+/// with an empty line after each answer. Behind NAME `escaped` may stand: the input is one line then, with
+/// \n, \r, \t, \\ and \xHH. Lines before the first case are a comment.
+void expectGolden(const std::string& path,
+                  const std::function<std::string(const std::string& input)>& answer);
 
 }  // namespace hapticd::test

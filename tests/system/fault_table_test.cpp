@@ -166,22 +166,10 @@ class FaultTable : public testing::Test {
 
   std::vector<std::string> bridgeCommand() const {
     // without damping of its own the device exerts what it is commanded to
-    return {HAPTIC_BRIDGE_PROGRAM,
-            "--no-damping",
-            "--peer",
-            ownLoopback(1) + ":47800",
-            "--local",
+    return {HAPTIC_BRIDGE_PROGRAM, "--no-damping", "--peer", ownLoopback(1) + ":47800", "--local",
             ownLoopback(2) + ":47801",
             // springs begin again only when the hand has left them, so it strokes and retreats in turn
-            "--start",
-            "0,0,-0.94",
-            "--travel",
-            "0.05",
-            "--speed",
-            "0.3",
-            "--press-force",
-            "2",
-            "--log",
+            "--start", "0,0,-0.94", "--travel", "0.05", "--speed", "0.3", "--press-force", "2", "--log",
             log()};
   }
 

@@ -117,9 +117,14 @@ TEST_F(SlurmTest, NamesThePartsThatFailedAndJoinsNothing) {
 }
 
 TEST(SlurmScript, RefusesWrongUsageBeforeItSubmits) {
-  const std::vector<std::vector<std::string>> wrong{
-      {},          {"pareto"},              {"--parts", "0", "accuracy"},     {"--parts", "1001", "accuracy"},
-      {"--parts"}, {"--quick", "accuracy"}, {"accuracy", "--part", "1/2"}, {"accuracy", "--json=x.json"}};
+  const std::vector<std::vector<std::string>> wrong{{},
+                                                    {"pareto"},
+                                                    {"--parts", "0", "accuracy"},
+                                                    {"--parts", "1001", "accuracy"},
+                                                    {"--parts"},
+                                                    {"--quick", "accuracy"},
+                                                    {"accuracy", "--part", "1/2"},
+                                                    {"accuracy", "--json=x.json"}};
   for (std::vector<std::string> arguments : wrong) {
     arguments.insert(arguments.begin(), {"/bin/bash", HAPTICD_SLURM});
     const Finished refused = runToEnd(arguments);
