@@ -19,7 +19,6 @@ struct Part {
   std::size_t number = 1;
   std::size_t count = 1;
 
-  bool isWhole() const { return count == 1; }
   /// Whether case `index` is of this part. Every case is of exactly one part. The cases are dealt in turn,
   /// beginning one part later in each round, so that a cost that recurs with the period of `count` does not
   /// fall on the same part always.
