@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/system/support/bridge_log.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -37,9 +38,10 @@ std::vector<BridgeRow> bridgeRows(const std::filesystem::path& log) {
 }
 
 std::string ownLoopback(int host) {
-  const int pid = ::getpid();
-  return "127." + std::to_string(64 + (pid >> 14) % 128) + "." + std::to_string((pid >> 6) & 255) + "." +
-         std::to_string(((pid & 63) << 2) + host);
+  constexpr int kHosts = 8;  // of each process: 0 to 7
+  const int process = ::getpid() * kHosts;
+  return fmt::format("127.{}.{}.{}", 64 + (process >> 16) % 128, (process >> 8) & 255,
+                     (process & 255) + host);
 }
 
 }  // namespace hapticd::test

@@ -28,7 +28,7 @@ struct BridgeRow {
 /// The rows that are in the log so far, none before it is begun; a test fails if the file is not such a log.
 std::vector<BridgeRow> bridgeRows(const std::filesystem::path& log);
 
-/// Addresses of the loopback network that no other test has at the moment.
+/// Addresses of the loopback network that no other test has at the moment. `host`: 1..6.
 std::string ownLoopback(int host);
 
 }  // namespace hapticd::test
