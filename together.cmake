@@ -313,11 +313,11 @@ hapticd_together(hapticd_v4l2 SETS
   drivers/camera/v4l2/capture_stream.cpp
   drivers/camera/v4l2/realsense_messages.cpp)
 hapticd_together(hapticd_vendor_bridge APART
-  tools/haptic-vendor-bridge/inverse3/driven_device.cpp
+  tools/haptic-bridge/inverse3/driven_device.cpp
   --
-  tools/haptic-vendor-bridge/inverse3/inverse3_driver.cpp
+  tools/haptic-bridge/inverse3/inverse3_driver.cpp
   --
-  tools/haptic-vendor-bridge/inverse3/service_link.cpp)
+  tools/haptic-bridge/inverse3/service_link.cpp)
 hapticd_together(hapticd_view_server APART
   tools/hapticd-view/server/socket_progress.cpp)
 hapticd_together(hard_case_tests APART

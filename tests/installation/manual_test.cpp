@@ -12,7 +12,7 @@
 namespace hapticd::test {
 namespace {
 
-const std::vector<std::string> kPages{"man1/haptic-bridge.1.gz",  "man1/haptic-vendor-bridge.1.gz",
+const std::vector<std::string> kPages{"man1/haptic-bridge.1.gz",
                                       "man1/haptic-palpate.1.gz", "man1/haptic-replay.1.gz",
                                       "man1/hapticbench.1.gz",    "man1/hapticctl.1.gz",
                                       "man5/hapticd.yaml.5.gz",   "man7/hapticd-varlink.7.gz",
@@ -115,7 +115,6 @@ TEST(Manual, ShowsEveryCommandAndOptionOfHapticbench) {
 
 TEST(Manual, ShowsEveryOptionOfHapticBridge) {
   expectComplete("haptic-bridge", "man1/haptic-bridge.1.gz");
-  expectComplete("haptic-vendor-bridge", "man1/haptic-vendor-bridge.1.gz");
 }
 
 TEST(Manual, ShowsEveryOptionOfHapticPalpate) {

@@ -42,7 +42,7 @@ class UnitCopies {
     for (const std::string tool : {"hapticd-metrics@.service", "hapticd-view.service", "hapticd-view.socket"})
       folder_.write(tool, withStagedTools(unit(tool)));
     for (const std::string example :
-         {"haptic-vendor-bridge.service", "hapticd-check.service", "hapticd-mail.service"})
+         {"haptic-bridge.service", "hapticd-check.service", "hapticd-mail.service"})
       folder_.write(example, withStagedTools(contentOf(stagedRoot() / kExamples / example)));
     if (HAPTICD_WITH_ROS) folder_.write("hapticd-ros.service", withStagedTools(unit("hapticd-ros.service")));
   }
@@ -68,7 +68,7 @@ TEST(Units, HaveNothingThatSystemdComplainsAbout) {
               {"verify", "--man=no", copies.path("hapticd.service"), copies.path("hapticd-status.socket"),
                copies.path("hapticd-control.socket"), copies.path("hapticd-metrics.socket"),
                copies.path("hapticd-metrics@.service"), copies.path("hapticd-view.socket"),
-               copies.path("hapticd-view.service"), copies.path("haptic-vendor-bridge.service"),
+               copies.path("hapticd-view.service"), copies.path("haptic-bridge.service"),
                copies.path("hapticd-check.service"), copies.path("hapticd-mail.service")});
   EXPECT_EQ(finished.ending, exitedWith(0));
   EXPECT_EQ(finished.output + finished.errors, "");
@@ -91,7 +91,7 @@ TEST(Units, ExposeLittle) {
   const UnitCopies copies;
   std::vector<std::pair<std::string, int>> units{
       {"hapticd.service", 19},       {"hapticd-metrics@.service", 10},
-      {"hapticd-view.service", 19},  {"haptic-vendor-bridge.service", 19},
+      {"hapticd-view.service", 19},  {"haptic-bridge.service", 19},
       {"hapticd-check.service", 10}, {"hapticd-mail.service", 40}};  // runs as root
   if (HAPTICD_WITH_ROS) units.emplace_back("hapticd-ros.service", 19);
   for (const auto& [unit, most] : units) {
@@ -104,7 +104,7 @@ TEST(Units, ExposeLittle) {
 
 /// A library of a vendor may do what the user of its process may.
 TEST(Units, KeepTheCodeOfAVendorFromTheBoxAndFromHomes) {
-  const std::string bridge = contentOf(stagedRoot() / kExamples / "haptic-vendor-bridge.service");
+  const std::string bridge = contentOf(stagedRoot() / kExamples / "haptic-bridge.service");
   EXPECT_EQ(unitSetting(bridge, "User"), "hapticd-vendor");
   EXPECT_EQ(unitSetting(bridge, "SupplementaryGroups"), "");
   EXPECT_EQ(unitSetting(bridge, "ProtectHome"), "yes");

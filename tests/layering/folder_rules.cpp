@@ -138,10 +138,9 @@ const std::vector<FolderRule>& folderRules() {
       {"daemon/trace/writer", {"daemon/trace/format", "daemon/trace/foxglove", "daemon/trace/mcap"}},
 
       // programs, which may use all libraries and no other program
-      {"tools/haptic-bridge", tool_libraries},
       {"tools/haptic-palpate", tool_libraries},
-      {"tools/haptic-vendor-bridge", with(tool_libraries, {"tools/haptic-vendor-bridge/"})},
-      {"tools/haptic-vendor-bridge/*", with(tool_libraries, {"tools/haptic-vendor-bridge/base"})},
+      {"tools/haptic-bridge", with(tool_libraries, {"tools/haptic-bridge/"})},
+      {"tools/haptic-bridge/*", with(tool_libraries, {"tools/haptic-bridge/base"})},
       {"tools/haptic-replay", tool_libraries},
       {"tools/hapticbench", with(studies, {"tools/hapticbench/strokes"})},
       {"tools/hapticbench/commands", commands},

@@ -150,12 +150,12 @@ std::vector<std::string> wrongIncludes(const fs::path& root) {
 
 const std::vector<GuardedLibrary>& guardedLibraries() {
   static const std::vector<GuardedLibrary> all{
-      {"boost/", {"tools/haptic-vendor-bridge/inverse3", "tools/hapticd-view"}},
+      {"boost/", {"tools/haptic-bridge/inverse3", "tools/hapticd-view"}},
       {"dds/", {"tools/hapticd-ros/dds"}},
       {"gpiod", {"drivers/led/gpiod"}},
       {"hidapi", {"drivers"}},
       {"libfreenect", {"drivers/camera/freenect"}},
-      {"libraw1394", {"tools/haptic-vendor-bridge/phantom_omni"}},
+      {"libraw1394", {"tools/haptic-bridge/phantom_omni"}},
       {"libusb", {"drivers"}},
       {"lz4", {"daemon/trace"}},
       {"nettle/", {"config/base", "drivers/handle/udp"}},

@@ -137,7 +137,7 @@ TEST_F(ThisComputer, IsWhereEverySocketIsBoundAndNobodyElseReachesOne) {
         "--token-file", (home_.path() / "token").string()},
        1},
       {{HAPTIC_BRIDGE_PROGRAM, "--peer", "127.0.0.1:47800"}, 1},
-      {{HAPTIC_VENDOR_BRIDGE_PROGRAM, "force-dimension", "--peer", "127.0.0.1:47800"}, 1},
+      {{HAPTIC_BRIDGE_PROGRAM, "force-dimension", "--peer", "127.0.0.1:47800"}, 1},
       {ros("box", {"--take", "state_command"}), 5},
       {{HAPTIC_CRTK_BRIDGE_PROGRAM, "--arm", "arm", "--peer", "127.0.0.1:47800"}, 6}};
   for (const Case& one : cases) {

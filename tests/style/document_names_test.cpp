@@ -52,7 +52,6 @@ struct Known {
                                      {"haptic-crtk-bridge", HAPTIC_CRTK_BRIDGE_PROGRAM},
 #endif
                                      {"haptic-bridge", HAPTIC_BRIDGE_PROGRAM},
-                                     {"haptic-vendor-bridge", HAPTIC_VENDOR_BRIDGE_PROGRAM},
                                      {"haptic-palpate", HAPTIC_PALPATE_PROGRAM},
                                      {"haptic-replay", HAPTIC_REPLAY_PROGRAM},
                                      {"hapticbench", HAPTICBENCH_PROGRAM}}) {

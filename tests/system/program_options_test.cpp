@@ -32,7 +32,6 @@ const std::vector<Subject> kPrograms{{"hapticd", HAPTICD_PROGRAM, 64},
                                      {"haptic-crtk-bridge", HAPTIC_CRTK_BRIDGE_PROGRAM, 64},
 #endif
                                      {"haptic-bridge", HAPTIC_BRIDGE_PROGRAM, 64},
-                                     {"haptic-vendor-bridge", HAPTIC_VENDOR_BRIDGE_PROGRAM, 64},
                                      {"haptic-palpate", HAPTIC_PALPATE_PROGRAM, 64},
                                      {"haptic-replay", HAPTIC_REPLAY_PROGRAM, 64},
                                      {"hapticbench", HAPTICBENCH_PROGRAM, 64}};

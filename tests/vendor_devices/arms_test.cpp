@@ -6,7 +6,7 @@
 #include "rt/base/clock.h"
 #include "tests/vendor_devices/bridge_under_test.h"
 
-// haptic-vendor-bridge with the fake libraries of two vendors: what holds for every arm.
+// haptic-bridge with the fake libraries of two vendors: what holds for every arm.
 namespace hapticd::test {
 namespace {
 

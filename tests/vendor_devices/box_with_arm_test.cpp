@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A whole box: hapticd, haptic-vendor-bridge and a device behind a fake library or service of its vendor,
+// A whole box: hapticd, haptic-bridge and a device behind a fake library or service of its vendor,
 // from the first opening over a wall that holds the hand, a cable that is pulled and programs that are
 // killed, and back.
 #include <fmt/format.h>
@@ -36,7 +36,7 @@ class DeviceInHand {
  public:
   virtual ~DeviceInHand() = default;
   /// The bridge that drives it.
-  virtual std::string program() { return HAPTIC_VENDOR_BRIDGE_PROGRAM; }
+  virtual std::string program() { return HAPTIC_BRIDGE_PROGRAM; }
   /// By which the bridge finds it.
   virtual std::vector<std::string> options() = 0;
   virtual std::vector<std::string> environment() { return {}; }

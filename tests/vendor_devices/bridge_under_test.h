@@ -41,7 +41,7 @@ inline drivers::SimulatedHandleSettings stillHand() {
   return hand;
 }
 
-/// An emulated arm, a haptic-vendor-bridge that drives it, and the peer of that.
+/// An emulated arm, a haptic-bridge that drives it, and the peer of that.
 class BridgeUnderTest : public BridgeWithPeer {
  public:
   explicit BridgeUnderTest(VendorKind kind, const drivers::SimulatedHandleSettings& hand = stillHand())

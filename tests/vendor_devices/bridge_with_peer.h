@@ -10,7 +10,7 @@
 
 namespace hapticd::test {
 
-/// A haptic-vendor-bridge and its peer.
+/// A haptic-bridge and its peer.
 class BridgeWithPeer {
  public:
   Peer& peer() { return peer_; }
@@ -20,7 +20,7 @@ class BridgeWithPeer {
   void launch(const std::string& kind, const std::vector<std::string>& more,
               const std::vector<std::string>& environment) {
     std::vector<std::string> command{
-        HAPTIC_VENDOR_BRIDGE_PROGRAM, kind, "--peer", peer_.address(), "--max-force", "100"};
+        HAPTIC_BRIDGE_PROGRAM, kind, "--peer", peer_.address(), "--max-force", "100"};
     command.insert(command.end(), more.begin(), more.end());
     program_.emplace(command, ProgramOptions{.environment = environment});
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A haptic device and the software of its vendor, emulated, to try haptic-vendor-bridge by hand: see
+// A haptic device and the software of its vendor, emulated, to try haptic-bridge by hand: see
 // README.md.
 #include <fmt/format.h>
 #include <poll.h>
@@ -22,7 +22,7 @@ namespace {
 
 constexpr const char* kUsage =
     "usage: emulated-handle force-dimension|openhaptics|inverse3\n"
-    "Prints how to start haptic-vendor-bridge on an emulated device, whose hand moves 40 mm to and fro along "
+    "Prints how to start haptic-bridge on an emulated device, whose hand moves 40 mm to and fro along "
     "-z\n"
     "and presses with 2 N where something holds it. Standard input: 'unplug', 'plug', 'forget' (it has lost "
     "its\n"
@@ -55,7 +55,7 @@ class EmulatedLibrary final : public Emulation {
   }
   std::string command() const override {
     return fmt::format("{}={} {} {} --library {}", kArmVariable, (folder_.path() / "arm").string(),
-                       HAPTIC_VENDOR_BRIDGE_PROGRAM, kind_, library_);
+                       HAPTIC_BRIDGE_PROGRAM, kind_, library_);
   }
   double exerted_n() override { return arm_.memory().exerted_n; }
   bool take(std::string_view word) override {
@@ -87,7 +87,7 @@ class EmulatedService final : public Emulation {
  public:
   EmulatedService() { service_.setFaults(kNotCalibrated); }
   std::string command() const override {
-    return fmt::format("{} inverse3 --address {}", HAPTIC_VENDOR_BRIDGE_PROGRAM, service_.address());
+    return fmt::format("{} inverse3 --address {}", HAPTIC_BRIDGE_PROGRAM, service_.address());
   }
   double exerted_n() override { return norm(service_.record().exerted_n); }
   bool take(std::string_view word) override {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program that emulates a device to try haptic-vendor-bridge by hand.
+// The program that emulates a device to try haptic-bridge by hand.
 #include <gtest/gtest.h>
 
 #include <csignal>

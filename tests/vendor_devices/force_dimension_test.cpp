@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "tests/vendor_devices/bridge_under_test.h"
-#include "tools/haptic-vendor-bridge/force_dimension/force_dimension_driver.h"
+#include "tools/haptic-bridge/force_dimension/force_dimension_driver.h"
 
-// haptic-vendor-bridge with a fake libdrd.so.
+// haptic-bridge with a fake libdrd.so.
 namespace hapticd::test {
 namespace {
 

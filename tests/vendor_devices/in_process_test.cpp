@@ -8,7 +8,7 @@
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/vendor_devices/bridge_under_test.h"
-#include "tools/haptic-vendor-bridge/device_rows.h"
+#include "tools/haptic-bridge/device_rows.h"
 #include "tools/lib/device/threaded_device.h"
 
 // The drivers in this process, in the place of the bridge's loop.

@@ -3,11 +3,11 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tools/haptic-vendor-bridge/inverse3/driven_device.h"
-#include "tools/haptic-vendor-bridge/inverse3/echo_check.h"
-#include "tools/haptic-vendor-bridge/inverse3/safety_watch.h"
-#include "tools/haptic-vendor-bridge/inverse3/service_link.h"
-#include "tools/haptic-vendor-bridge/inverse3/service_messages.h"
+#include "tools/haptic-bridge/inverse3/driven_device.h"
+#include "tools/haptic-bridge/inverse3/echo_check.h"
+#include "tools/haptic-bridge/inverse3/safety_watch.h"
+#include "tools/haptic-bridge/inverse3/service_link.h"
+#include "tools/haptic-bridge/inverse3/service_messages.h"
 
 // Texts and decisions of the driver of the Inverse3, without sockets.
 namespace hapticd::tools::inverse3 {

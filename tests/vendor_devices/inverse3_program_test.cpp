@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The built haptic-vendor-bridge between a fake Inverse Service and a peer that commands forces.
+// The built haptic-bridge between a fake Inverse Service and a peer that commands forces.
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -15,7 +15,7 @@ namespace {
 std::vector<std::string> commandFor(const std::string& address, const Peer& peer,
                                     const std::vector<std::string>& more = {}) {
   std::vector<std::string> command{
-      HAPTIC_VENDOR_BRIDGE_PROGRAM, "inverse3", "--address", address, "--peer", peer.address()};
+      HAPTIC_BRIDGE_PROGRAM, "inverse3", "--address", address, "--peer", peer.address()};
   command.insert(command.end(), more.begin(), more.end());
   return command;
 }

@@ -9,8 +9,8 @@
 #include "rt/base/clock.h"
 #include "tests/support/program.h"
 #include "tests/vendor_devices/fake_inverse_service.h"
-#include "tools/haptic-vendor-bridge/inverse3/echo_check.h"
-#include "tools/haptic-vendor-bridge/inverse3/inverse3_driver.h"
+#include "tools/haptic-bridge/inverse3/echo_check.h"
+#include "tools/haptic-bridge/inverse3/inverse3_driver.h"
 #include "tools/lib/device/threaded_device.h"
 
 // The driver of the Inverse3 with a fake service, over real sockets.

@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "tests/vendor_devices/bridge_under_test.h"
-#include "tools/haptic-vendor-bridge/open_haptics/open_haptics_driver.h"
+#include "tools/haptic-bridge/open_haptics/open_haptics_driver.h"
 
-// haptic-vendor-bridge with a fake libHD.so.
+// haptic-bridge with a fake libHD.so.
 namespace hapticd::test {
 namespace {
 

@@ -1,79 +1,250 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <sysexits.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/base/program.h"
 #include "rt/base/realtime_thread.h"
+#include "tools/haptic-bridge/calibrate_command.h"
+#include "tools/haptic-bridge/device_rows.h"
+#include "tools/haptic-bridge/inverse3/service_link.h"
+#include "tools/haptic-bridge/phantom_omni/gain_measurement.h"
 #include "tools/lib/bridge/bridge_program.h"
 #include "tools/lib/bridge/simulated_device.h"
+#include "tools/lib/device/threaded_device.h"
+#include "tools/lib/device_check/check_command.h"
 #include "tools/lib/options/option_checks.h"
 
 namespace hapticd::tools {
 namespace {
 
-struct Options {
+constexpr const char* kName = "haptic-bridge";
+/// The name under which it was a program for the devices of vendors alone.
+constexpr const char* kOldName = "haptic-vendor-bridge";
+constexpr const char* kSimulated = "simulated";
+constexpr const char* kOfTheHand = "Of the simulated hand";
+constexpr const char* kOfVendors = "Of the devices of vendors";
+
+std::vector<std::string> kindWords() {
+  std::vector<std::string> words;
+  for (const DeviceRow& row : deviceRows()) words.emplace_back(row.word);
+  return words;
+}
+
+std::string kindsText() {
+  std::string text;
+  for (const DeviceRow& row : deviceRows()) text += fmt::format("\n  {:<16} {}", row.word, row.help);
+  return text;
+}
+
+/// The options by which a device of a vendor is found.
+void addVendorOptions(CLI::App& app, VendorOptions& options) {
+  app.add_option("--library", options.library, "the vendor's library (where the vendor installs it)")
+      ->type_name("FILE")
+      ->check(CLI::Validator(CLI::ExistingFile).description(""))
+      ->group(kOfVendors);
+  app.add_option("--device", options.device, "name or serial number of the device (the first one)")
+      ->type_name("NAME")
+      ->group(kOfVendors);
+  const auto endpointError = [](std::string& text) {
+    const auto endpoint = inverse3::serviceEndpointFrom(text);
+    return endpoint ? std::string() : fmt::format("{}, {}", endpoint.error().what, endpoint.error().remedy);
+  };
+  app.add_option("--address", options.address, "of the vendor's service (the usual one)")
+      ->type_name("ADDRESS:PORT")
+      ->check(CLI::Validator(endpointError, ""))
+      ->group(kOfVendors);
+  app.add_option("--calibration", options.calibration,
+                 "of the motors of a phantom-omni (by serial number, where 'calibrate' puts it)")
+      ->type_name("FILE")
+      ->group(kOfVendors);
+}
+
+CLI::Option& addKind(CLI::App& app, std::string& kind, const std::vector<std::string>& words) {
+  CLI::Option& choice = *app.add_option("kind", kind, "kind of the device, one of those above");
+  choice.type_name("KIND")->check(CLI::IsMember(words));
+  return choice;
+}
+
+/// The simulated hand. CLI11 wants places of their own for options of several numbers.
+struct HandOptions {
   drivers::SimulatedHandleSettings hand;
   std::vector<double> start;
   std::vector<double> direction;
 };
 
-void addHand(CLI::App& app, Options& options) {
+void addHandOptions(CLI::App& app, HandOptions& options) {
   drivers::SimulatedHandleSettings& hand = options.hand;
   app.add_option("--start", options.start, "where the simulated hand begins, handle frame (0,0,-0.8)")
       ->type_name("X,Y,Z")
       ->delimiter(',')
       ->expected(3)
-      ->check(within(-10.0, 10.0));
+      ->check(within(-10.0, 10.0))
+      ->group(kOfTheHand);
   app.add_option("--direction", options.direction, "where it moves (0,0,-1)")
       ->type_name("X,Y,Z")
       ->delimiter(',')
       ->expected(3)
-      ->check(within(-1.0, 1.0));
+      ->check(within(-1.0, 1.0))
+      ->group(kOfTheHand);
   app.add_option("--travel", hand.travel_m, "how far, metres (0.4)")
       ->type_name("METRES")
-      ->check(within(0.0, 10.0));
+      ->check(within(0.0, 10.0))
+      ->group(kOfTheHand);
   app.add_option("--speed", hand.speed_m_per_s, "how fast, m/s (0.1)")
       ->type_name("SPEED")
-      ->check(within(0.001, 5.0));
+      ->check(within(0.001, 5.0))
+      ->group(kOfTheHand);
   app.add_option("--press-force", hand.press_force_n, "how hard it presses, N (2)")
       ->type_name("NEWTONS")
-      ->check(within(0.0, 50.0));
+      ->check(within(0.0, 50.0))
+      ->group(kOfTheHand);
 }
 
-int run(int argc, char** argv) {
+/// The first option of this group that was given; null: none was.
+const CLI::Option* givenOf(const CLI::App& app, const char* group) {
+  const auto options = app.get_options(
+      [&](const CLI::Option* option) { return option->get_group() == group && option->count() > 0; });
+  return options.empty() ? nullptr : options.front();
+}
+
+std::unique_ptr<DeviceDriver> driverOf(const std::string& kind, const VendorOptions& options) {
+  const auto rows = deviceRows();
+  return std::ranges::find(rows, kind, &DeviceRow::word)->make(options);
+}
+
+int runCheck(int argc, char** argv) {
   CLI::App app{
-      "haptic-bridge: connects a haptic device to a hapticd with `handle.driver: udp` on another\n"
-      "computer. The device here is a simulated hand that moves forward until it feels the press force,\n"
-      "strokes, and goes back; for another device write the functions of tools/lib/bridge/device.h.\n"
-      "At the end it prints statistics of the packets: run it for a minute to measure a network."};
+      "haptic-bridge check: leads you through a check of a device, without a hapticd: axes, signs,\n"
+      "a push of 0.3 N along each axis, latency, and that the force ends when commands stop. It prints the\n"
+      "angles of the handle's pose for hapticd.yaml and writes a log to send in. Kinds of devices:" +
+          kindsText(),
+      "haptic-bridge check"};
   app.footer(
-      "Ctrl-C ends it, with the table. Without --duration it runs until then.\n"
-      "Exit status: 0 done, 64 usage, 66 no key, 69 the local address cannot be used, 73 no log.");
-  BridgeProgram program(app, "haptic-bridge", BridgeDamping::offered);
-  Options options;
-  addHand(app, options);
-  app.set_version_flag("-V,--version", std::string("haptic-bridge ") + HAPTICD_VERSION);
+      "Exit status: 0 nothing wrong, 64 usage, 65 not a log, 66 no log, 69 a problem was found,\n"
+      "71 no thread, 73 no log written.");
+  CheckOptions check{.program = kName, .version = HAPTICD_VERSION};
+  VendorOptions options;
+  CLI::Option& kind = addKind(app, check.kind, kindWords());
+  addVendorOptions(app, options);
+  app.add_option("--log", check.log,
+                 "the log to write; one of the same name is replaced (haptic-check-KIND.json)")
+      ->type_name("FILE");
+  CLI::Option* read =
+      app.add_option("--read", check.read, "print a log that was written before")->type_name("FILE");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return base::endWithoutWork(app, error, EX_USAGE);
   }
-  if (!options.start.empty()) options.hand.start_m_in_world = BridgeProgram::vectorOf(options.start);
-  if (!options.direction.empty())
-    options.hand.direction_in_world = BridgeProgram::vectorOf(options.direction);
-  if (!(norm(options.hand.direction_in_world) > 0))
+  if (read->count() > 0) return printLog(check);
+  if (kind.count() == 0) {
+    fmt::print(stderr, "{}: name the kind of the device, one of:{}\n", kName, kindsText());
+    return EX_USAGE;
+  }
+  ThreadedDevice device(driverOf(check.kind, options), kName);
+  return checkDevice(check, device);
+}
+
+int runCalibrate(int argc, char** argv) {
+  using phantom_omni::GainMeasurement;
+  CLI::App app{
+      "haptic-bridge calibrate phantom-omni: leads you through the measurement of the torque that\n"
+      "each motor of a Phantom Omni has for a count, with a known mass, a string and a pulley, and of what\n"
+      "it does when packets stop. Without that the device exerts no force. The result is stored by serial\n"
+      "number.",
+      "haptic-bridge calibrate"};
+  app.footer(
+      "The calibration is in --calibration, else in phantom-omni-SERIAL.json in $STATE_DIRECTORY, in\n"
+      "$XDG_STATE_HOME/haptic-vendor-bridge or in ~/.local/state/haptic-vendor-bridge.\n"
+      "Exit status: 0 stored, 64 usage, 69 the device cannot be used or a measurement is implausible,\n"
+      "73 it cannot be written.");
+  CalibrateOptions options;
+  options.mass_kg = GainMeasurement::kUsualMass_kg;
+  std::string kind;
+  app.add_option("kind", kind, "phantom-omni")
+      ->required()
+      ->type_name("KIND")
+      ->check(CLI::IsMember(std::vector<std::string>{"phantom-omni"}).description(""));
+  app.add_option("--mass", options.mass_kg, "that hangs from the stylus, kg (0.1)")
+      ->type_name("KG")
+      ->check(within(GainMeasurement::kLeastMass_kg, GainMeasurement::kMostMass_kg));
+  app.add_option("--device", options.serial, "serial number of the device (the first one)")
+      ->type_name("NAME");
+  app.add_option("--calibration", options.file, "the file to write; one of the same name is replaced")
+      ->type_name("FILE");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return base::endWithoutWork(app, error, EX_USAGE);
+  }
+  return calibratePhantomOmni(options);
+}
+
+int runSimulated(BridgeProgram& program, HandOptions& options) {
+  drivers::SimulatedHandleSettings& hand = options.hand;
+  if (!options.start.empty()) hand.start_m_in_world = BridgeProgram::vectorOf(options.start);
+  if (!options.direction.empty()) hand.direction_in_world = BridgeProgram::vectorOf(options.direction);
+  if (!(norm(hand.direction_in_world) > 0))
     return program.fail({"--direction", "(0, 0, 0) is not a direction", ""}, EX_USAGE);
   rt::limitThreadStacks();
-  SimulatedDevice device(options.hand);
+  SimulatedDevice device(hand);
   return program.run(device);
+}
+
+int run(int argc, char** argv) {
+  if (argc > 1 && argv[1] == std::string_view("check")) return runCheck(argc - 1, argv + 1);
+  if (argc > 1 && argv[1] == std::string_view("calibrate")) return runCalibrate(argc - 1, argv + 1);
+  CLI::App app{
+      "haptic-bridge: connects a haptic device to a hapticd with `handle.driver: udp`, on this computer or\n"
+      "another. A device of a vendor is driven by its library or service, as installed: nothing of a vendor\n"
+      "is part of this program. 'haptic-bridge check --help' says how to try such a device first,\n"
+      "'haptic-bridge calibrate --help' how to measure the motors of a phantom-omni. At the end it prints\n"
+      "statistics of the packets: run it for a minute to measure a network. Kinds of devices:\n"
+      "  simulated        a hand that moves forward until it feels the press force, strokes, and goes back" +
+      kindsText()};
+  app.footer(
+      "Ctrl-C ends it, with the table. Without --duration it runs until then. A device that is missing or\n"
+      "lost is opened again each second.\n"
+      "Exit status: 0 done, 64 usage, 66 no key, 69 the local address cannot be used, 73 no log.");
+  std::string kind = kSimulated;
+  std::vector<std::string> words = kindWords();
+  words.insert(words.begin(), kSimulated);
+  // without a kind, the program of the old name does not become a simulated hand
+  addKind(app, kind, words).required(std::filesystem::path(argv[0]).filename() == kOldName);
+  BridgeProgram program(app, kName, BridgeDamping::offered);
+  for (const char* damping : {"--max-damping", "--no-damping"}) app.get_option(damping)->group(kOfTheHand);
+  HandOptions hand;
+  addHandOptions(app, hand);
+  VendorOptions vendor;
+  addVendorOptions(app, vendor);
+  app.set_version_flag("-V,--version", fmt::format("{} {}", kName, HAPTICD_VERSION));
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return base::endWithoutWork(app, error, EX_USAGE);
+  }
+  const bool simulated = kind == kSimulated;
+  if (const CLI::Option* other = givenOf(app, simulated ? kOfVendors : kOfTheHand)) {
+    return program.fail(
+        {other->get_name(), fmt::format("is not an option of the kind {}", kind), "leave it out"}, EX_USAGE);
+  }
+  if (simulated) return runSimulated(program, hand);
+  program.leaveDamping();
+  ThreadedDevice device(driverOf(kind, vendor), kName);
+  return program.run(device, [&device] { return device.start(); });
 }
 
 }  // namespace
 }  // namespace hapticd::tools
 
 int main(int argc, char** argv) {
-  return hapticd::base::runProgram("haptic-bridge", [&] { return hapticd::tools::run(argc, argv); });
+  return hapticd::base::runProgram(hapticd::tools::kName, [&] { return hapticd::tools::run(argc, argv); });
 }

@@ -34,7 +34,7 @@ turns the live depth into forces on the handle, 1000 times a second.
 
 This package holds the daemon with its service, and the programs to steer it
 (hapticctl), to look at it live in a browser (hapticd-view) and to join a
-device on another computer (haptic-bridge, haptic-vendor-bridge).")
+device on another computer (haptic-bridge).")
 # systemd: for the users too, also where it does not run. udev: what has no devices can do without.
 set(CPACK_DEBIAN_HAPTICD_PACKAGE_DEPENDS systemd)
 set(CPACK_DEBIAN_HAPTICD_PACKAGE_RECOMMENDS udev)

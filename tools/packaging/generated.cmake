@@ -46,7 +46,6 @@ add_manual_page(hapticd-varlink.7 INTERFACES
   ${CMAKE_SOURCE_DIR}/daemon/control/org.varlink.service.varlink)
 add_manual_page(hapticctl.1 PROGRAM hapticctl)
 add_manual_page(haptic-bridge.1 PROGRAM haptic-bridge)
-add_manual_page(haptic-vendor-bridge.1 PROGRAM haptic-vendor-bridge)
 add_manual_page(haptic-palpate.1 PROGRAM haptic-palpate)
 add_manual_page(haptic-replay.1 PROGRAM haptic-replay)
 if(HAPTICD_ROS)
@@ -76,7 +75,7 @@ add_compressed(${CMAKE_SOURCE_DIR}/CHANGELOG.md changelog.gz)
 
 # All that an installation needs, and no test.
 add_custom_target(installable ALL DEPENDS ${generated_files})
-add_dependencies(installable hapticd hapticd-view hapticctl haptic-bridge haptic-vendor-bridge haptic-palpate haptic-replay)
+add_dependencies(installable hapticd hapticd-view hapticctl haptic-bridge haptic-palpate haptic-replay)
 if(HAPTICD_ROS)
   add_dependencies(installable hapticd-ros haptic-crtk-bridge)
 endif()

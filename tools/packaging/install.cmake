@@ -22,7 +22,7 @@ if(HAPTICD_ROS)
 endif()
 
 # Symbols are resolved at the start: the force thread must not wait for the dynamic linker.
-foreach(program hapticd hapticd-view hapticctl haptic-bridge haptic-vendor-bridge haptic-palpate haptic-replay ${bench} ${ros})
+foreach(program hapticd hapticd-view hapticctl haptic-bridge haptic-palpate haptic-replay ${bench} ${ros})
   target_link_options(${program} PRIVATE LINKER:-z,relro,-z,now)
 endforeach()
 
@@ -30,7 +30,8 @@ install(TARGETS hapticd RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/hapticd 
 install(TARGETS hapticd-view RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT hapticd)
 install(DIRECTORY tools/hapticd-view/page/ DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/hapticd/view COMPONENT hapticd
         FILES_MATCHING PATTERN *.html PATTERN *.js PATTERN *.css PATTERN *.svg)
-install(TARGETS hapticctl haptic-bridge haptic-vendor-bridge RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT hapticd)
+install(TARGETS hapticctl haptic-bridge RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT hapticd)
+install(FILES ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/haptic-vendor-bridge DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT hapticd)
 install(TARGETS haptic-palpate haptic-replay ${bench} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT tools)
 
 install(FILES systemd/hapticd-status.socket systemd/hapticd-control.socket systemd/hapticd-metrics.socket
@@ -58,7 +59,7 @@ endfunction()
 install_manual_pages(hapticd 8 hapticd hapticd-realtime-setup hapticd-view)
 install_manual_pages(hapticd 5 hapticd.yaml)
 install_manual_pages(hapticd 7 hapticd-varlink)
-install_manual_pages(hapticd 1 hapticctl haptic-bridge haptic-vendor-bridge)
+install_manual_pages(hapticd 1 hapticctl haptic-bridge)
 install_manual_pages(tools 1 haptic-palpate haptic-replay ${bench})
 
 install(FILES ${HAPTICD_GENERATED}/hapticctl
@@ -99,6 +100,6 @@ install(FILES drivers/handle/hid/reports.md DESTINATION ${doc_folder} RENAME hid
 install(FILES docs/examples/d435.yaml docs/examples/depth.py docs/examples/device.py docs/examples/forces.c docs/examples/forces.py
               docs/examples/hdf5_from_trace.py docs/examples/recording_from_images.py docs/examples/ticks.py DESTINATION ${doc_folder}/examples COMPONENT hapticd)
 install(FILES config/demo.yaml config/demo-fixtures.yaml systemd/examples/50-cpu.conf systemd/examples/60-udp-peer.conf systemd/examples/70-mail.conf
-              systemd/examples/73-vendor-handles.rules systemd/examples/haptic-vendor-bridge.service
+              systemd/examples/73-vendor-handles.rules systemd/examples/haptic-bridge.service
               systemd/examples/hapticd-alerts.yml systemd/examples/hapticd-check.service systemd/examples/hapticd-check.timer systemd/examples/hapticd-mail.service
         DESTINATION ${doc_folder}/examples COMPONENT hapticd)

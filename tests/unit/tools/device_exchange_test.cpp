@@ -8,7 +8,7 @@
 
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/haptic-vendor-bridge/base/vendor_library.h"
+#include "tools/haptic-bridge/base/vendor_library.h"
 #include "tools/lib/device/device_session.h"
 #include "tools/lib/device/threaded_device.h"
 

@@ -5,9 +5,9 @@
 #include <random>
 
 #include "tests/vendor_devices/phantom_omni/omni_model.h"
-#include "tools/haptic-vendor-bridge/phantom_omni/arm.h"
-#include "tools/haptic-vendor-bridge/phantom_omni/driver.h"
-#include "tools/haptic-vendor-bridge/phantom_omni/fire_wire.h"
+#include "tools/haptic-bridge/phantom_omni/arm.h"
+#include "tools/haptic-bridge/phantom_omni/driver.h"
+#include "tools/haptic-bridge/phantom_omni/fire_wire.h"
 
 // The arm and the packets of a Phantom Omni.
 namespace hapticd::test {

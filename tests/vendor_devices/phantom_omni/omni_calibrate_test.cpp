@@ -10,7 +10,7 @@
 
 #include "tests/vendor_devices/phantom_omni/omni_under_test.h"
 
-// haptic-vendor-bridge calibrate phantom-omni, with a person who does what it asks for.
+// haptic-bridge calibrate phantom-omni, with a person who does what it asks for.
 namespace hapticd::test {
 namespace {
 
@@ -32,7 +32,7 @@ class OmniCalibrate : public ::testing::Test {
     std::vector<std::string> command{"/bin/sh",
                                      "-c",
                                      "exec \"$0\" \"$@\" < " + fifo_.string(),
-                                     HAPTIC_VENDOR_BRIDGE_PROGRAM,
+                                     HAPTIC_BRIDGE_PROGRAM,
                                      "calibrate",
                                      "phantom-omni",
                                      "--mass",
@@ -162,7 +162,7 @@ TEST_F(OmniCalibrate, HasItsMotorsOffWhileItWaitsForThePerson) {
 TEST_F(OmniCalibrate, TakesOnlyAMassThatItsMotorsBear) {
   for (const char* mass : {"0.019", "0.21", "nan", "-1", "0"}) {
     const Finished refused =
-        runToEnd({HAPTIC_VENDOR_BRIDGE_PROGRAM, "calibrate", "phantom-omni", "--mass", mass});
+        runToEnd({HAPTIC_BRIDGE_PROGRAM, "calibrate", "phantom-omni", "--mass", mass});
     EXPECT_EQ(refused.ending, exitedWith(64)) << mass;
   }
 }

@@ -8,7 +8,7 @@
 
 #include "tests/support/temporary_folder.h"
 #include "tests/vendor_devices/phantom_omni/omni_model.h"
-#include "tools/haptic-vendor-bridge/phantom_omni/calibration.h"
+#include "tools/haptic-bridge/phantom_omni/calibration.h"
 
 // The file with the calibration of a Phantom Omni.
 namespace hapticd::test {

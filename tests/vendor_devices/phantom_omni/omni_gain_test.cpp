@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "tests/vendor_devices/phantom_omni/omni_model.h"
-#include "tools/haptic-vendor-bridge/phantom_omni/gain_measurement.h"
+#include "tools/haptic-bridge/phantom_omni/gain_measurement.h"
 
 // The measurement of an Omni's gains with a simulated arm in its own time.
 namespace hapticd::test {

@@ -9,7 +9,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/vendor_devices/bridge_with_peer.h"
 #include "tests/vendor_devices/phantom_omni/emulated_omni.h"
-#include "tools/haptic-vendor-bridge/phantom_omni/calibration.h"
+#include "tools/haptic-bridge/phantom_omni/calibration.h"
 
 namespace hapticd::test {
 
@@ -18,7 +18,7 @@ inline constexpr std::uint32_t kOmniSerialRegister =
     0x80000001 | 4U << 23 | 10U << 19 | 23U << 14 | 1U << 11 | 321U << 1;
 inline constexpr const char* kOmniSerial = "41023100321";
 
-/// An emulated Omni, a haptic-vendor-bridge that drives it, and the peer of that.
+/// An emulated Omni, a haptic-bridge that drives it, and the peer of that.
 class OmniUnderTest : public BridgeWithPeer {
  public:
   explicit OmniUnderTest(const OmniModelSettings& settings = {}, unsigned int seed = 1)

@@ -8,7 +8,7 @@
 #include "rt/base/clock.h"
 #include "tests/vendor_devices/phantom_omni/omni_under_test.h"
 
-// haptic-vendor-bridge with a fake libraw1394, behind which an Omni sends and receives packets.
+// haptic-bridge with a fake libraw1394, behind which an Omni sends and receives packets.
 namespace hapticd::test {
 namespace {
 
@@ -83,7 +83,7 @@ TEST_F(PhantomOmni, ExertsNothingWithoutCalibration) {
   bridge_.start();
   ASSERT_TRUE(bridge_.becomesReady()) << bridge_.program().errors();
   EXPECT_TRUE(bridge_.says("forces uncalibrated")) << bridge_.program().errors();
-  EXPECT_TRUE(bridge_.says("haptic-vendor-bridge calibrate phantom-omni"));
+  EXPECT_TRUE(bridge_.says("haptic-bridge calibrate phantom-omni"));
   ASSERT_TRUE(bridge_.passStates(300));
   EXPECT_TRUE(bridge_.isOff());
   EXPECT_EQ(omni_.lastTorque_ns(), 0) << "at no time";

@@ -58,7 +58,7 @@ std::string someOf(const std::vector<std::string>& words, std::size_t most = 6);
 /// The daemon's user, and the group of its devices.
 inline constexpr const char* kDeviceGroup = "hapticd";
 inline constexpr const char* kControlGroup = "haptic";
-/// Of the devices that haptic-vendor-bridge drives.
+/// Of the devices that haptic-bridge drives.
 inline constexpr const char* kVendorGroup = "hapticd-vendor";
 
 /// Returns the problems with the permissions of a device file that the daemon must open; empty if they are

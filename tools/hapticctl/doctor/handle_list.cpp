@@ -22,7 +22,7 @@ struct KnownHandle {
   std::string_view product;  ///< empty: all of the vendor
   const char* name;
   const char* driver;
-  const char* bridge;  ///< the kind of haptic-vendor-bridge; empty: hapticd drives it itself
+  const char* bridge;  ///< the kind of haptic-bridge; empty: hapticd drives it itself
 };
 constexpr std::array kKnown{
     KnownHandle{"0403", "cb48", "Novint Falcon", "falcon", ""},
@@ -35,7 +35,7 @@ constexpr std::array kHaplyUnits{"usr/lib/systemd/system/haply-inverse-service.s
                                  "etc/systemd/system/haply-inverse-service.service"};
 
 std::string bridgeNote(std::string_view kind) {
-  return fmt::format("set handle.driver to udp and run haptic-vendor-bridge {}", kind);
+  return fmt::format("set handle.driver to udp and run haptic-bridge {}", kind);
 }
 
 void addUsb(const Examination& box, HandleList& list) {

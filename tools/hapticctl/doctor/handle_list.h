@@ -16,7 +16,7 @@ struct ConnectedHandle {
   std::string place;   ///< "0403:cb48 at 1-1.2", "/dev/hidraw0", "/dev/fw1"
   std::string driver;  ///< of hapticd: falcon, hid, or udp behind a bridge
   std::string note;    ///< what to do so that hapticd uses it; may be empty
-  std::string bridge;  ///< its kind of haptic-vendor-bridge; empty: hapticd drives it itself
+  std::string bridge;  ///< its kind of haptic-bridge; empty: hapticd drives it itself
   std::string node;    ///< its device file, without the leading slash; empty: a service
 };
 

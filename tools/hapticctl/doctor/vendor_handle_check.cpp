@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kName = "vendor handle";
 
-/// What haptic-vendor-bridge loads for a kind of device.
+/// What haptic-bridge loads for a kind of device.
 struct BridgeLibrary {
   std::string_view bridge;
   std::string_view file;  ///< begins with this; a version may follow
@@ -39,7 +39,7 @@ Findings checkLibrary(const Examination& box, const std::string& bridge) {
     }
   }
   return {warning(kName, fmt::format("there is no {} in /usr/local/lib or /usr/lib", library->file),
-                  fmt::format("install the vendor's software, or give haptic-vendor-bridge {} the option "
+                  fmt::format("install the vendor's software, or give haptic-bridge {} the option "
                               "--library",
                               bridge))};
 }
@@ -93,7 +93,7 @@ Findings checkVendorHandles(const Examination& box) {
     if (handle.bridge.empty()) continue;
     for (Finding& finding : checkOne(box, handle)) findings.push_back(std::move(finding));
   }
-  if (findings.empty()) findings.push_back(good(kName, "none that needs haptic-vendor-bridge is connected"));
+  if (findings.empty()) findings.push_back(good(kName, "none that needs haptic-bridge is connected"));
   return findings;
 }
 

@@ -21,6 +21,8 @@ class BridgeProgram {
  public:
   /// Adds the options to `app`. `name`: of the program, for its errors; it and `app` outlive this.
   BridgeProgram(CLI::App& app, std::string name, BridgeDamping damping);
+  /// Leaves the damping of contact to hapticd, as for a device that measures no velocity of its own.
+  void leaveDamping() { bridge_.damps = false; }
 
   /// Prints "name: error" and returns `status`.
   int fail(const base::Error& error, int status) const;

@@ -31,18 +31,18 @@ TEST_F(HandleListing, SaysWhatToDoForEachHandleThatIsKnown) {
   EXPECT_NE(
       text.find(
           "usable    1451:0402 at 1-1: Force Dimension omega, delta, sigma or lambda (set handle.driver "
-          "to udp and run haptic-vendor-bridge force-dimension)\n"),
+          "to udp and run haptic-bridge force-dimension)\n"),
       std::string::npos)
       << text;
   EXPECT_NE(text.find("2988:0302 at 1-2: 3D Systems Touch or Touch X (set handle.driver to udp and run "
-                      "haptic-vendor-bridge openhaptics)\n"),
+                      "haptic-bridge openhaptics)\n"),
             std::string::npos);
   EXPECT_NE(text.find("/dev/fw1: SensAble Phantom on FireWire (set handle.driver to udp and run "
-                      "haptic-vendor-bridge phantom-omni"),
+                      "haptic-bridge phantom-omni"),
             std::string::npos)
       << text;
   EXPECT_NE(
-      text.find("Haply Inverse Service (set handle.driver to udp and run haptic-vendor-bridge inverse3)"),
+      text.find("Haply Inverse Service (set handle.driver to udp and run haptic-bridge inverse3)"),
       std::string::npos);
   EXPECT_EQ(text.find("6001"), std::string::npos);
   EXPECT_EQ(text.find("fw0"), std::string::npos);
@@ -95,7 +95,7 @@ TEST_F(VendorHandleCheck, FindsNothingWrongWhereAllIsInstalled) {
 TEST_F(VendorHandleCheck, SaysHowToUseAHandleThatIsNotUsed) {
   box.configuration.settings.handle.driver = "simulated";
   EXPECT_TRUE(says(only(checkVendorHandles), Verdict::ok, "which hapticd does not use",
-                   "set handle.driver to udp and run haptic-vendor-bridge force-dimension"));
+                   "set handle.driver to udp and run haptic-bridge force-dimension"));
 }
 
 TEST_F(VendorHandleCheck, NamesTheRulesForADeviceThatTheBridgeMayNotUseOrEveryoneMay) {
