@@ -4,8 +4,10 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,8 +31,10 @@ constexpr const char* kName = "haptic-bridge";
 /// The name under which it was a program for the devices of vendors alone.
 constexpr const char* kOldName = "haptic-vendor-bridge";
 constexpr const char* kSimulated = "simulated";
-constexpr const char* kOfTheHand = "Of the simulated hand";
-constexpr const char* kOfVendors = "Of the devices of vendors";
+/// What only the simulated hand has, and what only the devices of vendors have.
+constexpr std::array kOfTheHand{"--start",       "--direction",   "--travel",    "--speed",
+                                "--press-force", "--max-damping", "--no-damping"};
+constexpr std::array kOfVendors{"--library", "--device", "--address", "--calibration"};
 
 std::vector<std::string> kindWords() {
   std::vector<std::string> words;
@@ -48,23 +52,19 @@ std::string kindsText() {
 void addVendorOptions(CLI::App& app, VendorOptions& options) {
   app.add_option("--library", options.library, "the vendor's library (where the vendor installs it)")
       ->type_name("FILE")
-      ->check(CLI::Validator(CLI::ExistingFile).description(""))
-      ->group(kOfVendors);
+      ->check(CLI::Validator(CLI::ExistingFile).description(""));
   app.add_option("--device", options.device, "name or serial number of the device (the first one)")
-      ->type_name("NAME")
-      ->group(kOfVendors);
+      ->type_name("NAME");
   const auto endpointError = [](std::string& text) {
     const auto endpoint = inverse3::serviceEndpointFrom(text);
     return endpoint ? std::string() : fmt::format("{}, {}", endpoint.error().what, endpoint.error().remedy);
   };
   app.add_option("--address", options.address, "of the vendor's service (the usual one)")
       ->type_name("ADDRESS:PORT")
-      ->check(CLI::Validator(endpointError, ""))
-      ->group(kOfVendors);
+      ->check(CLI::Validator(endpointError, ""));
   app.add_option("--calibration", options.calibration,
                  "of the motors of a phantom-omni (by serial number, where 'calibrate' puts it)")
-      ->type_name("FILE")
-      ->group(kOfVendors);
+      ->type_name("FILE");
 }
 
 CLI::Option& addKind(CLI::App& app, std::string& kind, const std::vector<std::string>& words) {
@@ -86,33 +86,27 @@ void addHandOptions(CLI::App& app, HandOptions& options) {
       ->type_name("X,Y,Z")
       ->delimiter(',')
       ->expected(3)
-      ->check(within(-10.0, 10.0))
-      ->group(kOfTheHand);
-  app.add_option("--direction", options.direction, "where it moves (0,0,-1)")
+      ->check(within(-10.0, 10.0));
+  app.add_option("--direction", options.direction, "where the simulated hand moves (0,0,-1)")
       ->type_name("X,Y,Z")
       ->delimiter(',')
       ->expected(3)
-      ->check(within(-1.0, 1.0))
-      ->group(kOfTheHand);
-  app.add_option("--travel", hand.travel_m, "how far, metres (0.4)")
+      ->check(within(-1.0, 1.0));
+  app.add_option("--travel", hand.travel_m, "how far the simulated hand moves, metres (0.4)")
       ->type_name("METRES")
-      ->check(within(0.0, 10.0))
-      ->group(kOfTheHand);
-  app.add_option("--speed", hand.speed_m_per_s, "how fast, m/s (0.1)")
+      ->check(within(0.0, 10.0));
+  app.add_option("--speed", hand.speed_m_per_s, "how fast the simulated hand moves, m/s (0.1)")
       ->type_name("SPEED")
-      ->check(within(0.001, 5.0))
-      ->group(kOfTheHand);
-  app.add_option("--press-force", hand.press_force_n, "how hard it presses, N (2)")
+      ->check(within(0.001, 5.0));
+  app.add_option("--press-force", hand.press_force_n, "how hard the simulated hand presses, N (2)")
       ->type_name("NEWTONS")
-      ->check(within(0.0, 50.0))
-      ->group(kOfTheHand);
+      ->check(within(0.0, 50.0));
 }
 
-/// The first option of this group that was given; null: none was.
-const CLI::Option* givenOf(const CLI::App& app, const char* group) {
-  const auto options = app.get_options(
-      [&](const CLI::Option* option) { return option->get_group() == group && option->count() > 0; });
-  return options.empty() ? nullptr : options.front();
+/// The first of these options that was given; null: none was.
+const char* givenOf(const CLI::App& app, std::span<const char* const> options) {
+  const auto given = std::ranges::find_if(options, [&](const char* option) { return app.count(option) > 0; });
+  return given == options.end() ? nullptr : *given;
 }
 
 std::unique_ptr<DeviceDriver> driverOf(const std::string& kind, const VendorOptions& options) {
@@ -208,7 +202,8 @@ int run(int argc, char** argv) {
       "is part of this program. 'haptic-bridge check --help' says how to try such a device first,\n"
       "'haptic-bridge calibrate --help' how to measure the motors of a phantom-omni. At the end it prints\n"
       "statistics of the packets: run it for a minute to measure a network. Kinds of devices:\n"
-      "  simulated        a hand that moves forward until it feels the press force, strokes, and goes back" +
+      "  simulated        a hand that moves forward until it feels the press force, strokes, and goes back;\n"
+      "                   without a kind it is this one" +
       kindsText()};
   app.footer(
       "Ctrl-C ends it, with the table. Without --duration it runs until then. A device that is missing or\n"
@@ -220,7 +215,6 @@ int run(int argc, char** argv) {
   // without a kind, the program of the old name does not become a simulated hand
   addKind(app, kind, words).required(std::filesystem::path(argv[0]).filename() == kOldName);
   BridgeProgram program(app, kName, BridgeDamping::offered);
-  for (const char* damping : {"--max-damping", "--no-damping"}) app.get_option(damping)->group(kOfTheHand);
   HandOptions hand;
   addHandOptions(app, hand);
   VendorOptions vendor;
@@ -232,9 +226,9 @@ int run(int argc, char** argv) {
     return base::endWithoutWork(app, error, EX_USAGE);
   }
   const bool simulated = kind == kSimulated;
-  if (const CLI::Option* other = givenOf(app, simulated ? kOfVendors : kOfTheHand)) {
-    return program.fail(
-        {other->get_name(), fmt::format("is not an option of the kind {}", kind), "leave it out"}, EX_USAGE);
+  if (const char* other = simulated ? givenOf(app, kOfVendors) : givenOf(app, kOfTheHand)) {
+    return program.fail({other, fmt::format("is not an option of the kind {}", kind), "leave it out"},
+                        EX_USAGE);
   }
   if (simulated) return runSimulated(program, hand);
   program.leaveDamping();
