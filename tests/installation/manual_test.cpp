@@ -12,11 +12,10 @@
 namespace hapticd::test {
 namespace {
 
-const std::vector<std::string> kPages{"man1/haptic-bridge.1.gz",
-                                      "man1/haptic-palpate.1.gz", "man1/haptic-replay.1.gz",
-                                      "man1/hapticbench.1.gz",    "man1/hapticctl.1.gz",
-                                      "man5/hapticd.yaml.5.gz",   "man7/hapticd-varlink.7.gz",
-                                      "man8/hapticd-view.8.gz",   "man8/hapticd.8.gz"};
+const std::vector<std::string> kPages{
+    "man1/haptic-bridge.1.gz",   "man1/haptic-palpate.1.gz", "man1/haptic-replay.1.gz",
+    "man1/hapticbench.1.gz",     "man1/hapticctl.1.gz",      "man5/hapticd.yaml.5.gz",
+    "man7/hapticd-varlink.7.gz", "man8/hapticd-view.8.gz",   "man8/hapticd.8.gz"};
 
 std::string pagePath(const std::string& page) {
   return stagedRoot() / "usr/share/man" / page;

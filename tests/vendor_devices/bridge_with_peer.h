@@ -19,8 +19,8 @@ class BridgeWithPeer {
   /// Starts the program for a kind of device, without limits of its own.
   void launch(const std::string& kind, const std::vector<std::string>& more,
               const std::vector<std::string>& environment) {
-    std::vector<std::string> command{
-        HAPTIC_BRIDGE_PROGRAM, kind, "--peer", peer_.address(), "--max-force", "100"};
+    std::vector<std::string> command{HAPTIC_BRIDGE_PROGRAM, kind,          "--peer",
+                                     peer_.address(),       "--max-force", "100"};
     command.insert(command.end(), more.begin(), more.end());
     program_.emplace(command, ProgramOptions{.environment = environment});
   }

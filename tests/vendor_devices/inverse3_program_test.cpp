@@ -14,8 +14,8 @@ namespace {
 
 std::vector<std::string> commandFor(const std::string& address, const Peer& peer,
                                     const std::vector<std::string>& more = {}) {
-  std::vector<std::string> command{
-      HAPTIC_BRIDGE_PROGRAM, "inverse3", "--address", address, "--peer", peer.address()};
+  std::vector<std::string> command{HAPTIC_BRIDGE_PROGRAM, "inverse3", "--address", address, "--peer",
+                                   peer.address()};
   command.insert(command.end(), more.begin(), more.end());
   return command;
 }

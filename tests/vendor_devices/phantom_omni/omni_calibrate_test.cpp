@@ -161,8 +161,7 @@ TEST_F(OmniCalibrate, HasItsMotorsOffWhileItWaitsForThePerson) {
 
 TEST_F(OmniCalibrate, TakesOnlyAMassThatItsMotorsBear) {
   for (const char* mass : {"0.019", "0.21", "nan", "-1", "0"}) {
-    const Finished refused =
-        runToEnd({HAPTIC_BRIDGE_PROGRAM, "calibrate", "phantom-omni", "--mass", mass});
+    const Finished refused = runToEnd({HAPTIC_BRIDGE_PROGRAM, "calibrate", "phantom-omni", "--mass", mass});
     EXPECT_EQ(refused.ending, exitedWith(64)) << mass;
   }
 }

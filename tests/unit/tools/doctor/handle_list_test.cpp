@@ -41,9 +41,8 @@ TEST_F(HandleListing, SaysWhatToDoForEachHandleThatIsKnown) {
                       "haptic-bridge phantom-omni"),
             std::string::npos)
       << text;
-  EXPECT_NE(
-      text.find("Haply Inverse Service (set handle.driver to udp and run haptic-bridge inverse3)"),
-      std::string::npos);
+  EXPECT_NE(text.find("Haply Inverse Service (set handle.driver to udp and run haptic-bridge inverse3)"),
+            std::string::npos);
   EXPECT_EQ(text.find("6001"), std::string::npos);
   EXPECT_EQ(text.find("fw0"), std::string::npos);
 }
