@@ -5,6 +5,7 @@
 
 #include "config/settings/cause_text.h"
 #include "daemon/base/journal_entry.h"
+#include "rt/laws/law_table.h"
 #include "rt/safety/hidden_latency.h"
 #include "rt/safety/stiffness_limit.h"
 
@@ -17,6 +18,18 @@ void addFault(const rt::Tick& tick, Warnings& list) {
   if (tick.mode != rt::Mode::faulted) return;
   list.push_back(fmt::format("faulted: {} (correct the cause, then: hapticctl clear-fault)",
                              config::textOf(tick.cause)));
+}
+
+/// Adds a warning while springs wait for the hand to leave them (rt::LawEntry): of a law without a proxy the
+/// state of contact, which says so of the others, is not known.
+void addWaitingLaw(const rt::Tick& tick, Warnings& list) {
+  const bool waits = tick.mode == rt::Mode::engaged && !rt::rowOf(tick.law).has_proxy &&
+                     tick.points_used > 0 && tick.depth_share > 0 && norm(tick.law_force_n_in_world) == 0;
+  if (!waits) return;
+  list.push_back(
+      fmt::format("the law {} exerts nothing, because the hand was inside the surface when a pause of the "
+                  "force ended (move the hand out of it, or disengage and engage)",
+                  rt::wordOf(tick.law)));
 }
 
 void addCamera(const drivers::CameraStatus& camera, Warnings& list) {
@@ -193,6 +206,7 @@ void addLateness(const WarningSources& sources, Warnings& list) {
 std::vector<std::string> warningsOf(const BoxStatus& status, const WarningSources& sources) {
   Warnings list;
   addFault(status.loop.state.tick, list);
+  addWaitingLaw(status.loop.state.tick, list);
   addCamera(status.camera, list);
   addHandle(status.handle, status.loop.state, sources, list);
   addFrames(status.frames, list);

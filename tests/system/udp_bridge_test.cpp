@@ -226,25 +226,19 @@ double energyOverABadNetwork(const DaemonHome& home, const std::string& yaml,
 // 10 ms there and back let (4 N s/m) / (0.5 ms + 11 ms or more) of 500 N/m be stable. The hand taps and
 // presses with 2 N on a wall that yields by some mm: a few mJ each time; an oscillation gives watts.
 TEST_F(UdpBridge, StaysStableOverABadNetworkWithTheStiffnessThatItsDelayAllows) {
-  // A crowded machine delays packets by more than the network and leaves ticks out, which shakes the one and
-  // spares the other: a calm stretch of each is enough.
+  const double limited_mj = energyOverABadNetwork(home_, udpYaml(key_), {}, bridgeCommand());
+  EXPECT_LT(limited_mj, 100);
+  // Ticks that a crowded machine leaves out are missing in the oscillation, so one calm stretch is enough.
   constexpr int kMaxRuns = 5;
-  constexpr double kStable_mj = 100;
-  constexpr double kUnstable_mj = 500;
-  double limited_mj = HUGE_VAL;
-  for (int run = 0; run < kMaxRuns && !(limited_mj < kStable_mj); ++run) {
-    limited_mj = std::min(limited_mj, energyOverABadNetwork(home_, udpYaml(key_), {}, bridgeCommand()));
-  }
-  EXPECT_LT(limited_mj, kStable_mj);
   double free_mj = 0;
-  for (int run = 0; run < kMaxRuns && !(free_mj > kUnstable_mj); ++run) {
+  for (int run = 0; run < kMaxRuns && !(free_mj > 500); ++run) {
     free_mj = std::max(free_mj,
                        energyOverABadNetwork(home_, udpYaml(key_),
                                              {"safety.stiffness_limit=off", "safety.passivity_control=false",
                                               "safety.contact_damping=off"},
                                              bridgeCommand()));
   }
-  EXPECT_GT(free_mj, kUnstable_mj) << "what it is protected from";
+  EXPECT_GT(free_mj, 500) << "what it is protected from";
 }
 
 TEST_F(UdpBridge, RefusesOptionsThatCannotWorkWithItsExitStatus) {

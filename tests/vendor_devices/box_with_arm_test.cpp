@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include <chrono>
 #include <csignal>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -179,18 +178,17 @@ class BoxWithArm : public ::testing::TestWithParam<BoxCase> {
     return daemon.reaches(
         [state](const nlohmann::json& status) { return status.at("handle").at("state") == state; });
   }
-  /// The wall holds the hand. A hand that was pressed into it while no force acted is free until it has left
-  /// again, which this one does not, or until a person engages from idle.
-  bool pushes() {
-    constexpr std::chrono::seconds kPatience{2};
-    auto asked = std::chrono::steady_clock::now();
+  /// Waits until the wall holds the hand. On a crowded machine a device may report once more that it is not
+  /// calibrated, milliseconds after the box has engaged. The law then begins outside, and this hand stays in
+  /// the wall: a person disengages and engages, as the warning says.
+  bool pushes(Daemon& daemon) {
     return becomesTrue([&] {
       if (device_->exerted_n() > 0.5) return true;
-      if (std::chrono::steady_clock::now() > asked + kPatience) {
-        asked = std::chrono::steady_clock::now();
+      const std::string warnings = daemon.status().at("warnings").dump();
+      if (warnings.find("move the hand out of it, or disengage and engage") != std::string::npos) {
         (void)home_.control({"disengage"});
+        (void)home_.control({"engage"});
       }
-      (void)home_.control({"engage"});
       return false;
     });
   }
@@ -203,7 +201,11 @@ class BoxWithArm : public ::testing::TestWithParam<BoxCase> {
   /// hand.
   double returnsAfter_ms(std::int64_t since_ns, Daemon& daemon) {
     EXPECT_TRUE(handleBecomes(daemon, "present")) << bridge_->errors();
-    EXPECT_TRUE(pushes());
+    EXPECT_TRUE(becomesTrue([&] {
+      if (device_->exerted_n() > 0.5) return true;
+      (void)home_.control({"engage"});
+      return false;
+    }));
     return static_cast<double>(rt::monotonicNow_ns() - since_ns) * 1e-6;
   }
   void record(const char* what, double zero_ms, double return_ms) {
@@ -226,7 +228,7 @@ TEST_P(BoxWithArm, HoldsTheHandAndLetsItGoWhateverEnds) {
   ASSERT_TRUE(handleBecomes(*daemon, "calibrating")) << bridge_->errors();
   EXPECT_EQ(device_->mostExerted_n(), 0);
   device_->setCalibrated(true);
-  ASSERT_TRUE(pushes()) << bridge_->errors();
+  ASSERT_TRUE(pushes(*daemon)) << bridge_->errors();
   EXPECT_FALSE(device_->exertedUncalibrated());
 
   std::int64_t since_ns = rt::monotonicNow_ns();
@@ -268,7 +270,7 @@ TEST_P(BoxWithArm, ShowsHowTheToolIsHeldInTheStatus) {
   Daemon daemon(home_, yaml());
   ASSERT_TRUE(daemon.answers());
   startBridge();
-  ASSERT_TRUE(pushes()) << bridge_->errors() << daemon.status().dump();
+  ASSERT_TRUE(pushes(daemon)) << bridge_->errors() << daemon.status().dump();
   const nlohmann::json tick = daemon.status().at("tick");
   ASSERT_EQ(tick.at("orientationXyzw").size(), 4U) << tick;
   double length = 0;

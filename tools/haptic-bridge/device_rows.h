@@ -12,7 +12,7 @@ namespace hapticd::tools {
 
 /// A kind of device that the program can drive.
 struct DeviceRow {
-  std::string_view word;  ///< of the option --device-kind
+  std::string_view word;  ///< KIND on the command line
   std::string_view help;
   std::unique_ptr<DeviceDriver> (*make)(const VendorOptions& options);
 };

@@ -41,6 +41,24 @@ TEST(BoxWarnings, AreNoneWhereAllIsWell) {
   EXPECT_EQ(Case().warnings(), std::vector<std::string>{});
 }
 
+TEST(BoxWarnings, SayThatSpringsWaitForTheHandToLeaveThem) {
+  Case waiting;
+  rt::Tick& tick = waiting.status.loop.state.tick;
+  tick.mode = rt::Mode::engaged;
+  tick.law = rt::ForceLaw::nearest_springs;
+  tick.points_used = 100;
+  ASSERT_EQ(waiting.warnings().size(), 1U);
+  EXPECT_TRUE(waiting.warnings()[0].starts_with("the law nearest_springs exerts nothing, because the hand"));
+  tick.law_force_n_in_world = {0, 0, 1};
+  EXPECT_TRUE(waiting.warnings().empty());
+  tick.law_force_n_in_world = {};
+  tick.mode = rt::Mode::holding;
+  EXPECT_TRUE(waiting.warnings().empty());
+  tick.mode = rt::Mode::engaged;
+  tick.law = rt::ForceLaw::proxy;
+  EXPECT_TRUE(waiting.warnings().empty()) << "the state of contact says it";
+}
+
 TEST(BoxWarnings, NameAFrameThatIsLostWhereAFixtureDependsOnIt) {
   Case lost;
   lost.status.frames = {{.name = "tool", .state = rt::FrameState::lost, .used = false},
