@@ -344,11 +344,6 @@ hapticd_together(hard_case_tests APART
   tests/hard_cases/standoff_test.cpp)
 hapticd_together(hard_study_tests)
 hapticd_together(installation_tests)
-hapticd_together(layering_tests APART
-  tests/layering/folder_rules.cpp
-  tests/layering/realtime_rules_test.cpp
-  --
-  tests/layering/folder_rules_test.cpp)
 hapticd_together(phantom_omni_tests APART
   tests/vendor_devices/phantom_omni/omni_calibrate_test.cpp)
 hapticd_together(realtime_tests APART
