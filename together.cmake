@@ -321,34 +321,14 @@ hapticd_together(hapticd_vendor_bridge APART
 hapticd_together(hapticd_view_server APART
   tools/hapticd-view/server/socket_progress.cpp)
 hapticd_together(hard_case_tests APART
-  tests/hard_cases/any_frame_test.cpp
-  tests/hard_cases/begin_anew_test.cpp
-  tests/hard_cases/hard_rig.cpp
-  tests/hard_cases/live_set_test.cpp
+  tests/hard_cases/long_run_test.cpp
   tests/hard_cases/proxy_stroke_test.cpp
-  tests/hard_cases/recording_test.cpp
-  tests/rt/small_scene.cpp
   --
-  tests/hard_cases/odd_position_test.cpp
   tests/hard_cases/passive_hand_test.cpp
-  --
-  tests/hard_cases/contact_test.cpp
-  tests/hard_cases/lying_device_test.cpp
-  --
-  tests/hard_cases/moving_surface_test.cpp
-  --
-  tests/hard_cases/random_ticks_test.cpp
-  --
-  tests/hard_cases/standoff_start_test.cpp
   --
   tests/hard_cases/standoff_test.cpp)
 hapticd_together(hard_study_tests)
 hapticd_together(installation_tests)
-hapticd_together(layering_tests APART
-  tests/layering/folder_rules.cpp
-  tests/layering/realtime_rules_test.cpp
-  --
-  tests/layering/folder_rules_test.cpp)
 hapticd_together(phantom_omni_tests APART
   tests/vendor_devices/phantom_omni/omni_calibrate_test.cpp)
 hapticd_together(realtime_tests APART
@@ -370,22 +350,18 @@ hapticd_together(ros_view_tests APART
 hapticd_together(ros_wire_tests)
 hapticd_together(rt_tests APART
   tests/unit/rt/contact_model_test.cpp
-  tests/unit/rt/edge_force_test.cpp
-  tests/unit/rt/fixtures/frame_sources_test.cpp
-  tests/unit/rt/hard_input_force_test.cpp
-  tests/unit/rt/scene/depth_model_test.cpp
-  --
-  tests/unit/rt/fixtures/closed_forms_test.cpp
   tests/unit/rt/fixtures/guidance_test.cpp
-  tests/unit/rt/scene/occlusion_memory_test.cpp
-  --
-  tests/unit/rt/fixtures/moving_frame_test.cpp
-  tests/unit/rt/plane_force_test.cpp
-  --
-  tests/unit/rt/fixtures/slow_zone_test.cpp
+  tests/unit/rt/scene/column_shifts_test.cpp
   tests/unit/rt/sphere_force_test.cpp
   --
-  tests/unit/rt/force_blend_test.cpp)
+  tests/unit/rt/fixtures/margins_test.cpp
+  tests/unit/rt/scene/depth_model_test.cpp
+  --
+  tests/unit/rt/fixtures/frame_sources_test.cpp
+  tests/unit/rt/reference_force_test.cpp
+  --
+  tests/unit/rt/laws_test.cpp
+  tests/unit/rt/scene/focus_test.cpp)
 hapticd_together(solids_tests APART
   tests/unit/tools/solids/label_reader_test.cpp
   tests/unit/tools/solids/mesh_field_test.cpp)

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,10 +17,6 @@
 namespace {
 
 using namespace hapticd;
-
-void require(bool holds) {
-  if (!holds) std::abort();
-}
 
 void requireWithinLimits(drivers::FalconTracker& tracker) {
   if (tracker.pose()) {

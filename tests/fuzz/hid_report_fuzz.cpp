@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <limits>
 #include <span>
 #include <string>
@@ -27,10 +26,6 @@ using hapticd::drivers::OutputReport;
 using hapticd::drivers::Report;
 
 constexpr double kFarthestM = 4;  // the corner of the cube of +-2 m
-
-void require(bool condition) {
-  if (!condition) std::abort();
-}
 
 /// Returns the bytes as a report with a correct checksum, so that its fields are reached.
 Report sealed(std::span<const std::uint8_t> bytes) {

@@ -4,7 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
+#include <iterator>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,10 +17,6 @@
 namespace {
 
 using namespace hapticd;
-
-void require(bool holds) {
-  if (!holds) std::abort();
-}
 
 void requireComplete(const base::Error& error) {
   require(!error.where.empty() && !error.what.empty() && !error.remedy.empty());
@@ -101,21 +97,8 @@ std::vector<std::string> seeds() {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 1) return 0;
   const std::string_view bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
-  switch (data[0] % 5) {
-    case 0:
-      takeLabels(bytes, "a.nrrd");
-      break;
-    case 1:
-      takeLabels(bytes, "a.nii");
-      break;
-    case 2:
-      takeLabels(bytes, "a.nii.gz");
-      break;
-    case 3:
-      takeMarkups(bytes, "a.mrk.json");
-      break;
-    default:
-      takeMarkups(bytes, "a.fcsv");
-  }
+  constexpr const char* kNames[] = {"a.nrrd", "a.nii", "a.nii.gz", "a.mrk.json", "a.fcsv"};
+  const std::size_t kind = data[0] % std::size(kNames);
+  kind < 3 ? takeLabels(bytes, kNames[kind]) : takeMarkups(bytes, kNames[kind]);
   return 0;
 }

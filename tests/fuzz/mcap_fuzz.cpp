@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -30,10 +29,6 @@ namespace {
 namespace fs = std::filesystem;
 namespace trace = hapticd::trace;
 namespace mcap = trace::mcap;
-
-void require(bool holds) {
-  if (!holds) std::abort();
-}
 
 const fs::path& folder() {
   static const hapticd::test::TemporaryFolder own(hapticd::test::memoryFolder());

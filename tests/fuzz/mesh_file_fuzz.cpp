@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,10 +15,6 @@
 namespace {
 
 using namespace hapticd;
-
-void require(bool holds) {
-  if (!holds) std::abort();
-}
 
 constexpr const char* kNames[] = {"a.stl", "a.obj", "a.ply"};
 

@@ -4,21 +4,12 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "tests/fuzz/seeds.h"
 #include "tests/support/made_solid.h"
-
-namespace {
-
-void require(bool holds) {
-  if (!holds) std::abort();
-}
-
-}  // namespace
 
 std::vector<std::string> seeds() {
   using hapticd::test::ballBytes;

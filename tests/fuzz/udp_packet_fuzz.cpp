@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <span>
@@ -21,10 +20,6 @@ namespace udp = hapticd::drivers::udp;
 
 constexpr std::uint64_t kSession = 1;  // of the receiver
 const std::vector<std::byte> kKey(16, std::byte{'k'});
-
-void require(bool holds) {
-  if (!holds) std::abort();
-}
 
 /// Most inputs would fail at the CRC: the same bytes with a correct one.
 std::vector<std::byte> withRightCrc(std::span<const std::byte> bytes) {

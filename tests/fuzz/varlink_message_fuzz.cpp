@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,10 +22,6 @@ using hapticd::daemon::ConnectionId;
 using hapticd::daemon::ControlService;
 using hapticd::daemon::Json;
 using hapticd::daemon::Reply;
-
-void require(bool condition) {
-  if (!condition) std::abort();
-}
 
 /// Accepts and checks every reply.
 class Client final : public hapticd::daemon::Replies {

@@ -6,7 +6,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -21,10 +20,6 @@ namespace {
 using namespace hapticd::tools::view;
 
 constexpr std::string_view kToken = "0123456789abcdef0123456789abcdef";
-
-void require(bool condition) {
-  if (!condition) std::abort();
-}
 
 /// The fields of a header, each ended by a line feed: method, target, Host, Origin, Sec-Fetch-Site, Cookie.
 /// An empty line stands for a field that is absent.

@@ -2,15 +2,18 @@
 #include <cmath>
 #include <memory>
 
+#include "drivers/camera/kinect_image.h"
+#include "rt/laws/force_blend.h"
 #include "tests/hard_cases/hard_rig.h"
 
-// Friction and damping of the constraint laws, and their transitions.
 namespace hapticd::test {
 namespace {
 
 using rt::Vec3;
 using tools::SceneKind;
 using tools::TrueScene;
+
+// Friction and damping of the constraint laws, and their transitions.
 
 constexpr double kDistance_m = 1;
 
@@ -122,6 +125,174 @@ TEST_P(EachConstraint, HoldsAHiddenSurfaceAndReleasesItWhenTheHipLeaves) {
   tick = rig.moveTo({0, 0, -0.9});
   for (int i = 0; i < 100; ++i) tick = rig.tick(rig.hip());
   EXPECT_EQ(tick.command_force_n_in_world, Vec3{}) << "there is no force behind what the camera sees";
+}
+
+// Surfaces that move between frames.
+
+/// Returns the position of a HIP that trembles by 0.5 mm on three axes at about 8 Hz.
+Vec3 trembling(const Vec3& place, double t_s) {
+  constexpr double kAmplitude_m = 0.0005;
+  return place + Vec3{kAmplitude_m * std::sin(50.3 * t_s), kAmplitude_m * std::sin(47.1 * t_s),
+                      kAmplitude_m * std::sin(51.7 * t_s)};
+}
+
+struct MovingCase {
+  double speed_m_per_s;
+  bool pressed;  ///< the HIP rests on the surface before it moves; otherwise it is 30 mm in front
+  bool trembles;
+};
+
+void expectSurfacePushes(rt::ForceLaw law, const MovingCase& moving) {
+  SCOPED_TRACE(testing::Message() << moving.speed_m_per_s << " m/s, pressed " << moving.pressed
+                                  << ", trembling " << moving.trembles);
+  TrueScene still({.kind = SceneKind::plane, .distance_m = kDistance_m}, fineCameraFor(kDistance_m));
+  TrueScene plane(
+      {.kind = SceneKind::plane, .distance_m = kDistance_m, .speed_m_per_s = moving.speed_m_per_s},
+      fineCameraFor(kDistance_m));
+  HardRig rig(law, plane.depthModel());
+  rig.show(still);
+  const Vec3 place{0.0003, 0.0007, -kDistance_m + (moving.pressed ? -0.0105 : 0.03)};
+  rig.jumpTo({0.0003, 0.0007, -kDistance_m + 0.03});
+  rig.tick(rig.hip());
+  rig.moveTo(place, 0.0005);
+  const double travel_m = moving.pressed ? 0.06 : 0.09;
+  const int ticks = static_cast<int>(travel_m / moving.speed_m_per_s / kTick_s);
+  rt::Tick last;
+  double shown_m = 0;
+  for (int i = 0; i <= ticks; ++i) {
+    if (i % kTicksPerFrame == 0) {
+      shown_m = moving.speed_m_per_s * i * kTick_s;
+      rig.show(plane, i * kTick_s);
+    }
+    const Vec3 hip = moving.trembles ? trembling(place, i * kTick_s) : place;
+    last = rig.tick(hip);
+    const double surface_z = -kDistance_m + shown_m;
+    // never behind the most recently shown surface
+    ASSERT_GE(last.proxy_m_in_world.z, surface_z - 5e-4) << "tick " << i;
+    const double depth = surface_z - hip.z;
+    // the force corresponds to the depth below the most recently shown surface
+    ASSERT_NEAR(last.law_force_n_in_world.z, std::max(0.0, depth) * rig.stiffness_n_per_m(), 0.15)
+        << "tick " << i;
+  }
+  EXPECT_GT(last.law_force_n_in_world.z, 0.8 * 0.06 * rig.stiffness_n_per_m());
+}
+
+TEST_P(EachConstraint, AMovingSurfaceNeverPassesThroughTheProxy) {
+  for (const double speed : {0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5}) {
+    for (const bool pressed : {false, true}) {
+      for (const bool trembles : {false, true}) expectSurfacePushes(GetParam(), {speed, pressed, trembles});
+    }
+  }
+}
+
+TEST_P(EachConstraint, AMovingSurfaceWithTheSensorsNoiseNeverPassesThroughTheProxy) {
+  for (const double speed : {0.05, 0.3, 0.5}) {
+    TrueScene plane({.kind = SceneKind::plane, .distance_m = kDistance_m, .speed_m_per_s = speed});
+    HardRig rig(GetParam(), plane.depthModel());
+    const Vec3 hip{0.0003, 0.0007, -kDistance_m + 0.03};
+    const int ticks = static_cast<int>(0.09 / speed / kTick_s);
+    rt::Tick last;
+    for (int i = 0; i <= ticks; ++i) {
+      if (i % kTicksPerFrame == 0) rig.show(plane, i * kTick_s, tools::SceneNoise::sensor);
+      last = rig.tick(hip);
+    }
+    // the last frame is up to 33 ms old; 3 standard deviations of the noise are 1.7 mm
+    EXPECT_GT(last.law_force_n_in_world.z, (0.06 - speed * kFrame_s - 0.005) * rig.stiffness_n_per_m())
+        << speed;
+  }
+}
+
+TEST_P(EachLaw, AFrameThatJumpsBy10MillimetresIsBlendedAtTheSurfacesTopSpeed) {
+  TrueScene plane({.kind = SceneKind::plane, .distance_m = kDistance_m, .speed_m_per_s = 0.01 / kFrame_s},
+                  fineCameraFor(kDistance_m));
+  for (const bool towards : {true, false}) {
+    HardRig rig(GetParam(), plane.depthModel());
+    rig.show(plane, towards ? 0 : kFrame_s);
+    rig.jumpTo({0.0003, 0.0007, -kDistance_m + 0.04});
+    // in front of the surface for the springs, below it for the laws with a proxy
+    const Vec3 hip{0.0003, 0.0007, -kDistance_m + (rt::hasProxy(GetParam()) ? -0.005 : 0.025)};
+    rig.moveTo(hip);
+    for (int i = 0; i < 100; ++i) rig.tick(hip);
+    Vec3 before = rig.tick(hip).command_force_n_in_world;
+    rig.show(plane, towards ? kFrame_s : 0);
+    const double max_n = rig.stiffness_n_per_m() * rt::kFastestSurface_m_per_s * kTick_s;
+    for (int i = 0; i < 40; ++i) {
+      const rt::Tick tick = rig.tick(hip);
+      ASSERT_LE(norm(tick.command_force_n_in_world - before), max_n + 1e-9) << "tick " << i;
+      before = tick.command_force_n_in_world;
+      // complete within a frame and the tick in which the frame arrived
+      if (i > kTicksPerFrame + 2) {
+        ASSERT_LE(norm(before - tick.law_force_n_in_world), 1e-9) << "tick " << i;
+      }
+    }
+  }
+}
+
+TEST_P(EachConstraint, TheWorkOfAMovingSurfaceIsBoundedByForceTimesItsTopSpeed) {
+  // the HIP is still; the spring's energy F^2 / 2k may grow by F v_max T per tick, and F dF / k is its growth
+  TrueScene plane({.kind = SceneKind::plane, .distance_m = kDistance_m, .speed_m_per_s = 2},
+                  fineCameraFor(kDistance_m));  // faster than allowed
+  HardRig rig(GetParam(), plane.depthModel());
+  const Vec3 hip{0, 0, -kDistance_m + 0.01};
+  double before = 0;
+  for (int i = 0; i <= 60; ++i) {
+    if (i % kTicksPerFrame == 0) rig.show(plane, i / kTicksPerFrame * 0.015);  // 30 mm per frame
+    const double force = norm(rig.tick(hip).command_force_n_in_world);
+    const double work_j = (force * force - before * before) / (2 * rig.stiffness_n_per_m());
+    ASSERT_LE(work_j, std::max(force, before) * rt::kFastestSurface_m_per_s * kTick_s + 1e-12)
+        << "tick " << i;
+    before = force;
+  }
+  EXPECT_GT(before, 5);
+}
+
+TEST_P(EachConstraint, AnObjectThatAppearsAroundTheHipPushesItOutOrLeavesItAlone) {
+  for (const double depth_m : {0.005, 0.01, 0.02, 0.03, 0.1, 0.4}) {
+    TrueScene wall({.kind = SceneKind::plane, .distance_m = kDistance_m});
+    HardRig rig(GetParam(), wall.depthModel());
+    rig.showConstant(drivers::kKinectNoMeasurement);
+    const Vec3 hip{0, 0, -kDistance_m - depth_m};
+    for (int i = 0; i < 40; ++i) rig.tick(hip);
+    rig.show(wall);
+    double before = 0;
+    for (int i = 0; i < 200; ++i) {
+      const rt::Tick tick = rig.tick(hip);
+      ASSERT_TRUE(isFinite(tick.command_force_n_in_world));
+      ASSERT_GE(tick.command_force_n_in_world.z, 0);
+      ASSERT_LE(std::abs(tick.command_force_n_in_world.z - before), 0.25 + 1e-9) << "tick " << i;
+      before = tick.command_force_n_in_world.z;
+    }
+    // up to 35 mm it may be a surface that moved; the sensor's rounding is 1.5 mm, which is 0.77 N of spring
+    // force
+    if (depth_m <= 0.03) {
+      EXPECT_NEAR(before, depth_m * rig.stiffness_n_per_m(), 0.8) << depth_m;
+    }
+    if (depth_m >= 0.1) {
+      EXPECT_EQ(before, 0) << depth_m;
+    }
+  }
+}
+
+TEST_P(EachLaw, NoFrameLawOrParameterChangeStepsTheForce) {
+  TrueScene plane({.kind = SceneKind::plane, .distance_m = kDistance_m}, {});
+  HardRig rig(GetParam(), plane.depthModel());
+  rig.show(plane, 0, tools::SceneNoise::sensor);
+  const Vec3 hip{0, 0, -kDistance_m + 0.01};
+  rig.jumpTo({0, 0, -kDistance_m + 0.06});
+  rig.moveTo(hip);
+  Vec3 before = rig.tick(hip).command_force_n_in_world;
+  for (int i = 0; i < 2000; ++i) {
+    if (i % kTicksPerFrame == 0) rig.show(plane, 0, tools::SceneNoise::sensor);
+    if (i % 170 == 0) {
+      const int next = (static_cast<int>(rig.box.parameters().law) + 1) % 4;
+      rig.box.parameters().law = static_cast<rt::ForceLaw>(next);
+    }
+    if (i % 230 == 0) rig.box.parameters().force.stiffness_n_per_m = 300 + (i * 7) % 400;
+    const rt::Tick tick = rig.tick(hip);
+    const double max_n = 700 * rt::kFastestSurface_m_per_s * kTick_s;
+    ASSERT_LE(norm(tick.command_force_n_in_world - before), max_n + 1e-9) << "tick " << i;
+    before = tick.command_force_n_in_world;
+  }
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "drivers/handle/handle_frame.h"
-#include "tests/rt/fixture_core.h"
+#include "tests/rt/core_rig.h"
 #include "tests/support/passive_hand.h"
 
 // Devices whose velocity contradicts their positions, and whose forces act later than they say, in passive

@@ -1,25 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <memory>
 #include <mutex>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "rt/depth/depth_frame.h"
+#include "rt/depth/depth_model.h"
 #include "rt/loop/force_loop.h"
-#include "tests/rt/locked_memory.h"
+#include "rt/tracking/solid_tracker.h"
 #include "tests/rt/loop_rig.h"
 #include "tests/rt/watch/watch.h"
 #include "tests/support/rerun.h"
+#include "tests/unit/rt/fixtures/made_grid.h"
+
+namespace hapticd::test {
+namespace {
 
 // Verifies that the force thread does not allocate, lock, fault pages or throw while it runs. Everything
 // inside run() is monitored while all inputs change; planted violations show that the monitor detects each
 // kind.
-
-namespace hapticd::test {
-namespace {
 
 /// Runs the loop of `rig` for `ticks` ticks in a thread that is monitored inside run() and during the
 /// `planted` violation just before it.
@@ -102,6 +108,28 @@ TEST(ForceThread, IsCaughtFaultingAPage) {
   UntouchedPage page;
   EXPECT_GE(watchedRunWith([&page] { page.touch(); }).page_faults.minor, 1);
   if (!memory.locked()) reportNotChecked("that this is the only page fault: memory cannot be locked here");
+}
+
+// What a thread does while it tracks a solid: it must neither allocate nor lock.
+
+TEST(TrackingConduct, NeitherAllocatesNorLocksInAStep) {
+  const MadeGrid made([](const rt::Vec3& p) { return norm(p) - 0.04; }, 0.045, 0.002);
+  rt::SolidTracker tracker(made.grid);
+  const rt::DepthModel model({}, {});
+  const auto frame = std::make_unique<rt::DepthFrame>();
+  // A sphere of which the camera sees a disc is near enough: points are fitted, rays are traced.
+  std::ranges::fill(frame->image(), static_cast<std::uint16_t>(std::lround(model.rawOf(0.57))));
+  rt::TrackingRequest request;
+  request.predicted.position_m = {0, 0, -0.6};
+  request.last = request.predicted;
+  request.mask = rt::SightMask{{0, 0.02, -0.5}, {0, 0.02, -0.6}, 0.01};
+  WatchedSection section;
+  const rt::Tracking found = tracker.step(model, frame->image(), request, {});
+  request.predicted.position_m = {0, 0, -3};
+  tracker.step(model, frame->image(), request, {});
+  const Misconduct seen = section.end().misconduct;
+  EXPECT_EQ(seen, Misconduct{});
+  EXPECT_GT(found.iterations, 0);
 }
 
 }  // namespace

@@ -31,6 +31,9 @@ struct Spoiled {
 void moveHandleTo(CoreRig& rig, const Vec3& position) {
   rig.handle.position_m_in_world = position;
 }
+std::function<void(CoreRig&)> handleAt(const Vec3& position) {
+  return [position](CoreRig& rig) { moveHandleTo(rig, position); };
+}
 
 const std::vector<Spoiled>& spoiledInputs() {
   static const std::vector<Spoiled> all{
@@ -42,31 +45,11 @@ const std::vector<Spoiled>& spoiledInputs() {
          rig.handle.time_ns = rig.now_ns - 11 * kPeriod_ns;
        },
        Cause::handle_stale},
-      {"x not a number",
-       [](CoreRig& rig) {
-         moveHandleTo(rig, {kNaN, 0, 0});
-       },
-       Cause::handle_invalid},
-      {"y infinite",
-       [](CoreRig& rig) {
-         moveHandleTo(rig, {0, -kInfinity, 0});
-       },
-       Cause::handle_invalid},
-      {"z beyond 10 m",
-       [](CoreRig& rig) {
-         moveHandleTo(rig, {0, 0, 10.0001});
-       },
-       Cause::handle_invalid},
-      {"z beyond -10 m",
-       [](CoreRig& rig) {
-         moveHandleTo(rig, {0, 0, -10.0001});
-       },
-       Cause::handle_invalid},
-      {"all huge",
-       [](CoreRig& rig) {
-         moveHandleTo(rig, {1e308, -1e308, 1e308});
-       },
-       Cause::handle_invalid},
+      {"x not a number", handleAt({kNaN, 0, 0}), Cause::handle_invalid},
+      {"y infinite", handleAt({0, -kInfinity, 0}), Cause::handle_invalid},
+      {"z beyond 10 m", handleAt({0, 0, 10.0001}), Cause::handle_invalid},
+      {"z beyond -10 m", handleAt({0, 0, -10.0001}), Cause::handle_invalid},
+      {"all huge", handleAt({1e308, -1e308, 1e308}), Cause::handle_invalid},
       {"no depth frame yet", [](CoreRig& rig) { rig.wall.scene.frame = 0; }, Cause::no_scene},
       {"a camera that fell silent",
        [](CoreRig& rig) {

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <numbers>
 
-#include "tests/rt/fixture_core.h"
+#include "tests/rt/core_rig.h"
 
 // Fixtures that move with a frame, in the whole tick: what reaches the hand, and its energy.
 namespace hapticd::test {

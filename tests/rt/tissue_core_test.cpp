@@ -20,40 +20,32 @@ using rt::Vec3;
 constexpr double kSurface_n = 1e-4;
 
 /// A core with a law with a proxy over a wall that has a stiffness map, and a HIP that is moved by hand.
-class TissueCore : public testing::Test {
+class TissueCore : public testing::Test, protected CoreRig {
  protected:
   TissueCore() {
-    directive_.parameters.law = rt::ForceLaw::surface;
-    directive_.parameters.safety.contact_damping = rt::ContactDamping::off;
-    directive_.parameters.safety.stiffness_limit = rt::StiffnessLimit::off;
-    directive_.engage = true;
-    handle_.sequence = 1;
-    handle_.position_m_in_world = wall_.inFrontOfWall(0.005);
+    directive.parameters.law = rt::ForceLaw::surface;
+    directive.parameters.safety.contact_damping = rt::ContactDamping::off;
+    directive.parameters.safety.stiffness_limit = rt::StiffnessLimit::off;
+    directive.engage = true;
+    directive.engage_inside = false;
+    handle.position_m_in_world = wall.inFrontOfWall(0.005);
+    tissue = map_.get();
   }
 
   rt::TissueRegion& addSphere(double x_m, double radius_m) {
     rt::TissueRegion& region = map_->regions[map_->count++];
     region = {};
     region.identity = ++last_identity_;
-    region.shape.position_m_in_world = wall_.inFrontOfWall(0) + Vec3{x_m, 0, 0};
+    region.shape.position_m_in_world = wall.inFrontOfWall(0) + Vec3{x_m, 0, 0};
     region.shape.radius_m = radius_m;
     ++map_->generation;
     return region;
   }
 
   rt::Tick step(const Vec3& velocity_m_per_s = {}) {
-    now_ns_ += kPeriod_ns;
-    handle_.time_ns = wall_.scene.frame_time_ns = now_ns_;
-    handle_.velocity_m_per_s_in_world = velocity_m_per_s;
-    handle_.position_m_in_world += kPeriod_s * velocity_m_per_s;
-    return core_.step({.now_ns = now_ns_,
-                       .period_s = kPeriod_s,
-                       .scene = wall_.scene,
-                       .handle = handle_,
-                       .directive = directive_,
-                       .start = start_,
-                       .fixtures = nullptr,
-                       .tissue = map_.get()});
+    handle.velocity_m_per_s_in_world = velocity_m_per_s;
+    handle.position_m_in_world += kPeriod_s * velocity_m_per_s;
+    return CoreRig::step();
   }
   rt::Tick steps(int count, const Vec3& velocity_m_per_s = {}) {
     rt::Tick tick;
@@ -63,18 +55,12 @@ class TissueCore : public testing::Test {
   /// Engages in free space and then presses down to this depth.
   rt::Tick press(double depth_m) {
     steps(600);
-    const double distance_m = handle_.position_m_in_world.z - wall_.inFrontOfWall(-depth_m).z;
+    const double distance_m = handle.position_m_in_world.z - wall.inFrontOfWall(-depth_m).z;
     steps(100, {0, 0, -distance_m / 0.1});
     return steps(100);
   }
 
-  SmallScene wall_;
-  rt::HapticCore core_{wall_.pointCapacity()};
-  rt::HandleState handle_;
-  rt::Directive directive_;
-  rt::StartParameters start_;
   std::unique_ptr<rt::TissueMap> map_ = std::make_unique<rt::TissueMap>();
-  std::int64_t now_ns_ = 5'000'000'000;
 
  private:
   std::uint32_t last_identity_ = 0;
@@ -91,7 +77,7 @@ TEST_F(TissueCore, ExertsTheForceOfTheRegion) {
 }
 
 TEST_F(TissueCore, AlsoUnderTheLawProxy) {
-  directive_.parameters.law = rt::ForceLaw::proxy;
+  directive.parameters.law = rt::ForceLaw::proxy;
   addSphere(0, 0.02).stiffness_n_per_m = 300;
   EXPECT_NEAR(press(0.004).command_force_n_in_world.z, 1.2, kSurface_n);
 }
@@ -107,25 +93,21 @@ TEST_F(TissueCore, ChangesNothingWithoutRegions) {
   map_->generation = 7;
   for (const rt::ForceLaw law : {rt::ForceLaw::nearest_springs, rt::ForceLaw::proxy, rt::ForceLaw::surface}) {
     CoreRig rig;
-    rt::HapticCore with_map(rig.wall.pointCapacity());
     rig.directive.parameters.law = law;
     rig.directive.parameters.contact = {.friction = 0.3, .damping_n_s_per_m = 0.5};
     rig.directive.engage = true;
+    CoreRig with_map;
+    with_map.directive = rig.directive;
+    with_map.tissue = map_.get();
     for (int i = 0; i < 2000; ++i) {
       const double angle = 0.005 * i;
       const Vec3 before = rig.handle.position_m_in_world;
       rig.handle.position_m_in_world =
           rig.wall.inFrontOfWall(0.004 * std::cos(angle)) + Vec3{0.01 * std::sin(2 * angle), 0, 0};
       rig.handle.velocity_m_per_s_in_world = 1000 * (rig.handle.position_m_in_world - before);
+      with_map.handle = rig.handle;
       const rt::Tick without = rig.step();
-      const rt::Tick with = with_map.step({.now_ns = rig.now_ns,
-                                           .period_s = kPeriod_s,
-                                           .scene = rig.wall.scene,
-                                           .handle = rig.handle,
-                                           .directive = rig.directive,
-                                           .start = rig.start,
-                                           .fixtures = nullptr,
-                                           .tissue = map_.get()});
+      const rt::Tick with = with_map.step();
       ASSERT_EQ(with.command_force_n_in_world, without.command_force_n_in_world);
       ASSERT_EQ(with.energy_j, without.energy_j);
     }
@@ -142,7 +124,7 @@ class NoStep : public TissueCore {
       before_ = now;
     }
   }
-  void start(double depth_m) { before_ = press(depth_m).command_force_n_in_world; }
+  void begin(double depth_m) { before_ = press(depth_m).command_force_n_in_world; }
   /// The rate of a surface at the fastest speed that is allowed for.
   double allowed_n(double stiffness_n_per_m) const {
     return stiffness_n_per_m * rt::kFastestSurface_m_per_s * kPeriod_s;
@@ -155,7 +137,7 @@ class NoStep : public TissueCore {
 TEST_F(NoStep, WhenARegionMoves) {
   rt::TissueRegion& region = addSphere(0.05, 0.02);
   region.stiffness_n_per_m = 900;
-  start(0.004);
+  begin(0.004);
   const double at_rest_n = before_.z;
   double most_n = 0;
   for (int i = 0; i < 60; ++i) {
@@ -172,7 +154,7 @@ TEST_F(NoStep, WhenARegionMoves) {
 TEST_F(NoStep, WhenRegionsComeChangeAndGo) {
   rt::TissueRegion& first = addSphere(0, 0.02);
   first.stiffness_n_per_m = 800;
-  start(0.004);
+  begin(0.004);
   first.model = rt::ContactModel::hunt_crossley;
   ++map_->generation;
   rest(100);
@@ -231,20 +213,20 @@ TEST_F(TissueCore, DoesNotBlendWhatTheDisplacementExplains) {
 TEST_F(TissueCore, GivesTheHandNoEnergyOnClosedPaths) {
   rt::TissueRegion& region = addSphere(0.01, 0.01);
   region.stiffness_n_per_m = 1200;
-  directive_.parameters.safety.max_force_n = 20;
+  directive.parameters.safety.max_force_n = 20;
   press(0.003);
   double given_j = 0;
-  Vec3 before = handle_.position_m_in_world;
+  Vec3 before = handle.position_m_in_world;
   Vec3 force;
   constexpr int kTicks = 10'000;
   for (int i = 0; i < kTicks; ++i) {
     const double angle = 2 * std::numbers::pi * i * 0.001;
     const rt::Tick tick = step(2 * std::numbers::pi *
                                Vec3{0.01 * std::cos(angle), 0.01 * std::sin(angle), 0.002 * std::cos(angle)});
-    const Vec3 motion_m = handle_.position_m_in_world - before;
+    const Vec3 motion_m = handle.position_m_in_world - before;
     given_j +=
-        dot(force, motion_m) - start_.handle.device_damping_n_s_per_m * dot(motion_m, motion_m) / kPeriod_s;
-    before = handle_.position_m_in_world;
+        dot(force, motion_m) - start.handle.device_damping_n_s_per_m * dot(motion_m, motion_m) / kPeriod_s;
+    before = handle.position_m_in_world;
     force = tick.command_force_n_in_world;
     if (i % 1000 == 999) {
       EXPECT_LE(given_j, 0) << i;
@@ -253,8 +235,8 @@ TEST_F(TissueCore, GivesTheHandNoEnergyOnClosedPaths) {
 }
 
 TEST_F(TissueCore, LimitsTheStiffnessByTheStiffestRegion) {
-  directive_.parameters.safety.stiffness_limit = rt::StiffnessLimit::reduce;
-  handle_.delay_s = 0.0095;  // b / lag = 4 N s/m / 10 ms = 400 N/m
+  directive.parameters.safety.stiffness_limit = rt::StiffnessLimit::reduce;
+  handle.delay_s = 0.0095;  // b / lag = 4 N s/m / 10 ms = 400 N/m
   addSphere(0.1, 0.02).stiffness_n_per_m = 800;
   EXPECT_NEAR(press(0.004).stiffness_gain, 0.5, 1e-9);
 }
@@ -289,7 +271,7 @@ TEST_F(CueCore, VibratesAlongTheSurfaceWhileEngagedAndInContact) {
 
 TEST_F(CueCore, IsSilentWhileNotEngaged) {
   press(0.004);
-  directive_.engage = false;
+  directive.engage = false;
   for (int i = 0; i < 300; ++i) {
     const rt::Tick tick = step();
     if (tick.mode != rt::Mode::engaged) {

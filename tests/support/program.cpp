@@ -19,8 +19,6 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "tests/support/exec_vector.h"
-
 extern char** environ;
 
 namespace hapticd::test {

@@ -8,8 +8,8 @@
 #include <fstream>
 #include <iostream>
 
+#include "tests/support/recordings/depth_images.h"
 #include "tests/support/recordings/made_up_scene.h"
-#include "tests/support/recordings/raw_image.h"
 #include "tests/support/recordings/recording.h"
 #include "tests/support/recordings/scratch_recording.h"
 #include "tests/system/support/daemon_under_test.h"

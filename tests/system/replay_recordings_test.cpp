@@ -12,8 +12,8 @@
 #include <random>
 #include <sstream>
 
+#include "tests/support/recordings/depth_images.h"
 #include "tests/support/recordings/made_up_scene.h"
-#include "tests/support/recordings/raw_image.h"
 #include "tests/support/recordings/recording.h"
 #include "tests/system/support/daemon_under_test.h"
 #include "tools/lib/oracle/reference_camera.h"

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <limits>
@@ -14,7 +19,6 @@
 #include "rt/base/clock.h"
 #include "rt/loop/force_loop.h"
 #include "tests/rt/loop_rig.h"
-#include "tests/rt/watch/only_clock_calls.h"
 #include "tests/rt/watch/watch.h"
 #include "tests/support/rerun.h"
 
@@ -26,6 +30,26 @@ namespace {
 
 constexpr int kUnavailable = 77;
 constexpr std::size_t kTicks = 300;
+
+/// Makes the kernel end the process at every further system call of the calling thread except reading and
+/// sleeping on the clock. Returns false if the kernel or a sandbox does not support this. Cannot be undone.
+bool allowOnlyClockCalls() {
+  constexpr auto kLoadNumber = static_cast<unsigned short>(BPF_LD | BPF_W | BPF_ABS);
+  constexpr auto kSkipUnlessEqual = static_cast<unsigned short>(BPF_JMP | BPF_JEQ | BPF_K);
+  constexpr auto kReturn = static_cast<unsigned short>(BPF_RET | BPF_K);
+  // clock_gettime is a system call only where the clock cannot be read in user space.
+  std::array<sock_filter, 6> filter{{
+      {kLoadNumber, 0, 0, offsetof(seccomp_data, nr)},
+      {kSkipUnlessEqual, 3, 0, SYS_clock_nanosleep},
+      {kSkipUnlessEqual, 2, 0, SYS_clock_gettime},
+      {kSkipUnlessEqual, 1, 0, SYS_restart_syscall},
+      {kReturn, 0, 0, SECCOMP_RET_KILL_PROCESS},
+      {kReturn, 0, 0, SECCOMP_RET_ALLOW},
+  }};
+  const sock_fprog program{static_cast<unsigned short>(filter.size()), filter.data()};
+  return ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
+         ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
+}
 
 /// Runs in a process of its own. A restricted thread cannot even end, so the process ends while it sleeps.
 [[noreturn]] void runRestricted(bool with_a_planted_call) {

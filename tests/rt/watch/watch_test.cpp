@@ -12,7 +12,6 @@
 #include <thread>
 #include <vector>
 
-#include "tests/rt/locked_memory.h"
 #include "tests/support/rerun.h"
 
 // Deliberate violations of the force thread's rules; the monitor used by other tests must detect each of

@@ -4,6 +4,7 @@
 #include <png.h>
 
 #include <cstddef>
+#include <fstream>
 #include <stdexcept>
 
 namespace hapticd::test {
@@ -87,6 +88,21 @@ std::string bigEndianPgm(int width_px, int height_px, const std::vector<std::uin
     bytes += static_cast<char>(pixel & 0xff);
   }
   return bytes;
+}
+
+std::vector<std::uint16_t> rawPixelsOf(const std::filesystem::path& file) {
+  constexpr std::size_t kPixels = 640 * 480;
+  std::ifstream stream(file, std::ios::binary);
+  std::string header;
+  std::getline(stream, header);
+  std::vector<unsigned char> bytes(2 * kPixels);
+  stream.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (!stream) throw std::runtime_error("cannot read " + file.string());
+  std::vector<std::uint16_t> raw(kPixels);
+  for (std::size_t pixel = 0; pixel < raw.size(); ++pixel) {
+    raw[pixel] = static_cast<std::uint16_t>(bytes[2 * pixel] + 256 * bytes[2 * pixel + 1]);
+  }
+  return raw;
 }
 
 }  // namespace hapticd::test

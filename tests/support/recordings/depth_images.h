@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -21,5 +22,8 @@ std::string greyPngWithTexts(int width_px, int height_px, const std::vector<std:
 std::string bytePng(int width_px, int height_px, bool colour = false);
 /// Returns a PGM image of 16 bits, the more significant byte first.
 std::string bigEndianPgm(int width_px, int height_px, const std::vector<std::uint16_t>& pixels);
+
+/// Returns the 640 x 480 raw values of a file with a header of one line and little-endian pixels.
+std::vector<std::uint16_t> rawPixelsOf(const std::filesystem::path& file);
 
 }  // namespace hapticd::test

@@ -6,7 +6,7 @@
 #include <exception>
 #include <string>
 
-#include "tests/support/recordings/made_up_recording.h"
+#include "tests/support/recordings/recording.h"
 
 int main(int argc, char** argv) {
   using namespace hapticd::test;

@@ -15,7 +15,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "tests/support/exec_vector.h"
+#include "tests/support/program.h"
 
 namespace hapticd::test {
 namespace {

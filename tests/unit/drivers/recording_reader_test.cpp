@@ -11,7 +11,7 @@
 
 #include "drivers/camera/kinect_image.h"
 #include "drivers/camera/recorded/depth_image.h"
-#include "tests/support/recordings/raw_image.h"
+#include "tests/support/recordings/depth_images.h"
 #include "tests/support/recordings/recording.h"
 #include "tests/support/recordings/scratch_recording.h"
 

@@ -8,11 +8,9 @@
 #include <numbers>
 #include <tuple>
 
-#include "drivers/camera/kinect_image.h"
 #include "rt/laws/nearest_springs.h"
 #include "tests/unit/rt/fixtures/closed_forms.h"
-#include "tests/unit/rt/scene/built_scene.h"
-#include "tests/unit/rt/scene/made_up_frame.h"
+#include "tests/unit/rt/scene/made_up_scene.h"
 
 namespace hapticd::rt {
 namespace {

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "tests/support/file_content.h"
 #include "tools/manual/generated.h"
 #include "tools/manual/page.h"
@@ -60,45 +64,25 @@ constexpr const char* kHelp =
     "78 configuration.\n"
     "Socket: 5 of them, 6 at most.\n";
 
-TEST(HelpText, GivesUsageWithoutTheFolder) {
-  EXPECT_EQ(parseHelp(kHelp).usage, "box [OPTIONS] SUBCOMMAND");
+using Entries = std::vector<std::pair<std::string, std::string>>;
+
+Entries textsOf(const std::vector<HelpEntry>& help) {
+  Entries entries;
+  for (const HelpEntry& entry : help) entries.emplace_back(entry.name, entry.text);
+  return entries;
 }
 
-TEST(HelpText, GivesOptionsWithTheirTexts) {
+TEST(HelpText, GivesUsageWithoutTheFolderAndEachEntryWithItsText) {
   const HelpText help = parseHelp(kHelp);
-  ASSERT_EQ(help.options.size(), 3U);
-  EXPECT_EQ(help.options[0].name, "-h,--help");
-  EXPECT_EQ(help.options[0].text, "show help");
-}
-
-TEST(HelpText, SeparatesANameThatFillsItsColumnFromItsText) {
-  const HelpText help = parseHelp(kHelp);
-  ASSERT_EQ(help.options.size(), 3U);
-  EXPECT_EQ(help.options[1].name, "--depth DIR_OR_PGM REQUIRED");
-  EXPECT_EQ(help.options[1].text, "folder or file");
-}
-
-TEST(HelpText, TakesTheTextOfALongNameFromTheLinesBelow) {
-  const HelpText help = parseHelp(kHelp);
-  ASSERT_EQ(help.options.size(), 3U);
-  EXPECT_EQ(help.options[2].name, "--interval TIME:INT in [20 - 60000]");
-  EXPECT_EQ(help.options[2].text, "time between two, in ms");
-}
-
-TEST(HelpText, GivesArgumentsAndCommands) {
-  const HelpText help = parseHelp(kHelp);
-  ASSERT_EQ(help.arguments.size(), 1U);
-  EXPECT_EQ(help.arguments[0].name, "NAME TEXT ...");
-  ASSERT_EQ(help.commands.size(), 1U);
-  EXPECT_EQ(help.commands[0].name, "watch");
-}
-
-TEST(HelpText, GivesExitStatusesToTheEndOfTheSentence) {
-  const HelpText help = parseHelp(kHelp);
-  ASSERT_EQ(help.exit_statuses.size(), 3U);
-  EXPECT_EQ(help.exit_statuses[1].name, "64");
-  EXPECT_EQ(help.exit_statuses[1].text, "wrong, or no, usage");
-  EXPECT_EQ(help.exit_statuses[2].text, "configuration");
+  EXPECT_EQ(help.usage, "box [OPTIONS] SUBCOMMAND");
+  EXPECT_EQ(textsOf(help.arguments), (Entries{{"NAME TEXT ...", "names"}}));
+  EXPECT_EQ(textsOf(help.options),
+            (Entries{{"-h,--help", "show help"},
+                     {"--depth DIR_OR_PGM REQUIRED", "folder or file"},
+                     {"--interval TIME:INT in [20 - 60000]", "time between two, in ms"}}));
+  EXPECT_EQ(textsOf(help.commands), (Entries{{"watch", "look on"}}));
+  EXPECT_EQ(textsOf(help.exit_statuses),
+            (Entries{{"0", "done"}, {"64", "wrong, or no, usage"}, {"78", "configuration"}}));
 }
 
 TEST(Roff, PrintsTextAsItStands) {

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <cstdint>
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/tools/solids/made_up_solids.h"
 #include "tools/lib/solids/files/label_reader.h"
 #include "tools/lib/solids/files/mesh_reader.h"
@@ -23,34 +21,15 @@ namespace fs = std::filesystem;
 
 class HostileFiles : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "hapticd-hostile-XXXXXX").string();
-    ASSERT_NE(::mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  fs::path write(const std::string& name, const std::string& bytes) const {
-    std::ofstream(folder_ / name, std::ios::binary) << bytes;
-    return folder_ / name;
-  }
   static void expectRefused(const fs::path& file, const std::string& named) {
     const std::string ending = file.extension().string();
     const bool is_mesh = ending == ".stl" || ending == ".obj" || ending == ".ply" || ending == ".txt";
-    std::string where;
-    if (is_mesh) {
-      const auto read = readMesh(file);
-      ASSERT_FALSE(read) << file;
-      where = read.error().where;
-    } else {
-      const auto read = readLabel(file);
-      ASSERT_FALSE(read) << file;
-      where = read.error().where;
-    }
+    const auto whereOf = [](const auto& read) { return read ? std::string("read") : read.error().where; };
+    const std::string where = is_mesh ? whereOf(readMesh(file)) : whereOf(readLabel(file));
     EXPECT_NE(where.find(named), std::string::npos) << where;
   }
 
-  fs::path folder_;
+  test::TemporaryFolder folder_;
 };
 
 TEST_F(HostileFiles, AreRefusedByName) {
@@ -83,30 +62,31 @@ TEST_F(HostileFiles, AreRefusedByName) {
       {"empty.nrrd", ""},
       {"empty.nii", ""},
       {"empty.nii.gz", ""}};
-  for (const auto& [name, bytes] : files) expectRefused(write(name, bytes), name);
+  for (const auto& [name, bytes] : files) expectRefused(folder_.write(name, bytes), name);
 }
 
 TEST_F(HostileFiles, ThatAreNotRegularAreNotRead) {
   for (const std::string ending : {".stl", ".obj", ".ply", ".nrrd", ".nii", ".nii.gz"}) {
-    fs::create_symlink("/dev/zero", folder_ / ("zero" + ending));
-    fs::create_directory(folder_ / ("folder" + ending));
-    ASSERT_EQ(::mkfifo((folder_ / ("pipe" + ending)).c_str(), 0600), 0);
+    fs::create_symlink("/dev/zero", folder_.path() / ("zero" + ending));
+    fs::create_directory(folder_.path() / ("folder" + ending));
+    ASSERT_EQ(::mkfifo((folder_.path() / ("pipe" + ending)).c_str(), 0600), 0);
     for (const std::string name : {"zero", "folder", "pipe"})
-      expectRefused(folder_ / (name + ending), name + ending);
+      expectRefused(folder_.path() / (name + ending), name + ending);
   }
-  fs::create_symlink("/dev/zero", folder_ / "zero.raw");
-  expectRefused(write("detached.nhdr",
-                      test::nrrdHeader({"type: uchar", "dimension: 3", "space: left-posterior-superior",
-                                        "sizes: 9 9 9", "space directions: (1,0,0) (0,1,0) (0,0,1)",
-                                        "space origin: (0,0,0)", "encoding: raw", "data file: zero.raw"})),
-                "zero.raw");
+  fs::create_symlink("/dev/zero", folder_.path() / "zero.raw");
+  expectRefused(
+      folder_.write("detached.nhdr",
+                    test::nrrdHeader({"type: uchar", "dimension: 3", "space: left-posterior-superior",
+                                      "sizes: 9 9 9", "space directions: (1,0,0) (0,1,0) (0,0,1)",
+                                      "space origin: (0,0,0)", "encoding: raw", "data file: zero.raw"})),
+      "zero.raw");
 }
 
 /// A file that would fill the memory is refused by its size, before it is read.
 TEST_F(HostileFiles, ThatAreHugeAreRefused) {
   for (const std::string name : {"huge.stl", "huge.obj", "huge.ply", "huge.nrrd", "huge.nii.gz"}) {
-    fs::resize_file(write(name, "x"), std::uintmax_t{1} << 40);
-    expectRefused(folder_ / name, name);
+    fs::resize_file(folder_.write(name, "x"), std::uintmax_t{1} << 40);
+    expectRefused(folder_.path() / name, name);
   }
 }
 

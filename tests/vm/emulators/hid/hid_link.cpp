@@ -13,16 +13,16 @@
 
 namespace hapticd::test::hid {
 
+HidLink::~HidLink() {
+  ::close(file_);
+}
+
 base::Result<std::unique_ptr<GadgetLink>> GadgetLink::open(const std::filesystem::path& path) {
   const int file = ::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
   if (file < 0) {
     return std::unexpected(base::Error{path.string(), std::strerror(errno), "make the gadget first"});
   }
   return std::make_unique<GadgetLink>(file);
-}
-
-GadgetLink::~GadgetLink() {
-  ::close(file_);
 }
 
 base::Result<void> GadgetLink::plug(const Identity& /*identity*/) {
@@ -34,12 +34,12 @@ base::Result<void> GadgetLink::unplug() {
 }
 
 bool GadgetLink::send(std::span<const std::uint8_t> report) {
-  return ::write(file_, report.data(), report.size()) == static_cast<ssize_t>(report.size());
+  return ::write(file(), report.data(), report.size()) == static_cast<ssize_t>(report.size());
 }
 
 std::optional<Bytes> GadgetLink::receive() {
   std::array<std::uint8_t, 512> bytes{};
-  const ssize_t count = ::read(file_, bytes.data(), bytes.size());
+  const ssize_t count = ::read(file(), bytes.data(), bytes.size());
   if (count <= 0) return std::nullopt;
   return Bytes(bytes.begin(), bytes.begin() + count);
 }
@@ -83,10 +83,6 @@ base::Result<std::unique_ptr<UhidLink>> UhidLink::open(const std::filesystem::pa
   return std::make_unique<UhidLink>(file);
 }
 
-UhidLink::~UhidLink() {
-  ::close(file_);
-}
-
 base::Result<void> UhidLink::plug(const Identity& identity) {
   uhid_event event{};
   event.type = UHID_CREATE2;
@@ -98,14 +94,14 @@ base::Result<void> UhidLink::plug(const Identity& identity) {
   create.product = identity.product;
   create.rd_size = static_cast<__u16>(identity.descriptor.size());
   std::ranges::copy(identity.descriptor, create.rd_data);
-  if (!put(file_, event, sizeof event)) return failure("creating a device with uhid");
+  if (!put(file(), event, sizeof event)) return failure("creating a device with uhid");
   return {};
 }
 
 base::Result<void> UhidLink::unplug() {
   uhid_event event{};
   event.type = UHID_DESTROY;
-  if (!put(file_, event, sizeof event.type)) return failure("destroying a device with uhid");
+  if (!put(file(), event, sizeof event.type)) return failure("destroying a device with uhid");
   return {};
 }
 
@@ -114,13 +110,13 @@ bool UhidLink::send(std::span<const std::uint8_t> report) {
   event.type = UHID_INPUT2;
   event.u.input2.size = static_cast<__u16>(report.size());
   std::ranges::copy(report, event.u.input2.data);
-  return put(file_, event, offsetof(uhid_event, u.input2.data) + report.size());
+  return put(file(), event, offsetof(uhid_event, u.input2.data) + report.size());
 }
 
 std::optional<Bytes> UhidLink::receive() {
   uhid_event event{};
-  if (::read(file_, &event, sizeof event) <= 0) return std::nullopt;
-  if (event.type == UHID_GET_REPORT || event.type == UHID_SET_REPORT) refuse(file_, event);
+  if (::read(file(), &event, sizeof event) <= 0) return std::nullopt;
+  if (event.type == UHID_GET_REPORT || event.type == UHID_SET_REPORT) refuse(file(), event);
   if (event.type != UHID_OUTPUT) return std::nullopt;
   const std::size_t size = std::min<std::size_t>(event.u.output.size, UHID_DATA_MAX);
   Bytes report(event.u.output.data, event.u.output.data + size);

@@ -7,10 +7,8 @@
 #include <string>
 
 #include "config/base/program.h"
-#include "tests/vm/emulators/hid/controller.h"
 #include "tests/vm/emulators/hid/hid_emulator.h"
 #include "tests/vm/emulators/hid/hid_link.h"
-#include "tests/vm/emulators/hid/spacemouse.h"
 #include "tests/vm/emulators/usbip/emulator_program.h"
 
 namespace hapticd::test::hid {

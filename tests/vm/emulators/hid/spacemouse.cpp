@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/vm/emulators/hid/spacemouse.h"
+#include "tests/vm/emulators/hid/hid_device.h"
 
 #include <fmt/format.h>
 

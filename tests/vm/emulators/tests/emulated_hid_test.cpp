@@ -18,10 +18,8 @@
 #include "drivers/handle/hid/hid_spacemouse.h"
 #include "rt/base/clock.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/vm/emulators/hid/controller.h"
 #include "tests/vm/emulators/hid/hid_emulator.h"
 #include "tests/vm/emulators/hid/hid_link.h"
-#include "tests/vm/emulators/hid/spacemouse.h"
 
 namespace hapticd::test::hid {
 namespace {

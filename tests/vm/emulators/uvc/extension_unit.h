@@ -2,10 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 
 #include "tests/vm/emulators/uvc/byte_writer.h"
+#include "tests/vm/emulators/uvc/camera_model.h"
+#include "tests/vm/emulators/uvc/faults.h"
 
 namespace hapticd::test::uvc {
 
@@ -28,5 +31,13 @@ class ExtensionUnit {
   /// Micrometres per step of the depth values.
   virtual std::uint32_t depthUnit_um() const = 0;
 };
+
+/// The extension unit of a RealSense D4xx: the hardware monitor on selector 1, plain numbers on the others.
+/// Both outlive it.
+std::unique_ptr<ExtensionUnit> realsenseUnit(const CameraModel& model, const Faults& faults);
+
+/// The extension unit of an Orbbec Gemini 330: requests and responses of 64 (selector 2), 512 (1) and 1024
+/// bytes (3); a response may be fetched through another selector than its request came by. Both outlive it.
+std::unique_ptr<ExtensionUnit> orbbecUnit(const CameraModel& model, const Faults& faults);
 
 }  // namespace hapticd::test::uvc

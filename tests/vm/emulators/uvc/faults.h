@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bitset>
 #include <cstdint>
@@ -55,50 +56,17 @@ enum class Fault : std::uint8_t {
 };
 inline constexpr std::size_t kFaults = static_cast<std::size_t>(Fault::descriptor_cut) + 1;
 
-struct FaultName {
-  Fault fault;
-  std::string_view name;
-};
 /// In the order of the enumeration.
-inline constexpr std::array<FaultName, kFaults> kFaultNames{{
-    {Fault::silent, "silent"},
-    {Fault::header_long, "header-long"},
-    {Fault::header_short, "header-short"},
-    {Fault::error_bit, "error-bit"},
-    {Fault::frame_short, "frame-short"},
-    {Fault::frame_long, "frame-long"},
-    {Fault::other_size, "other-size"},
-    {Fault::empty_payload, "empty-payload"},
-    {Fault::frame_id_stuck, "frame-id-stuck"},
-    {Fault::frame_repeated, "frame-repeated"},
-    {Fault::mute, "mute"},
-    {Fault::unit_stalls, "unit-stalls"},
-    {Fault::unit_length, "unit-length"},
-    {Fault::monitor_error, "monitor-error"},
-    {Fault::monitor_echo, "monitor-echo"},
-    {Fault::monitor_length, "monitor-length"},
-    {Fault::no_mode_table, "no-mode-table"},
-    {Fault::mode_not_listed, "mode-not-listed"},
-    {Fault::mode_not_finite, "mode-not-finite"},
-    {Fault::table_checksum, "table-checksum"},
-    {Fault::table_size, "table-size"},
-    {Fault::table_type, "table-type"},
-    {Fault::table_focal_zero, "table-focal-zero"},
-    {Fault::unit_zero, "unit-zero"},
-    {Fault::disparity, "disparity"},
-    {Fault::response_magic, "response-magic"},
-    {Fault::response_number, "response-number"},
-    {Fault::response_error, "response-error"},
-    {Fault::list_size, "list-size"},
-    {Fault::lies_about_size, "lies-about-size"},
-    {Fault::unknown_format, "unknown-format"},
-    {Fault::no_frames, "no-frames"},
-    {Fault::frame_zero, "frame-zero"},
-    {Fault::interval_zero, "interval-zero"},
-    {Fault::no_endpoint, "no-endpoint"},
-    {Fault::no_unit, "no-unit"},
-    {Fault::descriptor_cut, "descriptor-cut"},
-}};
+inline constexpr std::array<std::string_view, kFaults> kFaultNames{
+    "silent",         "header-long",     "header-short",     "error-bit",       "frame-short",
+    "frame-long",     "other-size",      "empty-payload",    "frame-id-stuck",  "frame-repeated",
+    "mute",           "unit-stalls",     "unit-length",      "monitor-error",   "monitor-echo",
+    "monitor-length", "no-mode-table",   "mode-not-listed",  "mode-not-finite", "table-checksum",
+    "table-size",     "table-type",      "table-focal-zero", "unit-zero",       "disparity",
+    "response-magic", "response-number", "response-error",   "list-size",       "lies-about-size",
+    "unknown-format", "no-frames",       "frame-zero",       "interval-zero",   "no-endpoint",
+    "no-unit",        "descriptor-cut"};
+static_assert(!kFaultNames.back().empty());
 
 /// The faults that a camera has at present.
 class Faults {
@@ -114,10 +82,9 @@ class Faults {
 };
 
 constexpr std::optional<Fault> faultNamed(std::string_view name) {
-  for (const FaultName& known : kFaultNames) {
-    if (known.name == name) return known.fault;
-  }
-  return std::nullopt;
+  const auto found = std::ranges::find(kFaultNames, name);
+  if (found == kFaultNames.end()) return std::nullopt;
+  return static_cast<Fault>(found - kFaultNames.begin());
 }
 
 }  // namespace hapticd::test::uvc

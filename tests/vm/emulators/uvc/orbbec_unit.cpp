@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/vm/emulators/uvc/orbbec_unit.h"
-
 #include <fmt/format.h>
 #include <linux/usb/video.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
+
+#include "tests/vm/emulators/uvc/extension_unit.h"
 
 namespace hapticd::test::uvc {
 namespace {
@@ -48,7 +49,38 @@ void addIntrinsics(ByteWriter& out, const Intrinsics& of, const DepthMode& mode)
   out.f32(of.fx_px).f32(of.fy_px).f32(of.ppx_px).f32(of.ppy_px).u16(mode.width_px).u16(mode.height_px);
 }
 
-}  // namespace
+class OrbbecUnit final : public ExtensionUnit {
+ public:
+  OrbbecUnit(const CameraModel& model, const Faults& faults);
+
+  std::uint32_t selectors() const override { return 0b111; }
+  std::size_t length(std::uint8_t selector) const override;
+  std::optional<Bytes> get(std::uint8_t selector, std::uint8_t request) override;
+  bool set(std::uint8_t selector, std::span<const std::uint8_t> value) override;
+  std::uint32_t depthUnit_um() const override { return depth_unit_um_; }
+
+ private:
+  struct Answer {
+    std::uint16_t error = 0;
+    Bytes data = {};
+  };
+
+  Answer execute(std::uint16_t opcode, std::span<const std::uint8_t> data);
+  Answer property(std::uint32_t id) const;
+  Answer setProperty(std::uint32_t id, std::uint32_t value);
+  Answer structure(std::uint32_t id) const;
+  Bytes versions() const;
+  Answer beginList(std::uint32_t id);
+  Answer readList(std::uint32_t at, std::uint32_t bytes) const;
+  Bytes cameraParameters() const;
+  Bytes depthCalibration() const;
+
+  const CameraModel& model_;
+  const Faults& faults_;
+  std::uint32_t depth_unit_um_;
+  Bytes list_;      // that is being read
+  Bytes response_;  // to the last request, without padding
+};
 
 OrbbecUnit::OrbbecUnit(const CameraModel& model, const Faults& faults)
     : model_(model), faults_(faults), depth_unit_um_(model.depth_unit_um) {}
@@ -216,6 +248,12 @@ Bytes OrbbecUnit::depthCalibration() const {
   ByteWriter(bytes).u32(1).f32(static_cast<float>(model_.baseline_mm)).f32(0).f32(focal_px);
   ByteWriter(bytes).f32(static_cast<float>(depth_unit_um_) / 1000).f32(0).i32(0);
   return bytes;
+}
+
+}  // namespace
+
+std::unique_ptr<ExtensionUnit> orbbecUnit(const CameraModel& model, const Faults& faults) {
+  return std::make_unique<OrbbecUnit>(model, faults);
 }
 
 }  // namespace hapticd::test::uvc

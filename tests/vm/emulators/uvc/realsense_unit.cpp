@@ -1,14 +1,111 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/vm/emulators/uvc/realsense_unit.h"
-
 #include <linux/usb/video.h>
 
 #include <algorithm>
+#include <array>
+#include <limits>
+#include <map>
+#include <utility>
 
-#include "tests/vm/emulators/uvc/calibration_tables.h"
+#include "drivers/base/crc32.h"
+#include "tests/vm/emulators/uvc/extension_unit.h"
 
 namespace hapticd::test::uvc {
 namespace {
+
+// The tables of a RealSense D4xx, made from the model's numbers; formats: librealsense's
+// src/ds/d400/d400-private.h.
+
+constexpr std::size_t kDetailsBytes = 276;
+constexpr std::size_t kFirmwareAt = 12;
+constexpr std::size_t kModuleAt = 48;
+
+constexpr std::uint16_t kCoefficientsType = 25;
+constexpr std::uint32_t kEthernetPolynomial = 0xedb88320;
+
+/// The resolutions of the rectified parameters in their order; 0: reserved.
+constexpr std::array<std::pair<std::uint16_t, std::uint16_t>, 16> kRectified{{{1920, 1080},
+                                                                              {1280, 720},
+                                                                              {640, 480},
+                                                                              {848, 480},
+                                                                              {640, 360},
+                                                                              {424, 240},
+                                                                              {320, 240},
+                                                                              {480, 270},
+                                                                              {1280, 800},
+                                                                              {960, 540},
+                                                                              {0, 0},
+                                                                              {0, 0},
+                                                                              {640, 400},
+                                                                              {576, 576},
+                                                                              {720, 720},
+                                                                              {1152, 1152}}};
+
+void addIntrinsics(ByteWriter& out, const Intrinsics& of) {
+  out.f32(of.fx_px).f32(of.fy_px).f32(of.ppx_px).f32(of.ppy_px);
+}
+
+void addIdentity(ByteWriter& out) {
+  for (int element = 0; element < 9; ++element) out.f32(element % 4 == 0 ? 1.0F : 0.0F);
+}
+
+/// What follows the header.
+Bytes coefficients(const CameraModel& model, const Faults& faults) {
+  Bytes bytes;
+  ByteWriter out(bytes);
+  // unrectified cameras, normalised by the image size; a reader of rectified depth does not need them
+  for (int camera = 0; camera < 2; ++camera) {
+    out.f32(0.5F).f32(0.9F).f32(0.5F).f32(0.5F).zeros(5 * sizeof(float));
+  }
+  addIdentity(out);
+  addIdentity(out);
+  out.f32(static_cast<float>(-model.baseline_mm)).u32(0).zeros(88);
+  for (const auto& [width, height] : kRectified) {
+    const bool none = width == 0 || faults.has(Fault::table_focal_zero);
+    addIntrinsics(out, none ? Intrinsics{} : intrinsicsOf(model, width, height));
+  }
+  out.zeros(64);
+  return bytes;
+}
+
+/// Details of the camera (GVD): firmware at byte 12, serial number of the module at 48.
+Bytes cameraDetails(const CameraModel& model) {
+  Bytes bytes(kDetailsBytes);
+  for (std::size_t i = 0; i < model.firmware.size(); ++i) bytes[kFirmwareAt + i] = model.firmware[3 - i];
+  for (std::size_t i = 0; i < model.module.size(); ++i) bytes[kModuleAt + i] = model.module[i];
+  return bytes;
+}
+
+/// Coefficients table, id 25: header with checksum, baseline, rectified intrinsics by resolution.
+Bytes coefficientsTable(const CameraModel& model, const Faults& faults) {
+  const Bytes body = coefficients(model, faults);
+  const std::uint32_t checksum = drivers::crc32Of<kEthernetPolynomial>(std::as_bytes(std::span(body)));
+  const auto size = static_cast<std::uint32_t>(body.size());
+  Bytes table;
+  ByteWriter out(table);
+  out.u8(1).u8(0);  // version 1.0, big-endian
+  out.u16(faults.has(Fault::table_type) ? kCoefficientsType + 6 : kCoefficientsType);
+  out.u32(faults.has(Fault::table_size) ? size - 64 : size).u32(0);
+  out.u32(faults.has(Fault::table_checksum) ? ~checksum : checksum).append(body);
+  if (faults.has(Fault::table_size)) table.resize(table.size() - 64);
+  return table;
+}
+
+/// Rectified intrinsics of each depth mode, 20 bytes each (RECPARAMSGET).
+Bytes modeTable(const CameraModel& model, const Faults& faults) {
+  Bytes bytes;
+  ByteWriter out(bytes);
+  if (faults.has(Fault::mode_not_listed)) {
+    addIntrinsics(out.u16(256).u16(144), intrinsicsOf(model, 256, 144));
+    return bytes;
+  }
+  for (const DepthMode& mode : model.modes) {
+    Intrinsics of = intrinsicsOf(model, mode.width_px, mode.height_px);
+    if (faults.has(Fault::mode_not_finite)) of.fx_px = std::numeric_limits<float>::quiet_NaN();
+    addIntrinsics(out.u16(mode.width_px).u16(mode.height_px), of);
+  }
+  return bytes;
+}
 
 // selectors; librealsense, src/ds/ds-private.h
 constexpr std::uint8_t kMonitor = 1;
@@ -66,7 +163,39 @@ std::uint32_t valueOf(std::span<const std::uint8_t> bytes) {
   return value;
 }
 
-}  // namespace
+class RealsenseUnit final : public ExtensionUnit {
+ public:
+  RealsenseUnit(const CameraModel& model, const Faults& faults);
+
+  std::uint32_t selectors() const override;
+  std::size_t length(std::uint8_t selector) const override;
+  std::optional<Bytes> get(std::uint8_t selector, std::uint8_t request) override;
+  bool set(std::uint8_t selector, std::span<const std::uint8_t> value) override;
+  std::uint32_t depthUnit_um() const override { return depth_unit_um_; }
+
+ private:
+  /// A control with a number; the kernel asks for its range.
+  struct Number {
+    std::size_t bytes;
+    std::uint32_t value, least, largest, step;
+  };
+  struct Request {
+    std::uint32_t opcode, p1, p2, p3, p4;
+    std::span<const std::uint8_t> data;
+  };
+
+  void monitor(std::span<const std::uint8_t> bytes);
+  std::optional<Bytes> execute(const Request& request);
+  std::optional<Bytes> depthTable(std::uint32_t which) const;
+  bool setDepthTable(const Request& request);
+
+  const CameraModel& model_;
+  const Faults& faults_;
+  std::uint32_t depth_unit_um_;
+  std::uint32_t synchronisation_ = 0;
+  std::map<std::uint8_t, Number> numbers_;
+  Bytes reply_;  // of the hardware monitor
+};
 
 RealsenseUnit::RealsenseUnit(const CameraModel& model, const Faults& faults)
     : model_(model),
@@ -201,6 +330,12 @@ bool RealsenseUnit::setDepthTable(const Request& request) {
   if (unit_um < kMinDepthUnit_um || unit_um > kMaxDepthUnit_um) return false;
   depth_unit_um_ = unit_um;
   return true;
+}
+
+}  // namespace
+
+std::unique_ptr<ExtensionUnit> realsenseUnit(const CameraModel& model, const Faults& faults) {
+  return std::make_unique<RealsenseUnit>(model, faults);
 }
 
 }  // namespace hapticd::test::uvc

@@ -27,28 +27,15 @@ constexpr std::array<std::uint8_t, 16> kUnitGuid{0xcb, 0x6c, 0x60, 0xc9, 0x4c, 0
                                                  0xaf, 0x47, 0xcc, 0xc4, 0x96, 0x43, 0x59, 0x95};
 
 void addInterface(Bytes& bytes, std::uint8_t number, std::uint8_t endpoints, std::uint8_t subclass) {
-  ByteWriter(bytes)
-      .u8(USB_DT_INTERFACE_SIZE)
-      .u8(USB_DT_INTERFACE)
-      .u8(number)
-      .u8(0)
-      .u8(endpoints)
-      .u8(USB_CLASS_VIDEO)
-      .u8(subclass)
-      .u8(kUndefined)
-      .u8(kFunctionString);
+  ByteWriter out(bytes);
+  out.u8(USB_DT_INTERFACE_SIZE).u8(USB_DT_INTERFACE).u8(number).u8(0).u8(endpoints);
+  out.u8(USB_CLASS_VIDEO).u8(subclass).u8(kUndefined).u8(kFunctionString);
 }
 
 void addAssociation(Bytes& bytes) {
-  ByteWriter(bytes)
-      .u8(8)
-      .u8(USB_DT_INTERFACE_ASSOCIATION)
-      .u8(kControlInterface)
-      .u8(2)
-      .u8(USB_CLASS_VIDEO)
-      .u8(UVC_SC_VIDEO_INTERFACE_COLLECTION)
-      .u8(kUndefined)
-      .u8(kFunctionString);
+  ByteWriter out(bytes);
+  out.u8(8).u8(USB_DT_INTERFACE_ASSOCIATION).u8(kControlInterface).u8(2).u8(USB_CLASS_VIDEO);
+  out.u8(UVC_SC_VIDEO_INTERFACE_COLLECTION).u8(kUndefined).u8(kFunctionString);
 }
 
 Bytes terminalsAndUnits(std::uint32_t selectors, const Faults& faults) {

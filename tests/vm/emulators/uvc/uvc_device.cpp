@@ -7,8 +7,6 @@
 
 #include "tests/vm/emulators/usbip/control_socket.h"
 #include "tests/vm/emulators/uvc/depth_stream.h"
-#include "tests/vm/emulators/uvc/orbbec_unit.h"
-#include "tests/vm/emulators/uvc/realsense_unit.h"
 #include "tests/vm/emulators/uvc/uvc_descriptors.h"
 
 namespace hapticd::test::uvc {
@@ -23,8 +21,7 @@ constexpr std::uint8_t kInvalidControl = 0x06;
 constexpr std::uint8_t kInvalidRequest = 0x07;
 
 std::unique_ptr<ExtensionUnit> unitOf(const CameraModel& model, const Faults& faults) {
-  if (model.protocol == Protocol::orbbec) return std::make_unique<OrbbecUnit>(model, faults);
-  return std::make_unique<RealsenseUnit>(model, faults);
+  return model.protocol == Protocol::orbbec ? orbbecUnit(model, faults) : realsenseUnit(model, faults);
 }
 
 std::string sizeOf(const DepthMode& mode) {
@@ -189,8 +186,7 @@ std::string UvcDevice::offerModes(std::string_view argument) {
 
 std::string UvcDevice::commands() const {
   std::string names;
-  for (const FaultName& fault : kFaultNames)
-    names += fmt::format("{}{}", names.empty() ? "" : "|", fault.name);
+  for (const std::string_view fault : kFaultNames) names += (names.empty() ? "" : "|") + std::string(fault);
   return fmt::format(
       "freeze FRAME, play, modes all, modes WxH, resume, fault NAME, fault NAME once with NAME {}", names);
 }
