@@ -15,7 +15,6 @@
 
 #include "daemon/trace/format/cdr.h"
 #include "daemon/trace/format/depth_codec.h"
-#include "daemon/trace/format/message_layout.h"
 #include "daemon/trace/format/messages.h"
 #include "daemon/trace/format/trace_format.h"
 #include "daemon/trace/mcap/mcap_writer.h"

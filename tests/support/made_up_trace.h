@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/trace/format/fields.h"
 #include "daemon/trace/format/records.h"
 #include "daemon/trace/writer/trace_writer.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/recorder/depth_recorder.h"
+#include "daemon/recorder/trace_session.h"
 
 #include <gtest/gtest.h>
 

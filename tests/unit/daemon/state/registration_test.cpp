@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The registration of the camera on the disk.
-#include "daemon/state/registration.h"
+#include "daemon/state/start_settings.h"
 
 #include <gtest/gtest.h>
 

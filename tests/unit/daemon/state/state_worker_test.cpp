@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The thread that waits for the disk.
-#include "daemon/state/state_worker.h"
+#include "daemon/state/state_file.h"
 
 #include <gtest/gtest.h>
 #include <pthread.h>

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/trace/export/csv_export.h"
+#include "daemon/trace/export/trace_export.h"
 #include "daemon/trace/export/trace_summary.h"
 #include "tests/support/file_content.h"
 #include "tests/support/made_up_trace.h"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/trace/export/csv_export.h"
+#include "daemon/trace/export/trace_export.h"
 #include "daemon/trace/export/selected_trace.h"
 #include "daemon/trace/export/trace_summary.h"
 #include "tests/support/file_content.h"
