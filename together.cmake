@@ -207,14 +207,13 @@ hapticd_together(hapticd_control APART
   daemon/control/methods/calibration_methods.cpp
   daemon/control/methods/force_methods.cpp
   daemon/control/methods/frame_methods.cpp
-  daemon/control/streams/monitor_streams.cpp
+  daemon/control/streams/status_streams.cpp
   --
   daemon/control/methods/profile_methods.cpp)
 hapticd_together(hapticd_crtk_arm)
 hapticd_together(hapticd_daemon APART
-  daemon/event_log.cpp
   daemon/journal.cpp
-  daemon/realtime_conditions.cpp
+  daemon/box_warnings.cpp
   daemon/recorder/flight_recorder.cpp
   daemon/service.cpp
   --
@@ -278,7 +277,6 @@ hapticd_together(hapticd_test_support)
 hapticd_together(hapticd_trace SETS
   daemon/trace/format/additions.cpp
   daemon/trace/format/depth_codec.cpp
-  daemon/trace/format/message_layout.cpp
   daemon/trace/format/messages.cpp
   daemon/trace/format/trace_format.cpp
   daemon/trace/foxglove/foxglove_messages.cpp
@@ -286,10 +284,8 @@ hapticd_together(hapticd_trace SETS
   daemon/trace/reader/trace_folder.cpp
   --
   daemon/trace/foxglove/foxglove_scene.cpp
-  daemon/trace/mcap/mcap_definitions.cpp
   daemon/trace/mcap/mcap_format.cpp
-  daemon/trace/mcap/mcap_salvage.cpp
-  daemon/trace/mcap/mcap_scanner.cpp
+  daemon/trace/recovery/salvage.cpp
   daemon/trace/mcap/mcap_writer.cpp
   daemon/trace/reader/trace_reader.cpp
   daemon/trace/recovery/trace_recovery.cpp

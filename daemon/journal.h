@@ -3,9 +3,14 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "config/base/error.h"
+#include "daemon/base/box.h"
 #include "daemon/base/journal_entry.h"
 
 namespace hapticd::daemon {
@@ -45,6 +50,52 @@ class JournalThread {
   explicit JournalThread(std::thread thread) : thread_(std::move(thread)) {}
 
   std::thread thread_;
+};
+
+/// Logs what nobody requested: changes of the mode, the camera, the handle, the warnings and the trace, and
+/// breaches of forbidden regions.
+/// Thread: control thread only.
+class EventLog {
+ public:
+  using Clock = std::chrono::steady_clock;
+  using Write = std::function<void(const JournalEntry&)>;
+
+  explicit EventLog(Write write) : write_(std::move(write)) {}
+
+  /// To be called with every tick. Where the mode changes back and forth, ten changes a second are logged and
+  /// the others are counted.
+  void onTick(const rt::Tick& tick, Clock::time_point now);
+  /// To be called a few times a second.
+  void onStatus(const BoxStatus& status);
+
+ private:
+  void logTrace(const TraceStatus& trace);
+  void logMode(const rt::Tick& tick, Clock::time_point now);
+  void logBreaches(const BoxStatus& status);
+  void logFrames(const std::vector<FrameStatus>& frames);
+  void logWarnings(const std::vector<std::string>& warnings);
+
+  Write write_;
+  rt::Mode mode_ = rt::Mode::starting;
+  rt::Cause cause_ = rt::Cause::none;
+  Clock::time_point second_;  // the second that logged_ and unlogged_ are counts of
+  int logged_ = 0;
+  int unlogged_ = 0;
+  drivers::CameraState camera_ = drivers::CameraState::absent;
+  drivers::HandlePresence handle_ = drivers::HandlePresence::present;
+  TraceStatus trace_;
+  std::uint64_t trace_news_ = 0;  // number of the newest one in the log
+  /// Counters of a frame that are in the log.
+  struct SeenFrame {
+    std::uint64_t losses = 0;
+    std::uint64_t returns = 0;
+    std::uint64_t relocations = 0;
+  };
+
+  std::map<std::string, SeenFrame> frames_;
+  std::map<std::string, std::int64_t> breaches_;  // by fixture: entered_ns of the newest one in the log
+  std::map<std::string, std::string>
+      warnings_;  // the key is the text without its numbers, which change all the time
 };
 
 }  // namespace hapticd::daemon

@@ -14,7 +14,6 @@
 
 #include "config/settings/parameter_table.h"
 #include "daemon/box_warnings.h"
-#include "daemon/realtime_conditions.h"
 #include "daemon/stop_guard.h"
 #include "daemon/trace/format/additions.h"
 #include "daemon/trace/format/trace_format.h"
@@ -144,8 +143,8 @@ base::Result<void> RunningBox::startForceThread() {
       loop.run();
     });
   } catch (const std::system_error& error) {
-    return std::unexpected(base::Error{"force thread", fmt::format("cannot be started: {}", error.what()),
-                                       "raise the limit of tasks or of locked memory"});
+    return base::failure("force thread", fmt::format("cannot be started: {}", error.what()),
+                         "raise the limit of tasks or of locked memory");
   }
   pthread_setname_np(force_thread_.native_handle(), "hapticd-force");
   std::tie(privileges_, force_thread_id_) = prepared.get_future().get();
@@ -159,8 +158,8 @@ base::Result<void> RunningBox::waitForFirstTick() {
   const auto deadline = std::chrono::steady_clock::now() + kFirstTickTimeout;
   while (loopState().counters.ticks == 0) {
     if (std::chrono::steady_clock::now() > deadline) {
-      return std::unexpected(base::Error{"force loop", "no tick within 5 s of the start",
-                                         "is the CPU of loop.cpu taken by a task of higher priority?"});
+      return base::failure("force loop", "no tick within 5 s of the start",
+                           "is the CPU of loop.cpu taken by a task of higher priority?");
     }
     showLeds();
     std::this_thread::sleep_for(std::chrono::milliseconds(1));

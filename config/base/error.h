@@ -3,6 +3,7 @@
 
 #include <expected>
 #include <string>
+#include <utility>
 
 namespace hapticd::base {
 
@@ -18,5 +19,10 @@ struct Error {
 
 template <typename T>
 using Result = std::expected<T, Error>;
+
+/// The error as the result of a function.
+inline std::unexpected<Error> failure(std::string where, std::string what, std::string remedy) {
+  return std::unexpected(Error{std::move(where), std::move(what), std::move(remedy)});
+}
 
 }  // namespace hapticd::base

@@ -11,10 +11,9 @@
 #include "daemon/control/base/method_context.h"
 #include "daemon/control/methods/methods.h"
 #include "daemon/control/streams/depth_streams.h"
-#include "daemon/control/streams/event_streams.h"
-#include "daemon/control/streams/monitor_streams.h"
+#include "daemon/control/streams/status_streams.h"
 #include "daemon/control/streams/tick_streams.h"
-#include "daemon/state/state_worker.h"
+#include "daemon/state/state_file.h"
 
 namespace hapticd::daemon {
 

@@ -2,12 +2,14 @@
 #include "daemon/recorder/flight_recorder.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <concepts>
 #include <limits>
 #include <set>
 #include <utility>
 
-#include "daemon/trace/format/fields.h"
+#include "daemon/trace/format/records.h"
 #include "daemon/trace/reader/trace_folder.h"
 #include "rt/base/clock.h"
 
@@ -79,11 +81,6 @@ bool reached(const rt::Tick& tick, const trace::AdditionsRecord& additions) {
          additions.tissue_generation <= tick.tissue_generation;
 }
 
-template <typename Record>
-void limit(std::deque<Record>& records) {
-  while (records.size() > kMaxRecords) records.pop_front();
-}
-
 }  // namespace
 
 FlightRecorder::FlightRecorder(double duration_s, double rate_hz)
@@ -96,79 +93,57 @@ void FlightRecorder::add(const rt::Tick& tick) {
   if (held_ < ticks_.size()) ++held_;
 }
 
-void FlightRecorder::add(const trace::ModelRecord& model) {
+template <typename Record>
+void FlightRecorder::add(const Record& record) {
   if (ticks_.empty()) return;
   forgetOldRecords();
-  models_.push_back(model);
-  limit(models_);
+  std::deque<Record>& records = held<Record>();
+  records.push_back(record);
+  if constexpr (std::same_as<Record, trace::AdditionsRecord>) {
+    additions_bytes_ += bytesOf(record);
+    while (records.size() > 1 && additions_bytes_ + bytesOfOldSolids(records) > kMaxAdditionsBytes)
+      forgetOldestAdditions();
+  } else {
+    constexpr std::size_t kMost = std::same_as<Record, trace::PoseRecord> ? kMaxPoses : kMaxRecords;
+    while (records.size() > kMost) records.pop_front();
+  }
 }
-
-void FlightRecorder::add(const trace::DirectiveRecord& directive) {
-  if (ticks_.empty()) return;
-  forgetOldRecords();
-  directives_.push_back(directive);
-  limit(directives_);
-}
-
-void FlightRecorder::add(const trace::AdditionsRecord& additions) {
-  if (ticks_.empty()) return;
-  forgetOldRecords();
-  additions_.push_back(additions);
-  additions_bytes_ += bytesOf(additions);
-  while (additions_.size() > 1 && additions_bytes_ + bytesOfOldSolids(additions_) > kMaxAdditionsBytes)
-    forgetOldestAdditions();
-}
-
-void FlightRecorder::add(const trace::PoseRecord& pose) {
-  if (ticks_.empty()) return;
-  forgetOldRecords();
-  poses_.push_back(pose);
-  while (poses_.size() > kMaxPoses) poses_.pop_front();
-}
-
-void FlightRecorder::add(const trace::EventRecord& event) {
-  if (ticks_.empty()) return;
-  forgetOldRecords();
-  events_.push_back(event);
-  limit(events_);
-}
+template void FlightRecorder::add(const trace::ModelRecord&);
+template void FlightRecorder::add(const trace::DirectiveRecord&);
+template void FlightRecorder::add(const trace::AdditionsRecord&);
+template void FlightRecorder::add(const trace::PoseRecord&);
+template void FlightRecorder::add(const trace::EventRecord&);
 
 void FlightRecorder::forgetOldestAdditions() {
-  additions_bytes_ -= bytesOf(additions_.front());
-  additions_.pop_front();
+  auto& additions = held<trace::AdditionsRecord>();
+  additions_bytes_ -= bytesOf(additions.front());
+  additions.pop_front();
 }
 
 void FlightRecorder::forgetOldRecords() {
   if (held_ == 0) return;
   const rt::Tick& oldest = this->oldest();
-  while (!models_.empty() && models_.front().model < oldest.scene_model) models_.pop_front();
-  while (directives_.size() > 1 && directives_[1].generation <= oldest.directive_generation) {
-    directives_.pop_front();
+  auto& [directives, additions, models, poses, events] = records_;
+  while (!models.empty() && models.front().model < oldest.scene_model) models.pop_front();
+  while (directives.size() > 1 && directives[1].generation <= oldest.directive_generation) {
+    directives.pop_front();
   }
-  while (additions_.size() > 1 && reached(oldest, additions_[1])) forgetOldestAdditions();
-  while (!poses_.empty() && poses_.front().number <= oldest.frame_pose) poses_.pop_front();
-  while (!events_.empty() && events_.front().time_ns < oldest.planned_ns) events_.pop_front();
+  while (additions.size() > 1 && reached(oldest, additions[1])) forgetOldestAdditions();
+  while (!poses.empty() && poses.front().number <= oldest.frame_pose) poses.pop_front();
+  while (!events.empty() && events.front().time_ns < oldest.planned_ns) events.pop_front();
 }
 
 base::Result<void> FlightRecorder::writeTo(trace::TraceWriter& writer) const {
   base::Result<void> result;
+  std::array<std::size_t, std::tuple_size_v<decltype(records_)>> written{};  // records, by kind
   // in the order of time, so that the chunks of the trace do not overlap
-  const auto writeBefore = [&](const auto& records, auto& next, std::int64_t time_ns) {
-    for (; next != records.end() && trace::timeOf(*next) <= time_ns && result; ++next) {
-      result = writer.write(*next);
-    }
+  const auto writeBefore = [&](const auto& records, std::size_t& next, std::int64_t time_ns) {
+    for (; next < records.size() && trace::timeOf(records[next]) <= time_ns && result; ++next)
+      result = writer.write(records[next]);
   };
-  auto directive = directives_.begin();
-  auto additions = additions_.begin();
-  auto model = models_.begin();
-  auto pose = poses_.begin();
-  auto event = events_.begin();
   const auto writeRecordsBefore = [&](std::int64_t time_ns) {
-    writeBefore(directives_, directive, time_ns);
-    writeBefore(additions_, additions, time_ns);
-    writeBefore(models_, model, time_ns);
-    writeBefore(poses_, pose, time_ns);
-    writeBefore(events_, event, time_ns);
+    std::size_t kind = 0;
+    std::apply([&](const auto&... kinds) { (writeBefore(kinds, written[kind++], time_ns), ...); }, records_);
   };
   for (std::size_t i = 0; i < held_ && result; ++i) {
     const rt::Tick& tick = ticks_[(next_ + ticks_.size() - held_ + i) % ticks_.size()];

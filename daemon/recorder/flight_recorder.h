@@ -6,6 +6,7 @@
 #include <deque>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "config/base/error.h"
@@ -52,11 +53,9 @@ class FlightRecorder {
   FlightRecorder(double duration_s, double rate_hz);
 
   void add(const rt::Tick& tick);
-  void add(const trace::ModelRecord& model);
-  void add(const trace::DirectiveRecord& directive);
-  void add(const trace::AdditionsRecord& additions);
-  void add(const trace::PoseRecord& pose);
-  void add(const trace::EventRecord& event);
+  /// `record`: of a model, directive, fixtures and regions, pose or event.
+  template <typename Record>
+  void add(const Record& record);
 
   bool empty() const noexcept { return held_ == 0; }
   /// The duration of the ticks that it holds.
@@ -70,17 +69,20 @@ class FlightRecorder {
   const rt::Tick& oldest() const { return ticks_[(next_ + ticks_.size() - held_) % ticks_.size()]; }
   void forgetOldRecords();
   void forgetOldestAdditions();
+  template <typename Record>
+  std::deque<Record>& held() {
+    return std::get<std::deque<Record>>(records_);
+  }
 
   double rate_hz_;
   std::vector<rt::Tick> ticks_;  // a ring buffer
   std::size_t next_ = 0;
   std::size_t held_ = 0;
-  std::deque<trace::ModelRecord> models_;
-  std::deque<trace::DirectiveRecord> directives_;  // starts with the one that the oldest tick obeyed
-  std::deque<trace::AdditionsRecord> additions_;   // the same for fixtures and regions
+  // directives, and fixtures and regions, start with those that the oldest tick obeyed
+  std::tuple<std::deque<trace::DirectiveRecord>, std::deque<trace::AdditionsRecord>,
+             std::deque<trace::ModelRecord>, std::deque<trace::PoseRecord>, std::deque<trace::EventRecord>>
+      records_;
   std::size_t additions_bytes_ = 0;
-  std::deque<trace::PoseRecord> poses_;
-  std::deque<trace::EventRecord> events_;
 };
 
 }  // namespace hapticd::daemon

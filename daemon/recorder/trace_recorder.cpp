@@ -100,32 +100,20 @@ void TraceRecorder::addNews(TraceNews news) {
   if (news_.size() > kMaxNews) news_.pop_front();
 }
 
-/// Leaves a record to the trace thread. Thread: any.
 template <typename Record>
-void TraceRecorder::accept(Record record, std::deque<Record>& waiting) {
+void TraceRecorder::add(Record record) {
   const std::lock_guard lock(mutex_);
+  auto& waiting = std::get<std::deque<Record>>(waiting_);
   if (waiting.size() >= kMaxWaitingRecords) {
     ++records_refused_;
   } else {
     waiting.push_back(std::move(record));
   }
 }
-
-void TraceRecorder::add(trace::DirectiveRecord directive) {
-  accept(std::move(directive), directives_);
-}
-
-void TraceRecorder::add(trace::AdditionsRecord additions) {
-  accept(std::move(additions), additions_);
-}
-
-void TraceRecorder::add(trace::PoseRecord pose) {
-  accept(std::move(pose), poses_);
-}
-
-void TraceRecorder::add(trace::EventRecord event) {
-  accept(std::move(event), events_);
-}
+template void TraceRecorder::add(trace::DirectiveRecord);
+template void TraceRecorder::add(trace::AdditionsRecord);
+template void TraceRecorder::add(trace::PoseRecord);
+template void TraceRecorder::add(trace::EventRecord);
 
 template <typename T>
 std::future<base::Result<T>> TraceRecorder::post(std::function<base::Result<T>()> work) {
@@ -142,7 +130,7 @@ std::future<base::Result<T>> TraceRecorder::post(std::function<base::Result<T>()
 std::future<base::Result<std::string>> TraceRecorder::startTrace(const TraceRequest& request) {
   return post<std::string>([this, request]() -> base::Result<std::string> {
     if (requested_) {
-      return std::unexpected(base::Error{"trace", "a trace is already being recorded", "stop it first"});
+      return base::failure("trace", "a trace is already being recorded", "stop it first");
     }
     countDrops(sources_.ticks.dropped());  // earlier ones belong to no trace
     request_ = request;
@@ -157,7 +145,7 @@ std::future<base::Result<std::string>> TraceRecorder::stopTrace() {
     takeAll();
     countDrops(sources_.ticks.dropped());
     if (!std::exchange(requested_, false)) {
-      return std::unexpected(base::Error{"trace", "none is being written", "start one first"});
+      return base::failure("trace", "none is being written", "start one first");
     }
     own_status_.detail.clear();
     if (session_) return endSession();
@@ -268,18 +256,13 @@ void TraceRecorder::write(const Record& record) {
 }
 
 void TraceRecorder::takeRecords() {
-  std::deque<trace::DirectiveRecord> directives;
-  std::deque<trace::AdditionsRecord> additions;
-  std::deque<trace::PoseRecord> poses;
-  std::deque<trace::EventRecord> events;
+  decltype(waiting_) taken;
   {
     const std::lock_guard lock(mutex_);
-    directives = std::exchange(directives_, {});
-    additions = std::exchange(additions_, {});
-    poses = std::exchange(poses_, {});
-    events = std::exchange(events_, {});
+    std::swap(taken, waiting_);
     own_status_.records_lost = records_refused_ + sources_.scene_thread.models().dropped();
   }
+  auto& [directives, additions, poses, events] = taken;
   for (const trace::DirectiveRecord& directive : directives) {
     in_force_.directive = directive;
     write(directive);
@@ -440,8 +423,8 @@ void TraceRecorder::suspend(const base::Error& error) {
 
 base::Result<std::string> TraceRecorder::dump(const std::string& label) {
   if (flight_recorder_.empty()) {
-    return std::unexpected(base::Error{"flight recorder", "it holds nothing",
-                                       "set trace.flight_recorder_s above 0 and restart hapticd"});
+    return base::failure("flight recorder", "it holds nothing",
+                         "set trace.flight_recorder_s above 0 and restart hapticd");
   }
   const TraceSession::Plan plan{folder_, label, false, options()};
   auto session = TraceSession::begin(plan, sources_.scene_thread, sources_.core_memory);

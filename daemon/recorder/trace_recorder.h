@@ -15,16 +15,16 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "config/settings/settings.h"
 #include "daemon/base/box.h"
-#include "daemon/recorder/crash_recovery.h"
 #include "daemon/recorder/flight_recorder.h"
 #include "daemon/recorder/retention.h"
 #include "daemon/recorder/trace_session.h"
-#include "daemon/state/state_worker.h"
+#include "daemon/state/state_file.h"
 #include "daemon/trace/reader/trace_folder.h"
 
 namespace hapticd::daemon {
@@ -64,13 +64,10 @@ class TraceRecorder {
   /// Takes the last ticks and finishes the trace; does nothing if it was not started.
   void stop();
 
-  /// Records the parameters that apply from now on.
-  void add(trace::DirectiveRecord directive);
-  /// Records the fixtures and tissue regions that apply from now on.
-  void add(trace::AdditionsRecord additions);
-  /// Records a pose that has been handed to the force loop.
-  void add(trace::PoseRecord pose);
-  void add(trace::EventRecord event);
+  /// Records the parameters or the fixtures and tissue regions that apply from now on, a pose that has been
+  /// handed to the force loop, or an event; leaves it to the trace thread.  Thread: any.
+  template <typename Record>
+  void add(Record record);
 
   // These do what the functions of Box (box.h) with the same names promise.
   std::future<base::Result<std::string>> startTrace(const TraceRequest& request);
@@ -109,8 +106,6 @@ class TraceRecorder {
   void suspend(const base::Error& error);
   template <typename Record>
   void write(const Record& record);
-  template <typename Record>
-  void accept(Record record, std::deque<Record>& waiting);
   base::Result<std::string> dump(const std::string& label);
   /// Keeps a failure apart from the recording itself in the status until the same action succeeds.
   template <typename T>
@@ -126,13 +121,12 @@ class TraceRecorder {
   const std::string settings_yaml_;  // all settings at the start, for the traces
   Sources sources_;
 
-  std::mutex mutex_;  // protects the next seven members
+  std::mutex mutex_;  // protects the next five members
   std::condition_variable wake_;
   std::deque<std::function<void()>> work_;
-  std::deque<trace::DirectiveRecord> directives_;
-  std::deque<trace::AdditionsRecord> additions_;
-  std::deque<trace::PoseRecord> poses_;
-  std::deque<trace::EventRecord> events_;
+  std::tuple<std::deque<trace::DirectiveRecord>, std::deque<trace::AdditionsRecord>,
+             std::deque<trace::PoseRecord>, std::deque<trace::EventRecord>>
+      waiting_;
   bool stop_ = false;
   std::uint64_t records_refused_ = 0;
 

@@ -23,10 +23,6 @@ bool isLive(const config::Parameter& parameter) {
   return parameter.effect == config::Effect::live;
 }
 
-std::unexpected<base::Error> failure(std::string where, std::string what, std::string remedy) {
-  return std::unexpected(base::Error{std::move(where), std::move(what), std::move(remedy)});
-}
-
 std::int64_t changeTime_ns(const fs::path& file) {
   std::error_code error;
   const auto time = fs::last_write_time(file, error);
@@ -56,8 +52,8 @@ bool ProfileFolder::has(const std::string& name) const {
 
 base::Result<void> ProfileFolder::checkNamed(const std::string& name) const {
   if (!isProfileName(name)) {
-    return failure("profile " + base::inQuotes(name), "is not a valid profile name",
-                   fmt::format("take 1 to {} letters, digits, '_' and '-'", kMaxNameLength));
+    return base::failure("profile " + base::inQuotes(name), "is not a valid profile name",
+                         fmt::format("take 1 to {} letters, digits, '_' and '-'", kMaxNameLength));
   }
   return {};
 }
@@ -75,8 +71,8 @@ base::Result<std::vector<ProfileEntry>> ProfileFolder::list() const {
     entries.push_back({name, boot_name && *boot_name == name, changeTime_ns(file)});
   }
   if (error && error != std::errc::no_such_file_or_directory) {
-    return failure(folder_.string(), "cannot be read: " + error.message(),
-                   "give the user of hapticd the right to read it");
+    return base::failure(folder_.string(), "cannot be read: " + error.message(),
+                         "give the user of hapticd the right to read it");
   }
   std::ranges::sort(entries, {}, &ProfileEntry::name);
   return entries;
@@ -87,14 +83,15 @@ base::Result<void> ProfileFolder::save(const std::string& name, const config::Se
   if (auto named = checkNamed(name); !named) return named;
   if (has(name)) {
     if (if_exists == base::IfExists::refuse) {
-      return failure("profile " + name, "exists already",
-                     fmt::format("'hapticctl save --force {}' replaces it", name));
+      return base::failure("profile " + name, "exists already",
+                           fmt::format("'hapticctl save --force {}' replaces it", name));
     }
   } else {
     const auto entries = list();
     if (entries && entries->size() >= kMaxProfiles) {
-      return failure(folder_.string(), fmt::format("holds {} profiles, no more are possible", kMaxProfiles),
-                     "delete one that is not needed");
+      return base::failure(folder_.string(),
+                           fmt::format("holds {} profiles, no more are possible", kMaxProfiles),
+                           "delete one that is not needed");
     }
   }
   return replaceFile(fileOf(name), config::withMarks(config::yamlText(settings, isLive) +
@@ -121,11 +118,12 @@ std::expected<config::SettingsPart, std::vector<base::Error>> ProfileFolder::loa
 base::Result<void> ProfileFolder::remove(const std::string& name) const {
   if (auto named = checkNamed(name); !named) return named;
   if (!has(name)) {
-    return failure("profile " + name, "there is no such profile",
-                   "hapticctl profiles shows those that there are");
+    return base::failure("profile " + name, "there is no such profile",
+                         "hapticctl profiles shows those that there are");
   }
   if (const auto boot_name = boot(); boot_name && *boot_name == name) {
-    return failure("profile " + name, "is the boot profile", "choose another boot profile first, or none");
+    return base::failure("profile " + name, "is the boot profile",
+                         "choose another boot profile first, or none");
   }
   return removeFile(fileOf(name));
 }
@@ -136,8 +134,8 @@ base::Result<std::optional<std::string>> ProfileFolder::boot() const {
   std::string name = **content;
   if (name.ends_with('\n')) name.pop_back();
   if (!isProfileName(name)) {
-    return failure(bootFile().string(), base::inQuotes(name) + " is not a valid profile name",
-                   "choose the boot profile again");
+    return base::failure(bootFile().string(), base::inQuotes(name) + " is not a valid profile name",
+                         "choose the boot profile again");
   }
   return name;
 }
@@ -145,7 +143,7 @@ base::Result<std::optional<std::string>> ProfileFolder::boot() const {
 base::Result<void> ProfileFolder::setBoot(const std::optional<std::string>& name) const {
   if (!name) return removeFile(bootFile());
   if (const auto loaded = load(*name); !loaded) {
-    return failure("", textOf(loaded.error()), "");
+    return base::failure("", textOf(loaded.error()), "");
   }
   return replaceFile(bootFile(), *name + "\n");
 }

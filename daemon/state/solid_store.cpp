@@ -62,21 +62,21 @@ base::Result<void> findReplaceable(const fs::path& folder, const fs::path& profi
   std::ranges::sort(replaceable);
   for (auto& [time, sha256] : replaceable) stored.replaceable.push_back(std::move(sha256));
   if (!stored.replaceable.empty()) return {};
-  return std::unexpected(base::Error{
+  return base::failure(
       folder.string(),
       fmt::format("holds {} solids, and fixtures or profiles use all of them", SolidStore::kMaxFiles),
-      "delete profiles or fixtures that are not needed any more"});
+      "delete profiles or fixtures that are not needed any more");
 }
 
 base::Result<StoredSolid> stored(const base::Descriptor& memory, const fs::path& folder,
                                  const fs::path& profiles, const std::set<std::string>& in_use) {
   base::HeldBytes bytes = base::mappedMemory(memory, config::kMaxSolidBytes);
   if (!bytes)
-    return std::unexpected(base::Error{
+    return base::failure(
         "solid", "is not in a memory file that is sealed against writing, shrinking and growing",
         fmt::format("send one of at most {} bytes, made by memfd_create() with F_SEAL_WRITE, F_SEAL_SHRINK "
                     "and F_SEAL_GROW",
-                    config::kMaxSolidBytes)});
+                    config::kMaxSolidBytes));
   auto solid = config::solidFrom(std::move(bytes), "solid");
   if (!solid) return std::unexpected(solid.error());
   StoredSolid result{std::move(*solid)};
@@ -143,10 +143,10 @@ base::Result<void> SolidStore::keep(const std::string& sha256, std::shared_ptr<c
   while (more > 0 && bytes() + more > max_bytes_ && !offered_.empty()) forgetOldestOffer();
   base::Result<void> kept;
   if (more > 0 && bytes() + more > max_bytes_) {
-    kept = std::unexpected(base::Error{
+    kept = base::failure(
         "solid",
         fmt::format("needs {} MB more, and all solids together may take {} MB", more >> 20, max_bytes_ >> 20),
-        "remove other fixtures, or add it again with a larger tolerance"});
+        "remove other fixtures, or add it again with a larger tolerance");
   } else {
     table_.try_emplace(sha256, solid);
     failed_.erase(sha256);

@@ -17,7 +17,7 @@
 #include "config/settings/fixture_settings.h"
 #include "config/solids/solid_file.h"
 #include "daemon/base/stored_solid.h"
-#include "daemon/state/state_worker.h"
+#include "daemon/state/state_file.h"
 
 namespace hapticd::daemon {
 

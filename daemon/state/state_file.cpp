@@ -19,6 +19,7 @@
 #include "config/base/descriptor.h"
 #include "config/base/file_content.h"
 #include "config/base/held_bytes.h"
+#include "drivers/base/start_thread.h"
 
 namespace hapticd::daemon {
 namespace {
@@ -46,8 +47,8 @@ std::string remedyFor(int error) {
 }
 
 std::unexpected<base::Error> failure(const fs::path& file, const char* what, int error) {
-  return std::unexpected(base::Error{
-      file.string(), fmt::format("{}: {}", what, std::generic_category().message(error)), remedyFor(error)});
+  return base::failure(file.string(), fmt::format("{}: {}", what, std::generic_category().message(error)),
+                       remedyFor(error));
 }
 
 bool writeAll(int descriptor, std::string_view content) {
@@ -102,7 +103,7 @@ base::Result<std::optional<std::string>> readStateFile(const fs::path& file) {
     return std::nullopt;
   }
   if (fault.reason == Reason::unreadable) return failure(file, "cannot be read", fault.error_number);
-  return std::unexpected(base::Error{file.string(), fault.text(), "remove it, and save it again"});
+  return base::failure(file.string(), fault.text(), "remove it, and save it again");
 }
 
 namespace {
@@ -158,11 +159,58 @@ base::Result<StateLock> StateLock::take(const fs::path& state_folder) {
     writeHolder(file.get());
     removeTemporaries(state_folder);
   } else if (errno == EWOULDBLOCK) {
-    return std::unexpected(base::Error{
-        state_folder.string(), fmt::format("another hapticd{} keeps its state there", holderOf(file.get())),
-        "stop that one first, or give each its own state.folder"});
+    return base::failure(state_folder.string(),
+                         fmt::format("another hapticd{} keeps its state there", holderOf(file.get())),
+                         "stop that one first, or give each its own state.folder");
   }
   return StateLock(std::move(file));
+}
+
+StateWorker::~StateWorker() {
+  if (!thread_.joinable()) return;
+  if (endsInTime()) {
+    thread_.join();
+  } else {
+    thread_.detach();  // it waits for a disk that does not answer, and uses only the Queue, which it shares
+  }
+}
+
+bool StateWorker::endsInTime() {
+  std::unique_lock lock(queue_->mutex);
+  queue_->ending = true;
+  queue_->changed.notify_all();
+  const bool ended = queue_->changed.wait_for(lock, end_timeout_, [this] { return queue_->ended; });
+  if (!ended) queue_->jobs.clear();
+  return ended;
+}
+
+base::Result<void> StateWorker::add(Job job) {
+  if (!thread_.joinable()) {
+    auto started = drivers::startThread("state", [queue = queue_] { work(*queue); });
+    if (!started) return std::unexpected(started.error());
+    thread_ = std::move(*started);
+  }
+  {
+    const std::lock_guard lock(queue_->mutex);
+    queue_->jobs.push_back(std::move(job));
+  }
+  queue_->changed.notify_all();
+  return {};
+}
+
+void StateWorker::work(Queue& queue) {
+  std::unique_lock lock(queue.mutex);
+  for (;;) {
+    queue.changed.wait(lock, [&queue] { return queue.ending || !queue.jobs.empty(); });
+    if (queue.jobs.empty()) break;
+    Job job = std::move(queue.jobs.front());
+    queue.jobs.pop_front();
+    lock.unlock();
+    job();
+    lock.lock();
+  }
+  queue.ended = true;
+  queue.changed.notify_all();
 }
 
 }  // namespace hapticd::daemon

@@ -14,7 +14,6 @@
 
 #include "daemon/trace/format/depth_codec.h"
 #include "daemon/trace/format/messages.h"
-#include "daemon/trace/mcap/mcap_definitions.h"
 #include "daemon/trace/mcap/mcap_format.h"
 #include "daemon/trace/reader/trace_reader.h"
 #include "daemon/trace/recovery/trace_recovery.h"

@@ -15,11 +15,11 @@
 
 #include "daemon/trace/format/cdr.h"
 #include "daemon/trace/format/depth_codec.h"
-#include "daemon/trace/format/message_layout.h"
 #include "daemon/trace/format/messages.h"
 #include "daemon/trace/format/trace_format.h"
 #include "daemon/trace/mcap/mcap_writer.h"
 #include "daemon/trace/mcap/trace_file.h"
+#include "daemon/trace/reader/trace_reader.h"
 
 namespace hapticd::test {
 namespace {
@@ -324,12 +324,7 @@ MadeUpRecords madeUpRecords(std::size_t chunks, std::size_t ticks_per_chunk, uns
   const auto sort = [](auto& several) {
     std::ranges::stable_sort(several, {}, [](const auto& record) { return trace::timeOf(record); });
   };
-  sort(records.models);
-  sort(records.directives);
-  sort(records.additions);
-  sort(records.poses);
-  sort(records.events);
-  sort(records.snapshots);
+  std::apply([&](auto&... kinds) { (sort(kinds), ...); }, records.others());
   return records;
 }
 
@@ -343,18 +338,58 @@ void writeTrace(const std::filesystem::path& file, const MadeUpRecords& records,
   const auto writeAll = [&writer](const auto& several) {
     for (const auto& record : several) check((*writer)->write(record));
   };
-  writeAll(records.models);
-  writeAll(records.directives);
-  writeAll(records.additions);
-  writeAll(records.poses);
-  writeAll(records.events);
-  writeAll(records.snapshots);
-  writeAll(records.depth);
+  std::apply([&](const auto&... kinds) { (writeAll(kinds), ...); }, records.others());
   for (std::size_t i = 0; i < records.ticks.size(); ++i) {
     if (i > 0 && i % ticks_per_chunk == 0) check((*writer)->flush());
     check((*writer)->write(records.ticks[i]));
   }
   check((*writer)->close());
+}
+
+MadeUpRecords recordsIn(const std::filesystem::path& file) {
+  MadeUpRecords records;
+  const auto into = [](auto& several) {
+    return [&several](const auto& record) { return several.push_back(record), true; };
+  };
+  const auto info = trace::readTrace(file, {.tick = into(records.ticks),
+                                            .model = into(records.models),
+                                            .directive = into(records.directives),
+                                            .additions = into(records.additions),
+                                            .pose = into(records.poses),
+                                            .event = into(records.events),
+                                            .snapshot = into(records.snapshots),
+                                            .depth = into(records.depth)});
+  check(info);
+  if (!info->complete) throw std::runtime_error(file.string() + " is not complete");
+  return records;
+}
+
+namespace {
+
+template <typename Record>
+std::string difference(const std::vector<Record>& one, const std::vector<Record>& other) {
+  const std::string_view topic = trace::kChannelName<Record>.topic;
+  if (one.size() != other.size())
+    return fmt::format("{}: {} and {} records", topic, one.size(), other.size());
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    const auto bits = bitsOf(one[i]), bits_of_other = bitsOf(other[i]);
+    const auto [field, field_of_other] = std::ranges::mismatch(bits, bits_of_other);
+    if (field != bits.end()) return fmt::format("{}: {} of record {}", topic, field->first, i);
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string differenceOf(const MadeUpRecords& one, const MadeUpRecords& other) {
+  std::string found = difference(one.ticks, other.ticks);
+  const auto first = [&]<std::size_t... kKind>(std::index_sequence<kKind...>) {
+    ((found =
+          found.empty() ? difference(std::get<kKind>(one.others()), std::get<kKind>(other.others())) : found),
+     ...);
+  };
+  first(std::make_index_sequence<std::tuple_size_v<decltype(one.others())>>());
+  return found;
 }
 
 void writeOlderTrace(const std::filesystem::path& file, const std::vector<rt::Tick>& ticks,

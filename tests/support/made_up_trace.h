@@ -6,10 +6,10 @@
 #include <random>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
-#include "daemon/trace/format/fields.h"
 #include "daemon/trace/format/records.h"
 #include "daemon/trace/writer/trace_writer.h"
 
@@ -29,14 +29,18 @@ trace::DepthRecord madeUpDepth(std::mt19937_64& random);
 
 /// Records to be written to a trace.
 struct MadeUpRecords {
-  std::vector<rt::Tick> ticks;
-  std::vector<trace::ModelRecord> models;
-  std::vector<trace::DirectiveRecord> directives;
-  std::vector<trace::AdditionsRecord> additions;
-  std::vector<trace::PoseRecord> poses;
-  std::vector<trace::EventRecord> events;
-  std::vector<trace::SnapshotRecord> snapshots;
-  std::vector<trace::DepthRecord> depth;  ///< left empty by madeUpRecords()
+  std::vector<rt::Tick> ticks = {};
+  std::vector<trace::ModelRecord> models = {};
+  std::vector<trace::DirectiveRecord> directives = {};
+  std::vector<trace::AdditionsRecord> additions = {};
+  std::vector<trace::PoseRecord> poses = {};
+  std::vector<trace::EventRecord> events = {};
+  std::vector<trace::SnapshotRecord> snapshots = {};
+  std::vector<trace::DepthRecord> depth = {};  ///< left empty by madeUpRecords()
+
+  /// All but the ticks.
+  auto others() { return std::tie(models, directives, additions, poses, events, snapshots, depth); }
+  auto others() const { return std::tie(models, directives, additions, poses, events, snapshots, depth); }
 };
 
 /// Returns `chunks` chunks of `ticks_per_chunk` ticks each; the other records, and their times, are in the
@@ -46,6 +50,9 @@ MadeUpRecords madeUpRecords(std::size_t chunks, std::size_t ticks_per_chunk, uns
 /// Writes and closes a trace of these records.
 void writeTrace(const std::filesystem::path& file, const MadeUpRecords& records, std::size_t ticks_per_chunk,
                 const trace::TraceOptions& options = {});
+
+/// Returns all that a trace holds. Throws std::runtime_error if it cannot be read to its end.
+MadeUpRecords recordsIn(const std::filesystem::path& file);
 
 /// Writes and closes a trace of ticks as an older version would whose ticks lack one of the forces; the
 /// metadata name it 0.0.7.
@@ -74,5 +81,8 @@ std::vector<std::pair<std::string, std::string>> bitsOf(const Record& record) {
   });
   return bits;
 }
+
+/// Returns the kind, place and field of the first difference in any bit; "" if there is none.
+std::string differenceOf(const MadeUpRecords& one, const MadeUpRecords& other);
 
 }  // namespace hapticd::test

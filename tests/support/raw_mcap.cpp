@@ -3,6 +3,7 @@
 
 #include <lz4frame.h>
 #include <zstd.h>
+#include <cstring>
 
 namespace hapticd::test::raw_mcap {
 std::string little(std::uint64_t value, std::size_t bytes) {
@@ -66,6 +67,17 @@ std::string chunkOf(std::uint64_t start_ns, std::uint64_t end_ns, const std::str
 
 std::string endOf() {
   return recordOf(15, little(0, 4)) + recordOf(2, little(0, 20)) + kMcapMagic;
+}
+
+std::vector<RawRecord> recordsOf(const std::string& file) {
+  std::vector<RawRecord> records;
+  for (std::size_t at = kMcapMagic.size(); at + kMcapMagic.size() < file.size();) {
+    std::uint64_t length = 0;
+    std::memcpy(&length, &file[at + 1], sizeof length);
+    records.push_back({file[at], at, at + 1 + sizeof length + length});
+    at = records.back().end;
+  }
+  return records;
 }
 
 }  // namespace hapticd::test::raw_mcap

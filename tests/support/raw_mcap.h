@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <utility>
@@ -28,5 +29,14 @@ std::string chunkOf(std::uint64_t start_ns, std::uint64_t end_ns, const std::str
                     const std::string& compression = "");
 /// Returns the end of a file without a summary.
 std::string endOf();
+
+/// A record of a file.
+struct RawRecord {
+  char opcode = 0;
+  std::size_t begin = 0;
+  std::size_t end = 0;
+};
+/// Returns the records of a whole file, by their lengths.
+std::vector<RawRecord> recordsOf(const std::string& file);
 
 }  // namespace hapticd::test::raw_mcap

@@ -81,6 +81,26 @@ fs::path loggedSession(const DaemonHome& home, Daemon& daemon, std::uint64_t fra
   return home.traceFolder() / (reply.value("name", "none") + ".mcap");
 }
 
+/// Expects that all forces of the trace are computed again to the bit; returns what haptic-replay says.
+std::string expectSameForces(const fs::path& trace) {
+  const Finished replay = replayed(trace);
+  EXPECT_EQ(replay.ending, exitedWith(0)) << replay.output << replay.errors;
+  EXPECT_TRUE(contains(replay.output, "different: 0 ticks")) << replay.output;
+  EXPECT_GT(countOf(replay.output, " ticks computed again"), 1000U) << replay.output;
+  return replay.output;
+}
+
+/// Expects that a fixture acts in more than a hundred ticks of the trace.
+trace::TraceInfo expectFixturesAct(const fs::path& trace) {
+  std::uint64_t acting = 0;
+  const auto info = trace::readTrace(trace, {.tick = [&acting](const rt::Tick& tick) {
+                                       return acting += tick.fixtures_in_contact != 0, true;
+                                     }});
+  EXPECT_TRUE(info) << info.error().text();
+  EXPECT_GT(acting, 100U);
+  return info.value_or(trace::TraceInfo{});
+}
+
 struct Setting {
   const char* name;
   std::vector<std::string> set;
@@ -92,13 +112,10 @@ TEST_P(TraceReplay, ReproducesEveryForceToTheBit) {
   const DaemonHome home;
   Daemon daemon(home, kSceneYaml, GetParam().set);
   const fs::path trace = loggedSession(home, daemon, 75);
-  const Finished replay = replayed(trace);
-  EXPECT_EQ(replay.ending, exitedWith(0)) << replay.output << replay.errors;
-  EXPECT_TRUE(contains(replay.output, "different: 0 ticks"));
-  EXPECT_TRUE(contains(replay.output, "largest difference: 0 N of the commanded force"));
-  EXPECT_GT(countOf(replay.output, " ticks computed again"), 1000U) << replay.output;
-  EXPECT_GT(countOf(replay.output, " in contact"), kContactTicks / 2) << replay.output;
-  EXPECT_GT(countOf(replay.output, " scenes modelled"), 50U) << replay.output;
+  const std::string said = expectSameForces(trace);
+  EXPECT_TRUE(contains(said, "largest difference: 0 N of the commanded force"));
+  EXPECT_GT(countOf(said, " in contact"), kContactTicks / 2) << said;
+  EXPECT_GT(countOf(said, " scenes modelled"), 50U) << said;
 }
 
 INSTANTIATE_TEST_SUITE_P(Laws, TraceReplay,
@@ -122,17 +139,8 @@ TEST(TraceReplayWithFixtures, ReproducesEveryForceToTheBit) {
       "  - {name: soft, shape: sphere, position_m: [0, 0, -0.9], radius_m: 0.1, stiffness_n_per_m: 300}\n";
   Daemon daemon(home, kSceneYaml + fixtures, {"force.law=surface"});
   const fs::path trace = loggedSession(home, daemon, 75);
-  std::uint64_t acting = 0;
-  const auto info = trace::readTrace(trace, {.tick = [&acting](const rt::Tick& tick) {
-                                       return acting += tick.fixtures_in_contact != 0, true;
-                                     }});
-  ASSERT_TRUE(info) << info.error().text();
-  EXPECT_GE(info->additions, 1U);
-  EXPECT_GT(acting, 100U);
-  const Finished replay = replayed(trace);
-  EXPECT_EQ(replay.ending, exitedWith(0)) << replay.output << replay.errors;
-  EXPECT_TRUE(contains(replay.output, "different: 0 ticks")) << replay.output;
-  EXPECT_GT(countOf(replay.output, " ticks computed again"), 1000U) << replay.output;
+  EXPECT_GE(expectFixturesAct(trace).additions, 1U);
+  expectSameForces(trace);
 }
 
 /// Feeds poses of a frame that goes up and down by 4 mm, until it is destroyed.
@@ -167,41 +175,18 @@ TEST(TraceReplayWithMovingFrames, ReproducesEveryForceToTheBit) {
     const PoseStream poses(home);
     trace = loggedSession(home, daemon, 75);
   }
-  std::uint64_t acting = 0;
-  const auto info = trace::readTrace(trace, {.tick = [&acting](const rt::Tick& tick) {
-                                       return acting += tick.fixtures_in_contact != 0, true;
-                                     }});
-  ASSERT_TRUE(info) << info.error().text();
-  EXPECT_GT(info->poses, 10U);  // as many as the machine starts programs meanwhile
-  EXPECT_GT(acting, 100U);
-  const Finished replay = replayed(trace);
-  EXPECT_EQ(replay.ending, exitedWith(0)) << replay.output << replay.errors;
-  EXPECT_TRUE(contains(replay.output, "different: 0 ticks")) << replay.output;
-  EXPECT_GT(countOf(replay.output, " ticks computed again"), 1000U) << replay.output;
+  EXPECT_GT(expectFixturesAct(trace).poses, 10U);  // as many as the machine starts programs meanwhile
+  expectSameForces(trace);
 }
 
 /// All that a trace holds, to be rewritten with changes.
-struct Session {
-  trace::TraceOptions options;
-  std::vector<rt::Tick> ticks;
-  std::vector<trace::ModelRecord> models;
-  std::vector<trace::DirectiveRecord> directives;
-  std::vector<trace::AdditionsRecord> additions;
-  std::vector<trace::SnapshotRecord> snapshots;
-  std::vector<trace::DepthRecord> depth;
+struct Session : test::MadeUpRecords {
+  trace::TraceOptions options = {};
 };
 
 Session recordsIn(const fs::path& trace) {
-  Session content;
-  const auto into = [](auto& several) {
-    return [&several](const auto& record) { return several.push_back(record), true; };
-  };
-  const auto info = trace::readTrace(trace, {.tick = into(content.ticks),
-                                             .model = into(content.models),
-                                             .directive = into(content.directives),
-                                             .additions = into(content.additions),
-                                             .snapshot = into(content.snapshots),
-                                             .depth = into(content.depth)});
+  Session content{test::recordsIn(trace)};
+  const auto info = trace::readTrace(trace);
   EXPECT_TRUE(info) << info.error().text();
   content.options.realtime_offset_ns = info->realtime_offset_ns;
   content.options.metadata = info->metadata;

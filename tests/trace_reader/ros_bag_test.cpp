@@ -19,7 +19,6 @@
 #include <vector>
 
 #include "daemon/trace/format/depth_codec.h"
-#include "daemon/trace/reader/trace_reader.h"
 #include "daemon/trace/writer/trace_writer.h"
 #include "tests/support/file_content.h"
 #include "tests/support/made_up_trace.h"
@@ -209,15 +208,7 @@ class RosBag : public testing::Test {
     return bag;
   }
   /// The ticks of the trace as hapticd's own reader has them.
-  std::vector<rt::Tick> ticks() const {
-    std::vector<rt::Tick> all;
-    const auto info = trace::readTrace(path("a.mcap"), {.tick = [&](const rt::Tick& tick) {
-                                         all.push_back(tick);
-                                         return true;
-                                       }});
-    EXPECT_TRUE(info) << info.error().text();
-    return all;
-  }
+  std::vector<rt::Tick> ticks() const { return recordsIn(path("a.mcap")).ticks; }
 
  private:
   TemporaryFolder folder_;

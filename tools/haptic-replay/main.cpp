@@ -79,8 +79,8 @@ base::Result<std::vector<TraceFile>> tracesIn(const fs::path& folder) {
   }
   if (error) return unreadable(folder, error);
   if (traces.empty()) {
-    return std::unexpected(base::Error{folder.string(), "holds no finished trace (*.mcap)",
-                                       "hapticctl trace stop finishes one"});
+    return base::failure(folder.string(), "holds no finished trace (*.mcap)",
+                         "hapticctl trace stop finishes one");
   }
   std::ranges::sort(traces, {}, &TraceFile::name);
   return traces;

@@ -43,8 +43,8 @@ base::Result<DepthSource> DepthSource::open(const std::filesystem::path& path,
   DepthSource source;
   std::error_code no_file;
   if (!std::filesystem::exists(path, no_file)) {
-    return std::unexpected(base::Error{path.string(), "no such file or folder",
-                                       "--depth takes the folder of a recording or one .pgm file"});
+    return base::failure(path.string(), "no such file or folder",
+                         "--depth takes the folder of a recording or one .pgm file");
   }
   if (!std::filesystem::is_directory(path, no_file)) {
     source.image_ = path;

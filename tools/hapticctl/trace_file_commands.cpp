@@ -14,9 +14,7 @@
 #include <string_view>
 #include <utility>
 
-#include "daemon/trace/export/breach_report.h"
-#include "daemon/trace/export/csv_export.h"
-#include "daemon/trace/export/recording_export.h"
+#include "daemon/trace/export/trace_export.h"
 #include "daemon/trace/export/trace_summary.h"
 #include "daemon/trace/mcap/trace_file.h"
 #include "daemon/trace/reader/trace_reader.h"

@@ -17,8 +17,8 @@
 #include "daemon/control/base/method_context.h"
 #include "daemon/control/methods/stiffness_feed.h"
 #include "daemon/state/profile_folder.h"
-#include "daemon/state/registration.h"
-#include "daemon/state/state_worker.h"
+#include "daemon/state/start_settings.h"
+#include "daemon/state/state_file.h"
 #include "rt/fixtures/moving_frame.h"
 
 namespace hapticd::daemon {

@@ -19,10 +19,6 @@ namespace {
 
 constexpr int kBacklog = 32;
 
-std::unexpected<base::Error> failure(const std::string& path, std::string what, std::string remedy) {
-  return std::unexpected(base::Error{path, std::move(what), std::move(remedy)});
-}
-
 std::string reason(int error) {
   return std::strerror(error);
 }
@@ -30,12 +26,12 @@ std::string reason(int error) {
 base::Result<sockaddr_un> addressOf(const std::string& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  if (path.empty()) return failure("socket", "the path is empty", "name a path in the group 'control'");
+  if (path.empty()) return base::failure("socket", "the path is empty", "name a path in the group 'control'");
   if (path.find('\0') != std::string::npos || path.size() >= sizeof address.sun_path) {
-    return failure(path,
-                   fmt::format("the path has {} bytes, at most {} are possible", path.size(),
-                               sizeof address.sun_path - 1),
-                   "choose a shorter path in the group 'control'");
+    return base::failure(path,
+                         fmt::format("the path has {} bytes, at most {} are possible", path.size(),
+                                     sizeof address.sun_path - 1),
+                         "choose a shorter path in the group 'control'");
   }
   path.copy(address.sun_path, path.size());
   return address;
@@ -53,20 +49,20 @@ base::Result<void> removeStale(const std::string& path, const sockaddr_un& addre
   struct stat file {};
   if (::lstat(path.c_str(), &file) != 0) return {};  // bind() reports what is wrong, if anything is
   if (!S_ISSOCK(file.st_mode)) {
-    return failure(path, "there is a file that is not a socket", "move it away or choose another path");
+    return base::failure(path, "there is a file that is not a socket", "move it away or choose another path");
   }
   const int answer = probe(address);
   if (answer == 0 || answer == EAGAIN) {
-    return failure(path, "another daemon listens there",
-                   "stop it first ('systemctl stop hapticd'), or choose another path");
+    return base::failure(path, "another daemon listens there",
+                         "stop it first ('systemctl stop hapticd'), or choose another path");
   }
   if (answer != ECONNREFUSED && answer != ENOENT) {
-    return failure(path, "cannot determine whether another daemon listens there: " + reason(answer),
-                   "check the owner and the mode of the file, or remove it");
+    return base::failure(path, "cannot determine whether another daemon listens there: " + reason(answer),
+                         "check the owner and the mode of the file, or remove it");
   }
   if (::unlink(path.c_str()) != 0 && errno != ENOENT) {
-    return failure(path, "cannot remove what an earlier daemon left there: " + reason(errno),
-                   "check the owner and the mode of the folder");
+    return base::failure(path, "cannot remove what an earlier daemon left there: " + reason(errno),
+                         "check the owner and the mode of the folder");
   }
   return {};
 }
@@ -77,15 +73,16 @@ base::Result<void> bindTo(int descriptor, const std::string& path, const sockadd
   const std::string folder = std::filesystem::absolute(path).parent_path().string();
   switch (error) {
     case ENOENT:
-      return failure(path, fmt::format("the folder {} does not exist", folder),
-                     "create it, or choose another path in the group 'control'");
+      return base::failure(path, fmt::format("the folder {} does not exist", folder),
+                           "create it, or choose another path in the group 'control'");
     case EACCES:
     case EPERM:
     case EROFS:
-      return failure(path, fmt::format("no permission to create a file in {}: {}", folder, reason(error)),
-                     "change the folder's owner, or choose another path in the group 'control'");
+      return base::failure(path,
+                           fmt::format("no permission to create a file in {}: {}", folder, reason(error)),
+                           "change the folder's owner, or choose another path in the group 'control'");
     default:
-      return failure(path, "cannot create the socket: " + reason(error), "choose another path");
+      return base::failure(path, "cannot create the socket: " + reason(error), "choose another path");
   }
 }
 
@@ -113,8 +110,8 @@ base::Result<ListeningSocket> ListeningSocket::adopt(const ListenerOptions& opti
       ::getsockname(options.descriptor, reinterpret_cast<sockaddr*>(&address), &address_size) == 0 &&
       address.sun_family == AF_UNIX;
   if (!usable) {
-    return failure(fmt::format("descriptor {}", options.descriptor), "is not a listening Unix socket",
-                   "check ListenStream= in the socket unit");
+    return base::failure(fmt::format("descriptor {}", options.descriptor), "is not a listening Unix socket",
+                         "check ListenStream= in the socket unit");
   }
   const int flags = ::fcntl(options.descriptor, F_GETFL);
   ::fcntl(options.descriptor, F_SETFL, flags | O_NONBLOCK);
@@ -138,14 +135,14 @@ base::Result<ListeningSocket> ListeningSocket::create(const ListenerOptions& opt
 
   ListeningSocket listener(base::Descriptor(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)),
                            options.access);
-  if (!listener.descriptor_) return failure(options.path, "cannot open a socket: " + reason(errno), "");
+  if (!listener.descriptor_) return base::failure(options.path, "cannot open a socket: " + reason(errno), "");
   if (auto bound = bindTo(listener.descriptor(), options.path, *address); !bound) {
     return std::unexpected(bound.error());
   }
   listener.created_path_ = options.path;
   struct stat file {};
   if (::lstat(options.path.c_str(), &file) != 0) {
-    return failure(options.path, "the socket vanished: " + reason(errno), "");
+    return base::failure(options.path, "the socket vanished: " + reason(errno), "");
   }
   listener.device_ = file.st_dev;
   listener.inode_ = file.st_ino;
@@ -153,11 +150,11 @@ base::Result<ListeningSocket> ListeningSocket::create(const ListenerOptions& opt
   // Nobody can connect before listen(), so nobody connects before the mode is right.
   giveToGroup(options.path, options.group);
   if (::chmod(options.path.c_str(), options.mode) != 0) {
-    return failure(options.path, "cannot set the socket's mode: " + reason(errno), "");
+    return base::failure(options.path, "cannot set the socket's mode: " + reason(errno), "");
   }
   listener.rememberGroup(options.path.c_str());
   if (::listen(listener.descriptor(), kBacklog) != 0) {
-    return failure(options.path, "cannot listen: " + reason(errno), "");
+    return base::failure(options.path, "cannot listen: " + reason(errno), "");
   }
   return listener;
 }

@@ -90,9 +90,8 @@ base::Result<void> VarlinkServer::open() {
                          EPOLL_CTL_ADD);
   }
   if (!good) {
-    return std::unexpected(base::Error{"control API",
-                                       std::string("cannot set up epoll: ") + std::strerror(errno),
-                                       "raise the limit of open files"});
+    return base::failure("control API", std::string("cannot set up epoll: ") + std::strerror(errno),
+                         "raise the limit of open files");
   }
   reserve_.refill();
   const ServerLimits limits = limitsWithin(

@@ -15,7 +15,6 @@
 
 #include "config/base/error.h"
 #include "daemon/control/server/listening_socket.h"
-#include "daemon/control/server/server_limits.h"
 #include "daemon/control/server/varlink_connection.h"
 #include "daemon/control/server/varlink_message.h"
 

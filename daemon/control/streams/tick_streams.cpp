@@ -14,7 +14,7 @@
 
 #include "config/base/value_text.h"
 #include "daemon/control/base/method_context.h"
-#include "daemon/trace/format/fields.h"
+#include "daemon/trace/format/records.h"
 #include "rt/base/words.h"
 
 namespace hapticd::daemon {

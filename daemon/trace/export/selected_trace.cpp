@@ -14,12 +14,12 @@ namespace {
 
 base::Result<void> check(const TraceSelection& selection) {
   if (!(selection.from_s <= selection.to_s)) {
-    return std::unexpected(base::Error{
+    return base::failure(
         "time", fmt::format("from {} s to {} s is not a time range", selection.from_s, selection.to_s),
-        "begin before the end; seconds since the first tick"});
+        "begin before the end; seconds since the first tick");
   }
   if (selection.most_ticks == 1) {
-    return std::unexpected(base::Error{"rows", "1 is too few", "give 2 or more, or 0 for all"});
+    return base::failure("rows", "1 is too few", "give 2 or more, or 0 for all");
   }
   return {};
 }

@@ -13,8 +13,8 @@
 #include <utility>
 
 #include "config/base/error.h"
-#include "daemon/trace/format/fields.h"
 #include "daemon/trace/format/messages.h"
+#include "daemon/trace/format/records.h"
 #include "daemon/trace/reader/trace_reader.h"
 #include "rt/laws/law_table.h"
 #include "rt/loop/loop_state.h"

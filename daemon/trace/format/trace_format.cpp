@@ -8,8 +8,8 @@
 #include <system_error>
 
 #include "daemon/trace/format/messages.h"
-#include "daemon/trace/mcap/mcap_definitions.h"
-#include "daemon/trace/mcap/mcap_scanner.h"
+#include "daemon/trace/mcap/mcap_format.h"
+#include "daemon/trace/mcap/mcap_reader.h"
 #include "rt/base/clock.h"
 
 namespace hapticd::trace {

@@ -6,6 +6,8 @@
 #include <zstd.h>
 
 #include <algorithm>
+#include <array>
+#include <numeric>
 #include <optional>
 
 #include "config/base/value_text.h"
@@ -99,43 +101,27 @@ bool decompressUpTo(std::string_view bytes, std::size_t max_bytes, std::string& 
 namespace hapticd::trace::mcap {
 
 void addSchema(std::string& to, std::uint16_t id, std::string_view name, std::string_view text) {
-  addRecord(to, Opcode::schema, [&] {
-    ByteWriter writer(to);
-    writer.number(id);
-    writer.text(name);
-    writer.text("ros2msg");
-    writer.text(text);
-  });
+  addRecord(to, Opcode::schema, [&] { ByteWriter(to).put(id, name, "ros2msg", text); });
 }
 
 void addPairs(std::string& to, TextPairs pairs) {
   ByteWriter writer(to);
   writer.sized<std::uint32_t>([&] {
-    for (const auto& [key, value] : pairs) {
-      writer.text(key);
-      writer.text(value);
-    }
+    for (const auto& [key, value] : pairs) writer.put(key, value);
   });
 }
 
 void addChannel(std::string& to, std::uint16_t id, std::uint16_t schema, std::string_view topic,
                 TextPairs metadata) {
   addRecord(to, Opcode::channel, [&] {
-    ByteWriter writer(to);
-    writer.number(id);
-    writer.number(schema);
-    writer.text(topic);
-    writer.text("cdr");
+    ByteWriter(to).put(id, schema, topic, "cdr");
     addPairs(to, metadata);
   });
 }
 
 bool MessageRecord::of(std::string_view content, MessageRecord& message) {
   ByteReader reader(content);
-  message.channel = reader.number<std::uint16_t>();
-  message.sequence = reader.number<std::uint32_t>();
-  message.time_ns = reader.number<std::uint64_t>();
-  message.publish_time_ns = reader.number<std::uint64_t>();
+  reader.take(message.channel, message.sequence, message.time_ns, message.publish_time_ns);
   message.data = reader.raw(reader.left());
   return reader.good();
 }
@@ -167,10 +153,7 @@ std::string ChunkContent::indexRecords() const {
     addRecord(records, Opcode::message_index, [&] {
       writer.number(channel);
       writer.sized<std::uint32_t>([&] {
-        for (const auto& [time_ns, offset] : places) {
-          writer.number(time_ns);
-          writer.number(offset);
-        }
+        for (const auto& [time_ns, offset] : places) writer.put(time_ns, offset);
       });
     });
   }
@@ -179,11 +162,7 @@ std::string ChunkContent::indexRecords() const {
 
 bool ChunkRecord::of(std::string_view content, ChunkRecord& chunk) {
   ByteReader reader(content);
-  chunk.start_ns = reader.number<std::uint64_t>();
-  chunk.end_ns = reader.number<std::uint64_t>();
-  chunk.uncompressed_bytes = reader.number<std::uint64_t>();
-  chunk.crc = reader.number<std::uint32_t>();
-  chunk.compression = reader.text();
+  reader.take(chunk.start_ns, chunk.end_ns, chunk.uncompressed_bytes, chunk.crc, chunk.compression);
   chunk.records = reader.sized<std::uint64_t>();
   chunk.bytes = content.size() - reader.left();
   return reader.good();
@@ -232,11 +211,7 @@ bool compressRecords(Compressor& compressor, std::string_view records, std::stri
 void addChunk(std::string& to, const ChunkRecord& chunk) {
   addRecord(to, Opcode::chunk, [&] {
     ByteWriter writer(to);
-    writer.number(chunk.start_ns);
-    writer.number(chunk.end_ns);
-    writer.number(chunk.uncompressed_bytes);
-    writer.number(chunk.crc);
-    writer.text(chunk.compression);
+    writer.put(chunk.start_ns, chunk.end_ns, chunk.uncompressed_bytes, chunk.crc, chunk.compression);
     writer.sized<std::uint64_t>([&] { writer.raw(chunk.records); });
   });
 }
@@ -256,17 +231,175 @@ bool MetadataRecord::of(std::string_view content, MetadataRecord& metadata) {
 
 std::string AttachmentRecord::of(std::string_view content, AttachmentRecord& attachment) {
   ByteReader reader(content);
-  attachment.log_time_ns = reader.number<std::uint64_t>();
-  attachment.create_time_ns = reader.number<std::uint64_t>();
-  attachment.name = reader.text();
-  attachment.media_type = reader.text();
+  reader.take(attachment.log_time_ns, attachment.create_time_ns, attachment.name, attachment.media_type);
   attachment.data = reader.sized<std::uint64_t>();
   const std::size_t covered = content.size() - reader.left();
-  attachment.crc = reader.number<std::uint32_t>();
+  reader.take(attachment.crc);
   attachment.bytes = content.size() - reader.left();
   if (!reader.good()) return "an incomplete attachment";
   const bool matches = attachment.crc == 0 || attachment.crc == crcOf(content.substr(0, covered));
   return matches ? "" : "the checksum of an attachment does not match";
+}
+
+namespace {
+
+/// Registers a definition; an id must always have the same content.
+std::string define(std::map<std::uint16_t, std::string>& all, const char* what, std::uint16_t id,
+                   std::string_view content) {
+  const auto [place, is_new] = all.emplace(id, content);
+  if (is_new || place->second == content) return "";
+  return fmt::format("{} {} has two different definitions", what, id);
+}
+
+}  // namespace
+
+bool SchemaRecord::of(std::string_view content, SchemaRecord& schema) {
+  ByteReader reader(content);
+  reader.take(schema.id, schema.name, schema.encoding, schema.text);
+  schema.bytes = content.size() - reader.left();
+  return reader.good() && schema.id != 0;
+}
+
+bool ChannelRecord::of(std::string_view content, ChannelRecord& channel) {
+  ByteReader reader(content);
+  reader.take(channel.id, channel.schema, channel.topic, channel.encoding);
+  ByteReader metadata(reader.text());
+  channel.bytes = content.size() - reader.left();
+  while (!metadata.atEnd()) {
+    metadata.text();
+    metadata.text();
+  }
+  return reader.good() && metadata.good();
+}
+
+std::string Definitions::addSchema(std::string_view content) {
+  SchemaRecord schema;
+  if (!SchemaRecord::of(content, schema)) return "an incomplete schema";
+  return define(schemas_, "schema", schema.id, content);
+}
+
+std::string Definitions::addChannel(std::string_view content) {
+  ChannelRecord channel;
+  if (!ChannelRecord::of(content, channel)) return "an incomplete channel";
+  if (channel.schema != 0 && !schemas_.contains(channel.schema)) {
+    return fmt::format("the schema of channel {} is missing", channel.id);
+  }
+  return define(channels_, "channel", channel.id, content);
+}
+
+Channel Definitions::channel(std::uint16_t id) const {
+  ChannelRecord record;
+  ChannelRecord::of(channels_.at(id), record);
+  SchemaRecord schema;
+  if (const auto found = schemas_.find(record.schema); found != schemas_.end()) {
+    SchemaRecord::of(found->second, schema);
+  }
+  return {.id = id,
+          .topic = record.topic,
+          .encoding = record.encoding,
+          .schema_name = schema.name,
+          .schema_encoding = schema.encoding,
+          .schema = schema.text};
+}
+
+void Summary::add(Opcode opcode, std::uint64_t offset, std::string_view content) {
+  if (opcode == Opcode::schema) schemas_.emplace_back(content);
+  if (opcode == Opcode::channel) channels_.emplace_back(content);
+  if (opcode == Opcode::metadata) addMetadata(offset, content);
+  AttachmentRecord attachment;
+  if (opcode == Opcode::attachment && AttachmentRecord::of(content, attachment).empty()) {
+    addAttachment(offset, kRecordHeadBytes + content.size(), attachment);
+  }
+}
+
+void Summary::addChunk(std::uint64_t offset, std::uint64_t bytes, const ChunkRecord& chunk,
+                       const ChunkContent& content) {
+  constexpr std::size_t kIndexHeadBytes = kRecordHeadBytes + 2 + 4;  // channel id and length of the entries
+  constexpr std::size_t kPlaceBytes = 16;
+  ByteWriter writer(chunk_indexes_);
+  addRecord(chunk_indexes_, Opcode::chunk_index, [&] {
+    writer.put(content.start_ns, content.end_ns, offset, bytes);
+    std::uint64_t index_at = offset + bytes;
+    writer.sized<std::uint32_t>([&] {
+      for (const auto& [channel, places] : content.messages) {
+        writer.put(channel, index_at);
+        index_at += kIndexHeadBytes + places.size() * kPlaceBytes;
+      }
+    });
+    writer.put(index_at - offset - bytes, chunk.compression, std::uint64_t{chunk.records.size()},
+               chunk.uncompressed_bytes);
+  });
+  for (const auto& [channel, places] : content.messages) messages_[channel] += places.size();
+  start_ns_ = chunks_ == 0 ? content.start_ns : std::min(start_ns_, content.start_ns);
+  end_ns_ = std::max(end_ns_, content.end_ns);
+  ++chunks_;
+}
+
+void Summary::addAttachment(std::uint64_t offset, std::uint64_t bytes, const AttachmentRecord& attachment) {
+  addRecord(attachment_indexes_, Opcode::attachment_index, [&] {
+    ByteWriter(attachment_indexes_)
+        .put(offset, bytes, attachment.log_time_ns, attachment.create_time_ns,
+             std::uint64_t{attachment.data.size()}, attachment.name, attachment.media_type);
+  });
+  ++attachments_;
+}
+
+void Summary::addMetadata(std::uint64_t offset, std::string_view content) {
+  addRecord(metadata_indexes_, Opcode::metadata_index, [&] {
+    ByteWriter(metadata_indexes_)
+        .put(offset, std::uint64_t{kRecordHeadBytes + content.size()}, ByteReader(content).text());
+  });
+  ++metadata_;
+}
+
+std::string Summary::statistics() const {
+  std::string record;
+  ByteWriter writer(record);
+  addRecord(record, Opcode::statistics, [&] {
+    writer.number(std::accumulate(messages_.begin(), messages_.end(), std::uint64_t{0},
+                                  [](std::uint64_t sum, const auto& entry) { return sum + entry.second; }));
+    writer.put(static_cast<std::uint16_t>(schemas_.size()), static_cast<std::uint32_t>(channels_.size()),
+               attachments_, metadata_, chunks_, start_ns_, end_ns_);
+    writer.sized<std::uint32_t>([&] {
+      for (const auto& [channel, count] : messages_) writer.put(channel, count);
+    });
+  });
+  return record;
+}
+
+std::string Summary::ending(std::uint64_t offset, std::uint32_t crc) const {
+  const auto recordsOf = [](Opcode opcode, const std::vector<std::string>& contents) {
+    std::string records;
+    for (const std::string& content : contents) addRecord(records, opcode, [&] { records += content; });
+    return records;
+  };
+  std::string data_end;
+  addRecord(data_end, Opcode::data_end, [&] { ByteWriter(data_end).number(crc); });
+
+  const std::uint64_t start = offset + data_end.size();
+  const std::array<std::pair<Opcode, std::string>, 6> groups{
+      {{Opcode::schema, recordsOf(Opcode::schema, schemas_)},
+       {Opcode::channel, recordsOf(Opcode::channel, channels_)},
+       {Opcode::statistics, statistics()},
+       {Opcode::chunk_index, chunk_indexes_},
+       {Opcode::attachment_index, attachment_indexes_},
+       {Opcode::metadata_index, metadata_indexes_}}};
+  std::string summary, offsets;
+  for (const auto& [opcode, records] : groups) {
+    if (records.empty()) continue;
+    addRecord(offsets, Opcode::summary_offset,
+              [&offsets, &summary, opcode = opcode, &records = records, start] {
+                ByteWriter(offsets).put(static_cast<std::uint8_t>(opcode), start + summary.size(),
+                                        std::uint64_t{records.size()});
+              });
+    summary += records;
+  }
+  const std::uint64_t offsets_at = start + summary.size();
+  summary += offsets;
+  ByteWriter footer(summary);
+  footer.put(static_cast<std::uint8_t>(Opcode::footer), kFooterBytes, start, offsets_at);
+  footer.number(crcOf(summary));  // of the summary up to here
+  return data_end + summary + std::string(kMagic);
 }
 
 }  // namespace hapticd::trace::mcap

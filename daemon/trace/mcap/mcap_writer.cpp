@@ -18,11 +18,8 @@ struct AroundAttachment {
         2 * sizeof(std::uint32_t) + attachment.name.size() + attachment.media_type.size();
     writer.number(
         std::uint64_t{3 * sizeof(std::uint64_t) + texts + attachment.data.size() + sizeof(std::uint32_t)});
-    writer.number(attachment.log_time_ns);
-    writer.number(attachment.create_time_ns);
-    writer.text(attachment.name);
-    writer.text(attachment.media_type);
-    writer.number(std::uint64_t{attachment.data.size()});
+    writer.put(attachment.log_time_ns, attachment.create_time_ns, attachment.name, attachment.media_type,
+               std::uint64_t{attachment.data.size()});
     ByteWriter(behind).number(
         crcOf(attachment.data, crcOf(std::string_view(before).substr(kRecordHeadBytes))));
   }
@@ -43,11 +40,7 @@ Writer::Writer(TraceFile part, std::filesystem::path file, bool compress, std::s
                Durable durable)
     : part_(std::move(part)), file_(std::move(file)), durable_(durable), head_(kMagic) {
   if (compress) compressor_.emplace();
-  addRecord(head_, Opcode::header, [this, profile] {
-    ByteWriter writer(head_);
-    writer.text(profile);
-    writer.text("hapticd");
-  });
+  addRecord(head_, Opcode::header, [this, profile] { ByteWriter(head_).put(profile, "hapticd"); });
 }
 
 std::uint16_t Writer::addChannel(std::string_view topic, std::string_view schema_name,
@@ -118,10 +111,7 @@ void Writer::addMessage(std::uint16_t channel, std::uint32_t sequence, std::uint
   const std::uint64_t log_time_ns = std::max(time_ns, chunks_end_ns_);
   addRecord(pending_, Opcode::message, [&] {
     ByteWriter writer(pending_);
-    writer.number(channel);
-    writer.number(sequence);
-    writer.number(log_time_ns);
-    writer.number(time_ns);
+    writer.put(channel, sequence, log_time_ns, time_ns);
     writer.raw(message);
   });
   earliest_ns_ = places_.empty() ? log_time_ns : std::min(earliest_ns_, log_time_ns);

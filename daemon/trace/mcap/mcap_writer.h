@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "config/base/error.h"
-#include "daemon/trace/mcap/mcap_definitions.h"
 #include "daemon/trace/mcap/mcap_format.h"
 #include "daemon/trace/mcap/trace_file.h"
 

@@ -40,8 +40,8 @@ std::string remedyFor(int error) {
 
 std::unexpected<base::Error> systemError(const std::filesystem::path& path, std::string_view doing) {
   const int error = errno;
-  return std::unexpected(base::Error{
-      path.string(), fmt::format("cannot be {}: {}", doing, std::strerror(error)), remedyFor(error)});
+  return base::failure(path.string(), fmt::format("cannot be {}: {}", doing, std::strerror(error)),
+                       remedyFor(error));
 }
 
 }  // namespace
@@ -56,7 +56,7 @@ base::Result<TraceFile> TraceFile::open(const std::filesystem::path& path, int f
 base::Result<TraceFile> TraceFile::openLocked(const std::filesystem::path& path, int flags) {
   auto file = open(path, flags);
   if (!file || ::flock(file->descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return file;
-  return std::unexpected(base::Error{path.string(), "is being written", "stop the trace first"});
+  return base::failure(path.string(), "is being written", "stop the trace first");
 }
 
 base::Result<TraceFile> TraceFile::create(const std::filesystem::path& path) {
@@ -89,7 +89,7 @@ base::Result<std::uint64_t> TraceFile::size() const {
   struct stat status {};
   if (::fstat(descriptor_, &status) != 0) return failure("examined");
   if (!S_ISREG(status.st_mode)) {
-    return std::unexpected(base::Error{path_.string(), "is not a regular file", "give the path of a trace"});
+    return base::failure(path_.string(), "is not a regular file", "give the path of a trace");
   }
   return static_cast<std::uint64_t>(status.st_size);
 }
@@ -175,8 +175,8 @@ base::Result<void> synchroniseFolder(const std::filesystem::path& folder) {
 base::Result<void> renameDurably(const std::filesystem::path& part, const std::filesystem::path& file) {
   std::error_code ignored;
   if (std::filesystem::exists(file, ignored)) {
-    return std::unexpected(base::Error{part.string(), fmt::format("{} already exists", file.string()),
-                                       "rename or delete one of them"});
+    return base::failure(part.string(), fmt::format("{} already exists", file.string()),
+                         "rename or delete one of them");
   }
   if (::rename(part.c_str(), file.c_str()) != 0) return systemError(part, "renamed");
   return synchroniseFolder(file.parent_path());

@@ -36,10 +36,6 @@ constexpr std::string_view kNoteEnding = ".note";
 constexpr std::size_t kTimeLength = 20;
 constexpr std::size_t kMaxNameLength = 100;
 
-std::unexpected<base::Error> refuse(const fs::path& where, std::string what, std::string remedy) {
-  return std::unexpected(base::Error{where.string(), std::move(what), std::move(remedy)});
-}
-
 fs::path fileOf(const fs::path& folder, std::string_view name, std::string_view ending) {
   return folder / (std::string(name) + std::string(ending));
 }
@@ -127,12 +123,12 @@ bool describe(const fs::path& file, TraceEntry& entry) {
 
 base::Result<void> checkName(std::string_view name) {
   if (isTraceName(name)) return {};
-  return refuse({}, fmt::format("\"{}\" is not the name of a trace", name.substr(0, kMaxNameLength)),
-                "1 to 100 letters, digits, '-', '_' and '.', not beginning with '.'");
+  return base::failure({}, fmt::format("\"{}\" is not the name of a trace", name.substr(0, kMaxNameLength)),
+                       "1 to 100 letters, digits, '-', '_' and '.', not beginning with '.'");
 }
 
 std::unexpected<base::Error> noSuchTrace(const fs::path& file) {
-  return refuse(file, "no such trace", "list them: hapticctl trace list");
+  return base::failure(file, "no such trace", "list them: hapticctl trace list");
 }
 
 }  // namespace
@@ -183,7 +179,8 @@ base::Result<std::vector<TraceEntry>> listTraces(const fs::path& folder) {
     if (describe(file->path(), entry)) traces.push_back(std::move(entry));
   }
   if (failure) {
-    return refuse(folder, "cannot be read: " + failure.message(), "check state.folder and its permissions");
+    return base::failure(folder, "cannot be read: " + failure.message(),
+                         "check state.folder and its permissions");
   }
   std::ranges::sort(traces, {}, [](const TraceEntry& entry) {
     return std::tuple(entry.number, entry.begin_ns, entry.time_ns, entry.name);
@@ -204,17 +201,18 @@ std::vector<std::string> openTraces(const fs::path& folder) {
 base::Result<void> deleteTrace(const fs::path& folder, std::string_view name) {
   if (auto named = checkName(name); !named) return named;
   const fs::path file = finishedFile(folder, name);
-  if (has(folder, name, kPartEnding)) return refuse(file, "is being written", "stop the trace first");
+  if (has(folder, name, kPartEnding)) return base::failure(file, "is being written", "stop the trace first");
   if (!isFinished(folder, name)) return noSuchTrace(file);
   if (has(folder, name, kKeepEnding)) {
-    return refuse(file, "is marked to be kept",
-                  fmt::format("remove the mark first: hapticctl trace keep --undo {}", name));
+    return base::failure(file, "is marked to be kept",
+                         fmt::format("remove the mark first: hapticctl trace keep --undo {}", name));
   }
   std::error_code failure;
   fs::remove(file, failure);
   if (!failure) fs::remove(fileOf(folder, name, kNoteEnding), failure);
   if (failure) {
-    return refuse(file, "cannot be deleted: " + failure.message(), "check the permissions of the folder");
+    return base::failure(file, "cannot be deleted: " + failure.message(),
+                         "check the permissions of the folder");
   }
   return {};
 }
@@ -235,8 +233,9 @@ base::Result<void> keepTrace(const fs::path& folder, std::string_view name, bool
   if (auto named = checkName(name); !named) return named;
   const fs::path mark = fileOf(folder, name, kKeepEnding);
   const auto failed = [&] {
-    return refuse(mark, fmt::format("cannot be {}: {}", keep ? "created" : "removed", std::strerror(errno)),
-                  "check the space on the disk and the permissions of the folder");
+    return base::failure(mark,
+                         fmt::format("cannot be {}: {}", keep ? "created" : "removed", std::strerror(errno)),
+                         "check the space on the disk and the permissions of the folder");
   };
   if (!isFinished(folder, name) && !has(folder, name, kPartEnding)) {
     return noSuchTrace(finishedFile(folder, name));
@@ -258,8 +257,8 @@ base::Result<void> noteTrace(const fs::path& folder, std::string_view name, cons
     return noSuchTrace(finishedFile(folder, name));
   }
   if (text.size() > kMaxNoteLength || base::printable(text) != text) {
-    return refuse(note, "cannot hold that note",
-                  fmt::format("give one line of at most {} bytes", kMaxNoteLength));
+    return base::failure(note, "cannot hold that note",
+                         fmt::format("give one line of at most {} bytes", kMaxNoteLength));
   }
   const fs::path part = note.string() + ".part";
   std::error_code failure;
@@ -274,8 +273,8 @@ base::Result<void> noteTrace(const fs::path& folder, std::string_view name, cons
   if (failure) {
     std::error_code ignored;
     fs::remove(part, ignored);
-    return refuse(note, "cannot be changed: " + failure.message(),
-                  "check the space on the disk and the permissions of the folder");
+    return base::failure(note, "cannot be changed: " + failure.message(),
+                         "check the space on the disk and the permissions of the folder");
   }
   return synchroniseFolder(folder);
 }

@@ -12,8 +12,8 @@
 
 #include "config/base/value_text.h"
 #include "daemon/trace/format/depth_codec.h"
-#include "daemon/trace/format/fields.h"
 #include "daemon/trace/format/messages.h"
+#include "daemon/trace/format/records.h"
 #include "daemon/trace/format/trace_format.h"
 #include "daemon/trace/mcap/mcap_reader.h"
 #include "rt/base/clock.h"
@@ -279,8 +279,8 @@ bool TraceInfo::lacks(std::string_view topic, std::string_view field) const {
 
 base::Result<void> TraceInfo::require(const std::filesystem::path& file, std::string_view topic) const {
   if (topics.contains(topic)) return {};
-  return std::unexpected(base::Error{file.string(), fmt::format("has no channel {}", topic),
-                                     "use the trace that it was filtered from"});
+  return base::failure(file.string(), fmt::format("has no channel {}", topic),
+                       "use the trace that it was filtered from");
 }
 
 base::Result<TraceInfo> readTrace(const std::filesystem::path& file, const TraceVisitor& visitor) try {
@@ -289,7 +289,7 @@ base::Result<TraceInfo> readTrace(const std::filesystem::path& file, const Trace
   Reading reading(visitor, no_file ? 0 : bytes);
   if (const auto read = mcap::read(file, reading); !read) return std::unexpected(read.error().error);
   if (!reading.isTrace()) {
-    return std::unexpected(base::Error{file.string(), reading.whyNot().what, reading.whyNot().remedy});
+    return base::failure(file.string(), reading.whyNot().what, reading.whyNot().remedy);
   }
   reading.info.bytes = no_file ? 0 : bytes;
   reading.info.complete = !reading.enough();

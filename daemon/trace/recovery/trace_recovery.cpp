@@ -10,7 +10,7 @@
 
 #include "daemon/trace/format/messages.h"
 #include "daemon/trace/format/trace_format.h"
-#include "daemon/trace/mcap/mcap_definitions.h"
+#include "daemon/trace/mcap/mcap_format.h"
 #include "daemon/trace/mcap/mcap_reader.h"
 #include "daemon/trace/mcap/mcap_writer.h"
 #include "daemon/trace/mcap/trace_file.h"
@@ -24,10 +24,6 @@ using mcap::IntactChunk;
 using mcap::IntactRecord;
 using mcap::Opcode;
 using Outcome = RecoveredTrace::Outcome;
-
-std::unexpected<base::Error> refuse(const fs::path& where, std::string what, std::string remedy) {
-  return std::unexpected(base::Error{where.string(), std::move(what), std::move(remedy)});
-}
 
 /// A decompressed chunk of a file.
 struct Unpacked {
@@ -48,7 +44,7 @@ struct Unpacked {
     chunk.start_ns = content.start_ns;
     chunk.end_ns = content.end_ns;
     if (good) return {};
-    return refuse(file.path(), "was modified while it was read", "try again");
+    return base::failure(file.path(), "was modified while it was read", "try again");
   }
 };
 
@@ -100,7 +96,8 @@ base::Result<void> addChunks(mcap::Writer& to, const TraceFile& from, const mcap
 base::Result<void> rewriteTrace(const TraceFile& from, const mcap::Salvage& whole, const fs::path& out,
                                 const mcap::GoesOn& goes_on) {
   std::error_code ignored;
-  if (fs::exists(out, ignored)) return refuse(out, "already exists", "give another name, or move it away");
+  if (fs::exists(out, ignored))
+    return base::failure(out, "already exists", "give another name, or move it away");
   const fs::path part = out.string() + ".rewriting";
   if (!isBeingWritten(part)) fs::remove(part, ignored);  // left by an interrupted attempt
   auto file = TraceFile::create(part);
@@ -156,12 +153,10 @@ class Everything final : public mcap::Visitor {
   void channel(const mcap::Channel& channel) override {
     of_hapticd |= isChannelOfTrace(channel.topic, channel.schema_name);
   }
-  std::string message(const mcap::Message&) override { return ""; }
   void metadata(std::string_view name, mcap::Pairs) override {
     of_hapticd |= name == kTraceMetadata;
     is_bag |= name == kBagMetadata;
   }
-  void attachment(const mcap::AttachmentRecord&) override {}
   void chunk(std::uint64_t offset, std::uint64_t size) override {
     ++chunks;
     stopped = progress_ && !progress_(static_cast<double>(offset) / static_cast<double>(size));
@@ -230,7 +225,8 @@ base::Result<mcap::Salvage> salvageOf(const TraceFile& file, const mcap::Fault& 
   auto whole = mcap::salvage(file, *size, progress);
   if (whole && !isOfHapticd(*whole) && !whole->chunks.empty()) {
     const bool is_known = why.kind == mcap::Fault::Kind::foreign;
-    return refuse(file.path(), is_known ? why.error.what : "is not a trace of hapticd", "it was not changed");
+    return base::failure(file.path(), is_known ? why.error.what : "is not a trace of hapticd",
+                         "it was not changed");
   }
   if (whole && whole->damages.empty()) {
     whole->damages.push_back({.what = why.error.where + ": " + why.error.what});
@@ -291,13 +287,13 @@ base::Result<RecoveredTrace> recoverTrace(const fs::path& path, const fs::path& 
   const auto file = TraceFile::openToRead(path);
   if (!file) return std::unexpected(file.error());
   if (isBeingWritten(path)) {
-    return refuse(path, "is being written", "stop the trace first, e.g. with hapticctl trace stop");
+    return base::failure(path, "is being written", "stop the trace first, e.g. with hapticctl trace stop");
   }
   const auto complete = intact(path, progress);
   if (complete) return *complete;
   const auto whole = salvageOf(*file, complete.error(), progress);
   if (!whole) return std::unexpected(whole.error());
-  if (whole->chunks.empty()) return refuse(path, "has no intact chunk", "it was not changed");
+  if (whole->chunks.empty()) return base::failure(path, "has no intact chunk", "it was not changed");
   if (auto written = rewriteTrace(*file, *whole, out, progress); !written)
     return std::unexpected(written.error());
   RecoveredTrace recovered = reported(Outcome::rewritten, out, *whole);

@@ -6,12 +6,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 #include <string>
 
 #include "daemon/trace/format/additions.h"
-#include "daemon/trace/format/fields.h"
 #include "daemon/trace/format/messages.h"
+#include "daemon/trace/format/records.h"
 #include "daemon/trace/format/trace_format.h"
 #include "daemon/trace/foxglove/foxglove_messages.h"
 #include "daemon/trace/foxglove/foxglove_scene.h"
@@ -31,9 +32,9 @@ base::Result<void> checkAttachments(const TraceOptions& options) {
   constexpr std::size_t kMaxBytes = mcap::kMaxAttachmentBytes;
   for (const TraceAttachment& attachment : options.attachments) {
     if (attachment.data.size() <= kMaxBytes) continue;
-    return std::unexpected(base::Error{
+    return base::failure(
         attachment.name,
-        fmt::format("has {} bytes; a trace accepts at most {}", attachment.data.size(), kMaxBytes), ""});
+        fmt::format("has {} bytes; a trace accepts at most {}", attachment.data.size(), kMaxBytes), "");
   }
   return {};
 }
@@ -47,6 +48,7 @@ class TraceWriter::Implementation {
         chunk_ns_(static_cast<std::uint64_t>(std::max<std::int64_t>(options.chunk_ns, 0))),
         first_chunk_ns_(static_cast<std::uint64_t>(std::max<std::int64_t>(options.first_chunk_ns, 0))),
         offset_ns_(static_cast<std::uint64_t>(options.realtime_offset_ns)),
+        draws_(options.scene),
         camera_(options.depth_header) {}
 
   base::Result<void> begin(const TraceOptions& options) {
@@ -58,19 +60,14 @@ class TraceWriter::Implementation {
       trace.emplace_back(kClockKey, *options.clock_is_set ? kClockIsSet : kClockIsNotSet);
     file_.addMetadata(kTraceMetadata, trace);
     file_.addMetadata(kOwnerMetadata, options.metadata);
-    open<rt::Tick>(ticks_channel_);
-    open<ModelRecord>(models_channel_);
-    open<DirectiveRecord>(directives_channel_);
-    open<AdditionsRecord>(additions_channel_);
-    open<PoseRecord>(poses_channel_);
-    open<EventRecord>(events_channel_);
-    open<SnapshotRecord>(snapshots_channel_);
-    if (options.depth) open<DepthRecord>(depth_channel_);
+    open<rt::Tick, ModelRecord, DirectiveRecord, AdditionsRecord, PoseRecord, EventRecord, SnapshotRecord>();
+    if (options.depth) open<DepthRecord>();
     if (options.scene) {
-      open(scene_channel_, foxglove::kSceneChannel);
-      open(transforms_channel_, foxglove::kTransformsChannel);
+      open(foxglove::kSceneChannel, foxglove::schemaOf(foxglove::kSceneChannel.schema));
+      open(foxglove::kTransformsChannel, foxglove::schemaOf(foxglove::kTransformsChannel.schema));
     }
-    if (options.cloud) open(cloud_channel_, foxglove::kReachCloudChannel);
+    if (options.cloud)
+      open(foxglove::kReachCloudChannel, foxglove::schemaOf(foxglove::kReachCloudChannel.schema));
     for (const TraceAttachment& attachment : options.attachments) {
       file_.addAttachment({0, 0, attachment.name, attachment.media_type, attachment.data});
     }
@@ -78,17 +75,17 @@ class TraceWriter::Implementation {
   }
 
   base::Result<void> write(const rt::Tick& tick) {
-    auto written = add(ticks_channel_, tick);
+    auto written = add(tick);
     if (written) ++ticks_pending_;
-    return written && scene_channel_.id != 0 ? writeScene(tick) : written;
+    return written && draws_ ? writeScene(tick) : written;
   }
   base::Result<void> write(const ModelRecord& model) {
     ball_ = {model.centre_m_in_world, model.radius_m};
-    return add(models_channel_, model);
+    return add(model);
   }
   base::Result<void> write(const DirectiveRecord& directive) {
     for (const auto& [name, value] : directive.parameters) radii_.set(name, value);
-    return add(directives_channel_, directive);
+    return add(directive);
   }
   base::Result<void> write(const AdditionsRecord& additions) {
     for (const auto& solid : additions.solids) {
@@ -98,26 +95,14 @@ class TraceWriter::Implementation {
       auto written = file_.attach({time_ns, time_ns, name, "application/octet-stream", solid->file()});
       if (!written) return counted(std::move(written));
     }
-    return add(additions_channel_, additions);
+    return add(additions);
   }
-  base::Result<void> write(const PoseRecord& pose) { return add(poses_channel_, pose); }
-  base::Result<void> write(const EventRecord& event) { return add(events_channel_, event); }
-  base::Result<void> write(const SnapshotRecord& snapshot) { return add(snapshots_channel_, snapshot); }
-  base::Result<void> write(const DepthRecord& depth) {
-    if (depth_channel_.id == 0) {
-      return std::unexpected(base::Error{file_.file().string(), "was begun without a channel for depth", ""});
-    }
-    return add(depth_channel_, depth);
-  }
+  base::Result<void> write(const auto& record) { return add(record); }
   base::Result<void> write(const CloudRecord& cloud) {
-    if (cloud_channel_.id == 0) {
-      return std::unexpected(
-          base::Error{file_.file().string(), "was begun without a channel for clouds", ""});
-    }
     const std::uint64_t time_ns = realtimeOf(cloud.time_ns);
     message_.clear();
     foxglove::encodePointCloud(time_ns, foxglove::kCameraFrame, cloud.points_m_in_camera, message_);
-    return put(cloud_channel_, foxglove::kReachCloudChannel, time_ns);
+    return put(foxglove::kReachCloudChannel, time_ns);
   }
 
   base::Result<void> flush() { return counted(file_.flush()); }
@@ -132,13 +117,12 @@ class TraceWriter::Implementation {
   std::uint64_t ticksPending() const { return ticks_pending_; }
 
  private:
-  template <typename Record>
-  void open(OpenChannel& channel) {
-    const ChannelName& name = kChannelName<Record>;
-    channel.id = file_.addChannel(name.topic, name.schema, schemaOf<Record>());
+  template <typename... Records>
+  void open() {
+    (open(kChannelName<Records>, schemaOf<Records>()), ...);
   }
-  void open(OpenChannel& channel, const ChannelName& name) {
-    channel.id = file_.addChannel(name.topic, name.schema, foxglove::schemaOf(name.schema));
+  void open(const ChannelName& name, std::string_view schema) {
+    channels_[name.topic].id = file_.addChannel(name.topic, name.schema, schema);
   }
 
   /// Wraps instead of overflowing, whatever the record contains.
@@ -147,23 +131,28 @@ class TraceWriter::Implementation {
   }
 
   template <typename Record>
-  base::Result<void> add(OpenChannel& channel, const Record& record) {
+  base::Result<void> add(const Record& record) {
     const std::uint64_t time_ns = realtimeOf(timeOf(record));
     message_.clear();
     encode(record, time_ns, message_);
-    return put(channel, kChannelName<Record>, time_ns);
+    return put(kChannelName<Record>, time_ns);
   }
 
   /// Adds the encoded message.
-  base::Result<void> put(OpenChannel& channel, const ChannelName& name, std::uint64_t time_ns) {
+  base::Result<void> put(const ChannelName& name, std::uint64_t time_ns) {
+    const auto channel = channels_.find(name.topic);
+    if (channel == channels_.end()) {
+      return base::failure(file_.file().string(), fmt::format("was begun without the channel {}", name.topic),
+                           "");
+    }
     if (message_.size() > mcap::kMaxMessageBytes) {
-      return std::unexpected(base::Error{std::string(name.topic),
-                                         fmt::format("a message of {} bytes; a trace accepts at most {}",
-                                                     message_.size(), mcap::kMaxMessageBytes),
-                                         ""});
+      return base::failure(std::string(name.topic),
+                           fmt::format("a message of {} bytes; a trace accepts at most {}", message_.size(),
+                                       mcap::kMaxMessageBytes),
+                           "");
     }
     if (auto written = makeRoom(time_ns); !written) return written;
-    file_.addMessage(channel.id, channel.messages++, time_ns, message_);
+    file_.addMessage(channel->second.id, channel->second.messages++, time_ns, message_);
     return {};
   }
 
@@ -175,7 +164,7 @@ class TraceWriter::Implementation {
       next_transforms_ns_ = tick.planned_ns + rt::kNsPerSecond;
       message_.clear();
       foxglove::encodeCameraTransforms(time_ns, camera_, message_);
-      if (auto written = put(transforms_channel_, foxglove::kTransformsChannel, time_ns); !written) {
+      if (auto written = put(foxglove::kTransformsChannel, time_ns); !written) {
         return written;
       }
     }
@@ -183,7 +172,7 @@ class TraceWriter::Implementation {
     if (!shown) return {};
     message_.clear();
     foxglove::encodeScene(realtimeOf(shown->planned_ns), *shown, radii_, ball_, message_);
-    return put(scene_channel_, foxglove::kSceneChannel, time_ns);
+    return put(foxglove::kSceneChannel, time_ns);
   }
 
   /// Writes a chunk if a message of this time makes the pending ones long enough. Records of one channel lag
@@ -204,7 +193,7 @@ class TraceWriter::Implementation {
   }
 
   base::Result<void> counted(base::Result<void> written) {
-    const std::uint64_t left = file_.pendingMessages(ticks_channel_.id);
+    const std::uint64_t left = file_.pendingMessages(channels_[kChannelName<rt::Tick>.topic].id);
     if (written) ticks_ += ticks_pending_ - left;
     ticks_pending_ = left;
     return written;
@@ -214,10 +203,9 @@ class TraceWriter::Implementation {
   std::uint64_t chunk_ns_;
   std::uint64_t first_chunk_ns_;
   std::uint64_t offset_ns_;
-  OpenChannel ticks_channel_, models_channel_, directives_channel_, additions_channel_, poses_channel_,
-      events_channel_, snapshots_channel_, depth_channel_, scene_channel_, transforms_channel_,
-      cloud_channel_;
-  std::set<std::string> attached_;  // SHA-256 of the solids in the file
+  std::map<std::string_view, OpenChannel> channels_;  // by topic
+  bool draws_;                                        // writes the 3D picture
+  std::set<std::string> attached_;                    // SHA-256 of the solids in the file
   rt::DepthFrameHeader camera_;
   foxglove::SceneRadii radii_;
   ModelledBall ball_;
@@ -232,7 +220,7 @@ base::Result<std::unique_ptr<TraceWriter>> TraceWriter::create(const std::filesy
                                                                const TraceOptions& options) {
   std::error_code ignored;
   if (std::filesystem::exists(file, ignored)) {
-    return std::unexpected(base::Error{file.string(), "already exists", "choose another name"});
+    return base::failure(file.string(), "already exists", "choose another name");
   }
   if (auto checked = checkAttachments(options); !checked) return std::unexpected(checked.error());
   auto part = TraceFile::create(partOf(file));
@@ -249,33 +237,20 @@ TraceWriter::TraceWriter(std::unique_ptr<Implementation> implementation)
     : implementation_(std::move(implementation)) {}
 TraceWriter::~TraceWriter() = default;
 
-base::Result<void> TraceWriter::write(const rt::Tick& tick) {
-  return implementation_->write(tick);
+template <typename Record>
+base::Result<void> TraceWriter::write(const Record& record) {
+  return implementation_->write(record);
 }
-base::Result<void> TraceWriter::write(const ModelRecord& model) {
-  return implementation_->write(model);
-}
-base::Result<void> TraceWriter::write(const DirectiveRecord& directive) {
-  return implementation_->write(directive);
-}
-base::Result<void> TraceWriter::write(const AdditionsRecord& additions) {
-  return implementation_->write(additions);
-}
-base::Result<void> TraceWriter::write(const PoseRecord& pose) {
-  return implementation_->write(pose);
-}
-base::Result<void> TraceWriter::write(const EventRecord& event) {
-  return implementation_->write(event);
-}
-base::Result<void> TraceWriter::write(const SnapshotRecord& snapshot) {
-  return implementation_->write(snapshot);
-}
-base::Result<void> TraceWriter::write(const DepthRecord& depth) {
-  return implementation_->write(depth);
-}
-base::Result<void> TraceWriter::write(const CloudRecord& cloud) {
-  return implementation_->write(cloud);
-}
+template base::Result<void> TraceWriter::write(const rt::Tick&);
+template base::Result<void> TraceWriter::write(const ModelRecord&);
+template base::Result<void> TraceWriter::write(const DirectiveRecord&);
+template base::Result<void> TraceWriter::write(const AdditionsRecord&);
+template base::Result<void> TraceWriter::write(const PoseRecord&);
+template base::Result<void> TraceWriter::write(const EventRecord&);
+template base::Result<void> TraceWriter::write(const SnapshotRecord&);
+template base::Result<void> TraceWriter::write(const DepthRecord&);
+template base::Result<void> TraceWriter::write(const CloudRecord&);
+
 base::Result<void> TraceWriter::flush() {
   return implementation_->flush();
 }

@@ -62,17 +62,10 @@ class TraceWriter {
   // message takes its place (log_time) behind what is on the disk, so that chunks never overlap in time.
   // Errors: disk errors. The trace then ends with its last complete chunk: nothing more is written, but
   // close() still makes it a readable file once there is space for the summary.
-  base::Result<void> write(const rt::Tick& tick);
-  base::Result<void> write(const ModelRecord& model);
-  base::Result<void> write(const DirectiveRecord& directive);
-  base::Result<void> write(const AdditionsRecord& additions);
-  base::Result<void> write(const PoseRecord& pose);
-  base::Result<void> write(const EventRecord& event);
-  base::Result<void> write(const SnapshotRecord& snapshot);
-  /// Only if TraceOptions::depth is set.
-  base::Result<void> write(const DepthRecord& depth);
-  /// Only if TraceOptions::cloud is set.
-  base::Result<void> write(const CloudRecord& cloud);
+  /// `record`: an rt::Tick or a record of records.h; a DepthRecord only if TraceOptions::depth is set, and a
+  /// CloudRecord only if TraceOptions::cloud is.
+  template <typename Record>
+  base::Result<void> write(const Record& record);
 
   /// Writes all pending records as a chunk, whatever its duration.
   base::Result<void> flush();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Frames that the depth camera finds by a solid, from rendered frames with the noise of a Kinect.
-#include "daemon/scene/depth_tracker.h"
+#include "daemon/scene/scene_thread.h"
 
 #include <gtest/gtest.h>
 

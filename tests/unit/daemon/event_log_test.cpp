@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The journal's entries about changes that nobody requested.
-#include "daemon/event_log.h"
+#include "daemon/journal.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // When a force loop counts as late, and that this ends.
-#include "daemon/realtime_conditions.h"
+#include "daemon/box_warnings.h"
 
 #include <gtest/gtest.h>
 

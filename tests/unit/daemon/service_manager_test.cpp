@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The notification protocol over a real socket, as the service manager's end sees it.
-#include "daemon/service_manager.h"
+#include "daemon/service.h"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>

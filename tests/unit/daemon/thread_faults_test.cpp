@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/realtime_conditions.h"
+#include "daemon/box_warnings.h"
 
 #include <gtest/gtest.h>
 #include <sys/mman.h>

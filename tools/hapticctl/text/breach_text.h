@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <string>
 
-#include "daemon/trace/export/breach_report.h"
+#include "daemon/trace/export/trace_summary.h"
 #include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools {

@@ -10,7 +10,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "daemon/trace/format/fields.h"
+#include "daemon/trace/format/records.h"
 #include "rt/base/words.h"
 #include "tools/lib/client/reply_reader.h"
 

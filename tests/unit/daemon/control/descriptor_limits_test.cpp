@@ -17,7 +17,7 @@
 
 #include "config/base/descriptor.h"
 #include "control_fixture.h"
-#include "daemon/control/server/server_limits.h"
+#include "daemon/control/server/varlink_connection.h"
 
 namespace hapticd::daemon::test {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "control_fixture.h"
 #include "daemon/control/streams/tick_streams.h"
-#include "daemon/trace/format/fields.h"
+#include "daemon/trace/format/records.h"
 
 namespace hapticd::daemon::test {
 namespace {

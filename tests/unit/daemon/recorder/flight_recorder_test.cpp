@@ -3,8 +3,8 @@
 
 #include "daemon/recorder/flight_recorder.h"
 #include "daemon/trace/reader/trace_folder.h"
-#include "daemon/trace/reader/trace_reader.h"
 #include "daemon/trace/writer/trace_writer.h"
+#include "tests/support/made_up_trace.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::daemon {
@@ -91,38 +91,13 @@ rt::Tick tickAt(std::uint64_t number) {
   return tick;
 }
 
-/// Numbers of what a trace holds.
-struct Numbers {
-  std::vector<std::uint64_t> ticks;
-  std::vector<std::uint64_t> models;
-  std::vector<std::uint64_t> directives;
-  std::vector<std::pair<std::uint64_t, std::uint64_t>> additions;  // generations
-  std::vector<std::int64_t> events_ns;
-};
-
-Numbers written(const FlightRecorder& recorder) {
+/// What the recorder writes into a trace.
+MadeUpRecords written(const FlightRecorder& recorder) {
   const TemporaryFolder folder;
   const auto file = folder.path() / "dump.mcap";
   auto writer = trace::TraceWriter::create(file, {});
   EXPECT_TRUE(writer && recorder.writeTo(**writer) && (*writer)->close());
-  Numbers numbers;
-  trace::TraceVisitor visitor;
-  visitor.tick = [&](const rt::Tick& tick) { return numbers.ticks.push_back(tick.number), true; };
-  visitor.model = [&](const trace::ModelRecord& model) {
-    return numbers.models.push_back(model.model), true;
-  };
-  visitor.directive = [&](const trace::DirectiveRecord& directive) {
-    return numbers.directives.push_back(directive.generation), true;
-  };
-  visitor.additions = [&](const trace::AdditionsRecord& additions) {
-    return numbers.additions.emplace_back(additions.fixture_generation, additions.tissue_generation), true;
-  };
-  visitor.event = [&](const trace::EventRecord& event) {
-    return numbers.events_ns.push_back(event.time_ns), true;
-  };
-  const auto info = trace::readTrace(file, visitor);
-  EXPECT_TRUE(info) << info.error().text();
-  return numbers;
+  return recordsIn(file);
 }
 
 /// Ticks 1 to `last` with what belongs to them.
@@ -148,26 +123,30 @@ TEST(FlightRecorder, HoldsTheNewestTicksInTheirOrder) {
   EXPECT_TRUE(recorder.empty());
   record(recorder, 10'000);
   EXPECT_DOUBLE_EQ(recorder.duration_s(), 2);
-  const Numbers numbers = written(recorder);
-  ASSERT_EQ(numbers.ticks.size(), 2000U);
-  for (std::size_t i = 0; i < numbers.ticks.size(); ++i) ASSERT_EQ(numbers.ticks[i], 8001 + i);
+  const MadeUpRecords records = written(recorder);
+  ASSERT_EQ(records.ticks.size(), 2000U);
+  for (std::size_t i = 0; i < records.ticks.size(); ++i) ASSERT_EQ(records.ticks[i].number, 8001 + i);
 }
 
 TEST(FlightRecorder, KeepsWhatItsTicksReferTo) {
   FlightRecorder recorder(2, 1000);
   record(recorder, 10'000);
-  const Numbers numbers = written(recorder);
-  ASSERT_FALSE(numbers.models.empty());
-  EXPECT_LE(numbers.models.front(), tickAt(8001).scene_model);
-  EXPECT_LT(numbers.models.size(), 100U);
-  ASSERT_FALSE(numbers.directives.empty());
-  EXPECT_EQ(numbers.directives.front(), tickAt(8001).directive_generation);
-  EXPECT_EQ(numbers.directives.back(), 10U);
-  ASSERT_FALSE(numbers.additions.empty());
-  EXPECT_EQ(numbers.additions.front(), std::pair(std::uint64_t{5}, std::uint64_t{2})) << "of tick 8001";
-  EXPECT_EQ(numbers.additions.back(), std::pair(std::uint64_t{6}, std::uint64_t{3}));
-  ASSERT_FALSE(numbers.events_ns.empty());
-  EXPECT_LT(numbers.events_ns.size(), 30U);
+  const MadeUpRecords records = written(recorder);
+  using Generations = std::pair<std::uint64_t, std::uint64_t>;
+  const auto generationsOf = [](const trace::AdditionsRecord& additions) {
+    return Generations(additions.fixture_generation, additions.tissue_generation);
+  };
+  ASSERT_FALSE(records.models.empty());
+  EXPECT_LE(records.models.front().model, tickAt(8001).scene_model);
+  EXPECT_LT(records.models.size(), 100U);
+  ASSERT_FALSE(records.directives.empty());
+  EXPECT_EQ(records.directives.front().generation, tickAt(8001).directive_generation);
+  EXPECT_EQ(records.directives.back().generation, 10U);
+  ASSERT_FALSE(records.additions.empty());
+  EXPECT_EQ(generationsOf(records.additions.front()), Generations(5, 2)) << "of tick 8001";
+  EXPECT_EQ(generationsOf(records.additions.back()), Generations(6, 3));
+  ASSERT_FALSE(records.events.empty());
+  EXPECT_LT(records.events.size(), 30U);
 }
 
 TEST(FlightRecorder, OfAFloodOfFixtureSetsKeepsTheNewest) {
@@ -180,10 +159,10 @@ TEST(FlightRecorder, OfAFloodOfFixtureSetsKeepsTheNewest) {
     additions.labels.bytes.assign(std::size_t{1} << 20, 'x');
     recorder.add(additions);
   }
-  const Numbers numbers = written(recorder);
-  EXPECT_GT(numbers.additions.size(), 20U);
-  EXPECT_LT(numbers.additions.size(), 33U);
-  EXPECT_EQ(numbers.additions.back().first, kMany);
+  const MadeUpRecords records = written(recorder);
+  EXPECT_GT(records.additions.size(), 20U);
+  EXPECT_LT(records.additions.size(), 33U);
+  EXPECT_EQ(records.additions.back().fixture_generation, kMany);
 }
 
 /// A solid counts where only old records hold it, and there once.
@@ -205,7 +184,7 @@ TEST(FlightRecorder, CountsTheMemoryOfSolidsThatAreNoLongerInUse) {
   add(11, {small});
   EXPECT_EQ(written(recorder).additions.size(), 11U);
   add(12, {});  // leaves 37 MiB that nothing else uses
-  EXPECT_EQ(written(recorder).additions.front().first, 11U);
+  EXPECT_EQ(written(recorder).additions.front().fixture_generation, 11U);
 }
 
 TEST(FlightRecorder, HoldsAllWhileItIsNotFull) {

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The precedence of file, registration, boot profile and overrides at the start.
-#include "daemon/state/start_settings.h"
+// The precedence of file, registration, boot profile and overrides at the start; the registration of the
+// camera on the disk; reading the settings again without waiting for the disk.
 
 #include <gtest/gtest.h>
 
+#include <memory>
+
 #include "config/base/value_text.h"
 #include "daemon/state/profile_folder.h"
+#include "daemon/state/start_settings.h"
 #include "tests/support/file_content.h"
 #include "tests/support/temporary_folder.h"
 
@@ -168,6 +171,154 @@ TEST_F(StartSettingsTest, SumUpWhatTheFileAndTheCommandLineSet) {
       started.summary.text().starts_with("2 parameters set, 2 differ from the defaults: "
                                          "safety.max_force_n = 1 (default 4), state.folder = "))
       << started.summary.text();
+}
+
+}  // namespace
+
+namespace {
+
+const Registration kRegistration{{{0.1, -2, 1e-7}, 0.3, -0.4, 3.1}, 0.00123, "2026-03-04T05:06:07Z"};
+
+/// Returns the problems of the file in one text.
+std::string problemsIn(const std::string& yaml) {
+  const test::TemporaryFolder folder;
+  folder.write("registration.yaml", yaml);
+  const auto read = readRegistration(folder.path());
+  return read ? "" : textOf(read.error());
+}
+
+TEST(Registration, ReadsBackWhatWasWritten) {
+  const test::TemporaryFolder folder;
+  ASSERT_TRUE(writeRegistration(folder.path(), kRegistration));
+  const auto read = readRegistration(folder.path());
+  ASSERT_TRUE(read && *read);
+  EXPECT_TRUE(same((*read)->T_world_camera, kRegistration.T_world_camera));
+  EXPECT_EQ((*read)->residual_m, kRegistration.residual_m);
+  EXPECT_EQ((*read)->time, kRegistration.time);
+}
+
+TEST(Registration, GoesAwayWhenThereIsToBeNone) {
+  const test::TemporaryFolder folder;
+  EXPECT_FALSE(readRegistration(folder.path()).value());
+  ASSERT_TRUE(writeRegistration(folder.path(), kRegistration));
+  ASSERT_TRUE(writeRegistration(folder.path(), std::nullopt));
+  EXPECT_FALSE(readRegistration(folder.path()).value());
+}
+
+TEST(Registration, ReadsAPoseThatSomebodyHasWritten) {
+  const test::TemporaryFolder folder;
+  folder.write("registration.yaml",
+               "camera: {position_x_m: 1, position_y_m: 2, position_z_m: 3, roll_rad: 0, pitch_rad: 0, "
+               "yaw_rad: 0}\n");
+  const auto read = readRegistration(folder.path());
+  ASSERT_TRUE(read && *read);
+  EXPECT_EQ((*read)->T_world_camera.position_m.z, 3);
+  EXPECT_FALSE((*read)->residual_m);
+  EXPECT_EQ((*read)->time, "");
+}
+
+TEST(Registration, TakesNoTimeThatIsNone) {
+  const std::string pose =
+      "camera: {position_x_m: 1, position_y_m: 2, position_z_m: 3, roll_rad: 0, pitch_rad: 0, yaw_rad: 0}\n";
+  for (const std::string& time :
+       {std::string("yesterday"), std::string(3000, '0'), std::string("2026-03-04T05:06:07Z ")}) {
+    const test::TemporaryFolder folder;
+    folder.write("registration.yaml", "# time: " + time + "\n" + pose);
+    const auto read = readRegistration(folder.path());
+    ASSERT_TRUE(read && *read);
+    EXPECT_EQ((*read)->time, "");
+  }
+}
+
+TEST(Registration, NamesWhatIsWrongWithItsFile) {
+  EXPECT_NE(problemsIn("camera: {position_x_m: 1}\n").find("1 of the 6 values"), std::string::npos);
+  EXPECT_NE(problemsIn("").find("0 of the 6 values"), std::string::npos);
+  EXPECT_NE(problemsIn("camera: {position_x_m: 11}\n").find("out of range"), std::string::npos);
+  EXPECT_NE(problemsIn("camera: {near_m: 1}\n").find("camera.near_m"), std::string::npos);
+  EXPECT_NE(problemsIn("camera: [\n"), "");
+  EXPECT_NE(problemsIn(std::string("\0\0\0", 3)), "");
+}
+
+TEST(Registration, KnowsWhichPosesAreOutOfRange) {
+  EXPECT_TRUE(problemsOf(kRegistration.T_world_camera, {}).empty());
+  EXPECT_EQ(problemsOf({{99, 0, 0}, 0, 9, 0}, {}).size(), 2U);
+}
+
+}  // namespace
+
+namespace {
+
+using Outcome = SettingsReader::Outcome;
+
+constexpr std::chrono::seconds kGenerous{60};
+
+/// A disk that responds when the test lets it.
+struct Disk {
+  std::promise<void> answer;
+  std::shared_future<void> answered = answer.get_future().share();
+
+  std::function<Outcome()> read() const {
+    return [answered = answered]() -> Outcome {
+      answered.wait();
+      return StartSettings{};
+    };
+  }
+};
+
+/// Polls at the time `now` until there is an outcome.
+std::optional<Outcome> awaited(SettingsReader& reader, SettingsReader::Clock::time_point now) {
+  const auto deadline = std::chrono::steady_clock::now() + kGenerous;
+  while (std::chrono::steady_clock::now() < deadline) {
+    if (auto outcome = reader.outcome(now)) return outcome;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return std::nullopt;
+}
+
+const SettingsReader::Clock::time_point kBegin{std::chrono::hours(1)};
+
+TEST(SettingsReader, HasNoOutcomeUntilTheDiskAnswersAndOneThen) {
+  Disk disk;
+  SettingsReader reader(disk.read(), "hapticd.yaml");
+  EXPECT_FALSE(reader.outcome(kBegin));
+  reader.begin(kBegin);
+  EXPECT_TRUE(reader.reading());
+  EXPECT_FALSE(reader.outcome(kBegin));
+  disk.answer.set_value();
+  const auto outcome = awaited(reader, kBegin);
+  ASSERT_TRUE(outcome);
+  EXPECT_TRUE(*outcome);
+  EXPECT_FALSE(reader.reading());
+  EXPECT_FALSE(reader.outcome(kBegin));
+}
+
+TEST(SettingsReader, GivesUpADiskThatDoesNotAnswerAndReadsAgainWhenItDoes) {
+  Disk disk;
+  SettingsReader reader(disk.read(), "hapticd.yaml");
+  reader.begin(kBegin);
+  EXPECT_FALSE(reader.outcome(kBegin + SettingsReader::kPatience - std::chrono::milliseconds(1)));
+  const auto given_up = reader.outcome(kBegin + SettingsReader::kPatience);
+  ASSERT_TRUE(given_up);
+  ASSERT_FALSE(*given_up);
+  EXPECT_EQ(
+      given_up->error().front().text(),
+      "hapticd.yaml: has not been read after 10 s: the disk does not answer (check the disk or the network "
+      "file system, and reload again)");
+  disk.answer.set_value();
+  reader.begin(kBegin + std::chrono::minutes(1));
+  const auto outcome = awaited(reader, kBegin + std::chrono::minutes(1));
+  ASSERT_TRUE(outcome);
+  EXPECT_TRUE(*outcome);
+}
+
+// If the end waited for the disk it would never come: the disk answers only after it.
+TEST(SettingsReader, EndsThoughTheDiskDoesNotAnswer) {
+  Disk disk;
+  {
+    SettingsReader reader(disk.read(), "hapticd.yaml");
+    reader.begin(kBegin);
+  }
+  disk.answer.set_value();
 }
 
 }  // namespace

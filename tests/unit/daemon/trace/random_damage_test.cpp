@@ -16,6 +16,7 @@
 #include "daemon/trace/recovery/trace_recovery.h"
 #include "tests/support/file_content.h"
 #include "tests/support/made_up_trace.h"
+#include "tests/support/raw_mcap.h"
 #include "tests/support/strict_mcap.h"
 #include "tests/support/temporary_folder.h"
 
@@ -47,12 +48,8 @@ class Damaging {
                       .attachments = {{"settings.yaml", "application/yaml", std::string(500, 'y')}}});
     whole_ = test::contentOf(file);
     auto message = test::readStrictly(file).messages;
-    for (std::size_t at = 8; at + 8 < whole_.size();) {
-      std::uint64_t length = 0;
-      std::memcpy(&length, &whole_[at + 1], sizeof length);
-      if (whole_[at] == 6) pieces_.push_back({whole_.substr(at, 9 + length), at, {}});
-      at += 9 + length;
-    }
+    for (const auto& [opcode, begin, end] : test::raw_mcap::recordsOf(whole_))
+      if (opcode == 6) pieces_.push_back({whole_.substr(begin, end - begin), begin, {}});
     // all except those of the first chunk are ticks
     const std::size_t first = message.size() - (pieces_.size() - 1) * kDamagedTicksPerChunk;
     for (std::size_t i = 0; i < message.size(); ++i) {

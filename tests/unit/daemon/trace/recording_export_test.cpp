@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/trace/export/recording_export.h"
+#include "daemon/trace/export/trace_export.h"
 
 #include <gtest/gtest.h>
 

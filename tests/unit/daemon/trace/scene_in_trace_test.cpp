@@ -49,8 +49,6 @@ std::map<std::string, std::vector<std::string>, std::less<>> messagesOf(const fs
   class Counting final : public mcap::Visitor {
    public:
     std::map<std::string, std::vector<std::string>, std::less<>> messages_by_topic;
-    void metadata(std::string_view, mcap::Pairs) override {}
-    void attachment(const mcap::AttachmentRecord&) override {}
     void channel(const mcap::Channel& channel) override {
       topics_[channel.id] = channel.topic;
       EXPECT_TRUE(channel.topic.starts_with("/hapticd/")) << channel.topic;
@@ -60,9 +58,6 @@ std::map<std::string, std::vector<std::string>, std::less<>> messagesOf(const fs
       messages_by_topic[topics_[message.channel]].emplace_back(message.data);
       return "";
     }
-    void messages() override {}
-    void chunk(std::uint64_t, std::uint64_t) override {}
-    bool enough() const override { return false; }
 
    private:
     std::map<std::uint16_t, std::string> topics_;

@@ -8,6 +8,7 @@
 
 #include "tests/support/file_content.h"
 #include "tests/support/made_up_trace.h"
+#include "tests/support/raw_mcap.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hapticd::test {
@@ -20,12 +21,8 @@ class StrictReader : public testing::Test {
     writeTrace(folder_.path() / "a.mcap", madeUpRecords(3, 4), 4,
                {.compress = false, .attachments = {{"name", "type", "data"}}});
     whole_ = contentOf(folder_.path() / "a.mcap");
-    for (std::size_t at = 8; at + 8 < whole_.size();) {
-      std::uint64_t length = 0;
-      std::memcpy(&length, &whole_[at + 1], sizeof length);
-      records_[whole_[at]].push_back(at);
-      at += 9 + length;
-    }
+    for (const raw_mcap::RawRecord& record : raw_mcap::recordsOf(whole_))
+      records_[record.opcode].push_back(record);
   }
 
   std::string faults(const std::string& bytes) const {
@@ -34,7 +31,7 @@ class StrictReader : public testing::Test {
   /// Returns the file with a byte of the content of the n-th record of that opcode changed.
   std::string changed(char opcode, std::size_t n, std::size_t at) const {
     std::string bytes = whole_;
-    bytes[records_.at(opcode).at(n) + 9 + at] ^= 1;
+    bytes[records_.at(opcode).at(n).begin + 9 + at] ^= 1;
     return bytes;
   }
   void expectFound(const std::string& bytes, const std::string& fault) const {
@@ -44,7 +41,7 @@ class StrictReader : public testing::Test {
 
   const TemporaryFolder folder_{memoryFolder()};
   std::string whole_;
-  std::map<char, std::vector<std::size_t>> records_;  ///< where they begin, by opcode
+  std::map<char, std::vector<raw_mcap::RawRecord>> records_;  ///< by opcode
 };
 
 TEST_F(StrictReader, FindsNothingInAValidFile) {
@@ -80,10 +77,8 @@ TEST_F(StrictReader, NamesMismatches) {
 TEST_F(StrictReader, FindsRecordsThatAreMissingOrMoved) {
   const auto without = [this](char opcode) {
     std::string bytes = whole_;
-    const std::size_t at = records_.at(opcode).front();
-    std::uint64_t length = 0;
-    std::memcpy(&length, &bytes[at + 1], sizeof length);
-    return bytes.erase(at, 9 + length);
+    const raw_mcap::RawRecord& record = records_.at(opcode).front();
+    return bytes.erase(record.begin, record.end - record.begin);
   };
   expectFound(without(7), "without an index for each of its channels");
   expectFound(without(3), "a channel before its schema");
@@ -96,7 +91,7 @@ TEST_F(StrictReader, FindsRecordsThatAreMissingOrMoved) {
 
 TEST_F(StrictReader, FindsMessagesThatAreNotInTheOrderOfTime) {
   // the first two ticks of the second chunk are swapped; they have the same length
-  const std::size_t first = whole_.find('\x05', records_.at(6)[1] + 40);
+  const std::size_t first = whole_.find('\x05', records_.at(6)[1].begin + 40);
   std::uint64_t length = 0;
   std::memcpy(&length, &whole_[first + 1], sizeof length);
   std::string bytes = whole_;

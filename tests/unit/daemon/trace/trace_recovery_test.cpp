@@ -3,13 +3,13 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <iterator>
 #include <string>
 
 #include "daemon/trace/reader/trace_reader.h"
 #include "tests/support/file_content.h"
 #include "tests/support/made_up_trace.h"
+#include "tests/support/raw_mcap.h"
 #include "tests/support/strict_mcap.h"
 #include "tests/support/temporary_folder.h"
 
@@ -33,14 +33,11 @@ struct WholeTrace {
 
   WholeTrace() : WholeTrace(bytesOf(test::madeUpRecords(kChunks, kTicksPerChunk))) {}
   explicit WholeTrace(std::string content) : bytes(std::move(content)) {
-    for (std::size_t at = 8; at + 8 < bytes.size();) {  // after the magic, before the closing one
-      std::uint64_t length = 0;
-      std::memcpy(&length, &bytes[at + 1], sizeof length);
-      const char opcode = bytes[at];
-      if (opcode == 6) chunk_begins.push_back(at);
-      if (opcode == 15) data_end = at;
-      at += 9 + length;
-      if (opcode == 6) chunk_ends.push_back(at);
+    for (const auto& [opcode, begin, end] : test::raw_mcap::recordsOf(bytes)) {
+      if (opcode == 15) data_end = begin;
+      if (opcode != 6) continue;
+      chunk_begins.push_back(begin);
+      chunk_ends.push_back(end);
     }
   }
 

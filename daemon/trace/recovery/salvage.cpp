@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/trace/mcap/mcap_salvage.h"
+#include "daemon/trace/recovery/trace_recovery.h"
 
 #include <algorithm>
 #include <map>
 #include <utility>
 
-#include "daemon/trace/mcap/mcap_scanner.h"
+#include "daemon/trace/mcap/mcap_reader.h"
 
 namespace hapticd::trace::mcap {
 namespace {
