@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/trace/export/breach_report.h"
+#include "daemon/trace/export/trace_summary.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/hapticctl/text/breach_text.h"
