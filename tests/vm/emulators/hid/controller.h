@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "drivers/handle/hid/report.h"
+#include "drivers/handle/hid/hid_controller.h"
 #include "rt/base/vec3.h"
 #include "tests/vm/emulators/hid/hid_device.h"
 

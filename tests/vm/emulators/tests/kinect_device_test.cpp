@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The emulated camera as a kernel meets it. What its commands and packets hold is tried with the real
-// libfreenect in tests/unit/drivers/fake_kinect_test.cpp, which shares them.
+// libfreenect in tests/unit/drivers/freenect_camera_test.cpp, which shares them.
 
 #include <gtest/gtest.h>
 
