@@ -86,14 +86,14 @@ hapticd_together(daemon_tests APART
   tests/unit/daemon/recorder/flight_recorder_test.cpp)
 hapticd_together(doctor_tests)
 hapticd_together(drivers_tests APART
-  tests/unit/drivers/analytic_scene_test.cpp
   tests/unit/drivers/camera_noise_test.cpp
   tests/unit/drivers/handle/handle_frame_test.cpp
   tests/unit/drivers/handle/handle_thread_test.cpp
   tests/unit/drivers/led_test.cpp
+  tests/unit/drivers/synthetic_camera_test.cpp
   --
-  tests/unit/drivers/depth_image_test.cpp
   tests/unit/drivers/handle/udp_handle_test.cpp
+  tests/unit/drivers/recorded_files_test.cpp
   --
   tests/unit/drivers/edge_errors_test.cpp)
 hapticd_together(emulator_tests)
@@ -226,46 +226,35 @@ hapticd_together(hapticd_doctor APART
   --
   tools/hapticctl/doctor/handle_check.cpp)
 hapticd_together(hapticd_drivers SETS
-  drivers/camera/freenect/frame_integrity.cpp
   drivers/camera/freenect/freenect_camera.cpp
   drivers/camera/freenect/freenect_session.cpp
-  drivers/camera/freenect/freenect_worker.cpp
   --
   drivers/camera/synthetic/analytic_scene.cpp
-  drivers/camera/synthetic/camera_noise.cpp
   drivers/camera/synthetic/depth_sensor.cpp
   drivers/camera/synthetic/edge_errors.cpp
-  drivers/camera/synthetic/projector_shadow.cpp
   drivers/camera/synthetic/scene_camera.cpp
   drivers/camera/synthetic/synthetic_camera.cpp
   --
   drivers/camera/synthetic/noise_pattern.cpp
   drivers/camera/synthetic/sensor_noise.cpp
   --
-  drivers/handle/falcon/falcon_firmware.cpp
+  drivers/handle/falcon/falcon_arm.cpp
   drivers/handle/falcon/falcon_handle.cpp
-  drivers/handle/falcon/falcon_kinematics.cpp
-  drivers/handle/falcon/falcon_packet.cpp
-  drivers/handle/falcon/falcon_tracker.cpp
   drivers/handle/falcon/ftdi_port.cpp
   --
   drivers/handle/hid/hid_controller.cpp
   drivers/handle/hid/hid_handle.cpp
   drivers/handle/hid/hid_spacemouse.cpp
-  drivers/handle/hid/hid_worker.cpp
   drivers/handle/hid/hidapi_port.cpp
-  drivers/handle/hid/report.cpp
   --
   drivers/handle/simulated/device_and_hand.cpp
   drivers/handle/simulated/simulated_hand.cpp
   drivers/handle/simulated/simulated_handle.cpp
   --
   drivers/handle/udp/conversation.cpp
-  drivers/handle/udp/key_file.cpp
   drivers/handle/udp/packet.cpp
   drivers/handle/udp/udp_handle.cpp
-  drivers/handle/udp/udp_socket.cpp
-  drivers/handle/udp/udp_worker.cpp)
+  drivers/handle/udp/udp_socket.cpp)
 hapticd_together(hapticd_emulated_uvc APART
   tests/vm/emulators/uvc/orbbec_unit.cpp)
 hapticd_together(hapticd_ros_commands)
@@ -299,21 +288,20 @@ hapticd_together(hapticd_usbip_emulator APART
   tests/vm/emulators/usbip/control_socket.cpp)
 hapticd_together(hapticd_v4l2 SETS
   drivers/camera/v4l2/camera_report.cpp
-  drivers/camera/v4l2/depth_metadata.cpp
   drivers/camera/v4l2/orbbec_messages.cpp
   drivers/camera/v4l2/pinhole.cpp
-  drivers/camera/v4l2/system_calls.cpp
-  drivers/camera/v4l2/v4l2_camera.cpp
   drivers/camera/v4l2/video_devices.cpp
   --
   drivers/camera/v4l2/capture_stream.cpp
   drivers/camera/v4l2/realsense_messages.cpp)
 hapticd_together(hapticd_vendor_bridge APART
-  tools/haptic-bridge/inverse3/driven_device.cpp
-  --
   tools/haptic-bridge/inverse3/inverse3_driver.cpp
   --
-  tools/haptic-bridge/inverse3/service_link.cpp)
+  tools/haptic-bridge/inverse3/service_link.cpp
+  --
+  tools/haptic-bridge/force_dimension.cpp
+  --
+  tools/haptic-bridge/open_haptics.cpp)
 hapticd_together(hapticd_view_server APART
   tools/hapticd-view/server/socket_progress.cpp)
 hapticd_together(hard_case_tests APART
@@ -326,7 +314,7 @@ hapticd_together(hard_case_tests APART
 hapticd_together(hard_study_tests)
 hapticd_together(installation_tests)
 hapticd_together(phantom_omni_tests APART
-  tests/vendor_devices/phantom_omni/omni_calibrate_test.cpp)
+  tests/vendor_devices/phantom_omni/omni_calibration_test.cpp)
 hapticd_together(realtime_tests APART
   tests/rt/fixture_core_test.cpp
   --
@@ -367,8 +355,7 @@ hapticd_together(system_tests APART
 hapticd_together(tools_tests)
 hapticd_together(trace_tests APART
   tests/unit/daemon/trace/other_writers_test.cpp)
-hapticd_together(vendor_arms_tests APART
-  tests/vendor_devices/force_dimension_test.cpp)
+hapticd_together(vendor_arms_tests)
 hapticd_together(view_bridge_tests)
 hapticd_together(view_bridge_unit_tests APART
   tests/view_bridge/box_link_test.cpp

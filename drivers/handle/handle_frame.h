@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "config/settings/settings.h"
-#include "drivers/handle/position_tracker.h"
 #include "drivers/handle/velocity_estimator.h"
 #include "rt/base/rigid_pose.h"
 #include "rt/base/vec3.h"

@@ -44,4 +44,56 @@ base::Result<HandleThread> startHandleThread(const HandleThreadPolicy& policy,
   return HandleThread{std::move(*thread), scheduling};
 }
 
+HandleWorker::HandleWorker(std::string identity, const std::string& searching,
+                           std::chrono::milliseconds retry_period)
+    : retry_period_(retry_period) {
+  board_.reset(std::move(identity));
+  board_.set(HandlePresence::absent, searching);
+}
+
+void HandleWorker::run() {
+  using Clock = std::chrono::steady_clock;
+  for (auto next_try = Clock::now(); !stop_signal_.waitUntil(next_try);
+       next_try = Clock::now() + retry_period_) {
+    if (const auto used = useDevice(); !used) reportMissing(used.error());
+  }
+}
+
+void HandleWorker::reportMissing(const base::Error& error) {
+  board_.set(seen_ ? HandlePresence::lost : HandlePresence::absent, error.text());
+}
+
+base::Result<void> WorkerHandle::check() const {
+  const auto worker = kind_.make(nullptr);
+  return worker ? base::Result<void>() : std::unexpected(worker.error());
+}
+
+base::Result<void> WorkerHandle::start(HandleChannels& channels) {
+  auto worker = kind_.make(&channels);
+  if (!worker) return std::unexpected(worker.error());
+  stopped_ = false;
+  const auto startThread = [this](auto body) -> base::Result<std::thread> {
+    auto started = startHandleThread(policy_, std::move(body));
+    if (!started) return std::unexpected(started.error());
+    scheduling_ = started->scheduling;
+    return std::move(started->thread);
+  };
+  return thread_.start(std::move(*worker), kind_.name, startThread);
+}
+
+void WorkerHandle::stop() {
+  thread_.stop(kind_.stop_limit);
+  stopped_ = true;
+}
+
+HandleStatus WorkerHandle::status() const {
+  HandleStatus status = thread_.status(kind_.identity);
+  status.scheduling = scheduling_;
+  if (stopped_) {
+    status.state = HandlePresence::absent;
+    status.detail = "stopped";
+  }
+  return status;
+}
+
 }  // namespace hapticd::drivers

@@ -10,8 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/handle/falcon/falcon_packet.h"
-#include "drivers/handle/falcon/falcon_tracker.h"
+#include "drivers/handle/falcon/falcon_arm.h"
 #include "tests/fuzz/seeds.h"
 
 namespace {

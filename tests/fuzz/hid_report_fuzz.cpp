@@ -13,7 +13,6 @@
 
 #include "drivers/handle/hid/hid_controller.h"
 #include "drivers/handle/hid/hid_spacemouse.h"
-#include "drivers/handle/hid/report.h"
 #include "tests/fuzz/seeds.h"
 
 namespace {

@@ -5,9 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tools/haptic-crtk-bridge/arm_delay.h"
-#include "tools/haptic-crtk-bridge/pose_gate.h"
-#include "tools/haptic-crtk-bridge/wrench.h"
+#include "tools/haptic-crtk-bridge/arm_measurement.h"
 
 namespace hapticd::tools::crtk {
 namespace {

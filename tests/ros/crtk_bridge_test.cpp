@@ -16,7 +16,7 @@
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/vendor_devices/peer.h"
-#include "tools/haptic-crtk-bridge/arm_delay.h"
+#include "tools/haptic-crtk-bridge/arm_measurement.h"
 #include "tools/haptic-crtk-bridge/arm_topics.h"
 
 namespace hapticd::test {

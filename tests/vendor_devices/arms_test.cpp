@@ -2,12 +2,21 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <cstdlib>
+#include <memory>
+#include <thread>
 
 #include "rt/base/clock.h"
+#include "tests/support/program.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/vendor_devices/bridge_under_test.h"
+#include "tests/vendor_devices/peer.h"
+#include "tools/haptic-bridge/base/device_rows.h"
+#include "tools/lib/device/threaded_device.h"
+
+namespace hapticd::test {
 
 // haptic-bridge with the fake libraries of two vendors: what holds for every arm.
-namespace hapticd::test {
 namespace {
 
 class VendorArm : public ::testing::TestWithParam<VendorKind> {
@@ -223,6 +232,81 @@ TEST_P(VendorArm, ReportsTheDelayOfItsMeasurements) {
 
 INSTANTIATE_TEST_SUITE_P(All, VendorArm, ::testing::Values(forceDimension(), openHaptics()),
                          [](const auto& kind) { return kind.param.name(); });
+
+// The drivers in this process, in the place of the bridge's loop.
+
+std::unique_ptr<tools::DeviceDriver> driverOf(const VendorKind& kind) {
+  for (const tools::DeviceRow& row : tools::deviceRows()) {
+    if (row.word == kind.word) return row.make({.library = kind.library, .device = {}, .address = {}});
+  }
+  return nullptr;
+}
+
+class DeviceDriverInProcess : public ::testing::TestWithParam<VendorKind> {
+ protected:
+  DeviceDriverInProcess() {
+    ::setenv(kArmVariable, path_.c_str(), 1);
+    arm_.memory().model = GetParam().model;
+  }
+  ~DeviceDriverInProcess() override { ::unsetenv(kArmVariable); }
+
+  /// Answers the readings with 2 N, once a millisecond, until the arm exerts that.
+  bool pushes(tools::Device& device) {
+    return becomesTrue(
+        [&] {
+          (void)device.read();
+          device.exert({.force_n = {0, 0, 2}, .torque_n_m = {}});
+          return arm_.memory().exerted_n > 0;
+        },
+        std::chrono::milliseconds(1));
+  }
+
+  TemporaryFolder folder_{memoryFolder()};
+  std::filesystem::path path_ = folder_.path() / "arm";
+  EmulatedArm arm_{path_, stillHand()};
+};
+
+TEST_P(DeviceDriverInProcess, LetsGoWhenTheBridgesLoopHangs) {
+  tools::ThreadedDevice device(driverOf(GetParam()), "test");
+  ASSERT_TRUE(device.start());
+  ASSERT_TRUE(pushes(device));
+  EXPECT_TRUE(becomesTrue([&] { return arm_.memory().exerted_n == 0; }));
+  const std::uint64_t forces = arm_.memory().forces;
+  EXPECT_TRUE(becomesTrue([&] { return arm_.memory().forces > forces; }))
+      << "the driver itself goes on, at zero";
+}
+
+INSTANTIATE_TEST_SUITE_P(All, DeviceDriverInProcess, ::testing::Values(forceDimension(), openHaptics()),
+                         [](const auto& kind) { return kind.param.name(); });
+
+// The program that emulates a device to try haptic-bridge by hand.
+
+class EmulatedHandle : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(EmulatedHandle, PrintsTheCommandThatDrivesItsDevice) {
+  Program device({EMULATED_HANDLE_PROGRAM, GetParam()});
+  std::string command;
+  ASSERT_TRUE(becomesTrue([&] {
+    command = device.output();
+    return command.find('\n') != std::string::npos;
+  })) << device.errors();
+  command.resize(command.find('\n'));
+  Peer peer;
+  Program bridge({"/bin/sh", "-c", command + " --peer " + peer.address()});
+  EXPECT_TRUE(becomesTrue([&] { return peer.states() > 0 && !peer.state().fault; })) << bridge.errors();
+  EXPECT_FALSE(peer.state().calibrated) << "it waits for the word 'dock'";
+  device.signal(SIGTERM);
+  EXPECT_EQ(device.wait(), exitedWith(0));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, EmulatedHandle,
+                         ::testing::Values("force-dimension", "openhaptics", "inverse3"));
+
+TEST(EmulatedHandle, ListsItsWordsWhereItIsNotUnderstood) {
+  Program program({EMULATED_HANDLE_PROGRAM, "omega"});
+  EXPECT_EQ(program.wait(), exitedWith(64));
+  EXPECT_NE(program.errors().find("force-dimension|openhaptics|inverse3"), std::string::npos);
+}
 
 }  // namespace
 }  // namespace hapticd::test

@@ -6,7 +6,6 @@
 #include <thread>
 
 #include "drivers/handle/simulated/simulated_hand.h"
-#include "tests/vendor_devices/arm_memory.h"
 #include "tests/vendor_devices/mapped_arm.h"
 
 namespace hapticd::test {

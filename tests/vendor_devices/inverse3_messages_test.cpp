@@ -3,9 +3,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tools/haptic-bridge/inverse3/driven_device.h"
-#include "tools/haptic-bridge/inverse3/echo_check.h"
-#include "tools/haptic-bridge/inverse3/safety_watch.h"
 #include "tools/haptic-bridge/inverse3/service_link.h"
 #include "tools/haptic-bridge/inverse3/service_messages.h"
 

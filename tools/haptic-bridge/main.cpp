@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <span>
@@ -13,15 +14,16 @@
 #include <vector>
 
 #include "config/base/program.h"
+#include "drivers/handle/simulated/simulated_hand.h"
+#include "rt/base/clock.h"
 #include "rt/base/realtime_thread.h"
-#include "tools/haptic-bridge/calibrate_command.h"
-#include "tools/haptic-bridge/device_rows.h"
+#include "tools/haptic-bridge/base/device_rows.h"
 #include "tools/haptic-bridge/inverse3/service_link.h"
-#include "tools/haptic-bridge/phantom_omni/gain_measurement.h"
+#include "tools/haptic-bridge/phantom_omni/calibration.h"
 #include "tools/lib/bridge/bridge_program.h"
-#include "tools/lib/bridge/simulated_device.h"
+#include "tools/lib/bridge/device.h"
 #include "tools/lib/device/threaded_device.h"
-#include "tools/lib/device_check/check_command.h"
+#include "tools/lib/device_check/device_check.h"
 #include "tools/lib/options/option_checks.h"
 
 namespace hapticd::tools {
@@ -73,7 +75,40 @@ CLI::Option& addKind(CLI::App& app, std::string& kind, const std::vector<std::st
   return choice;
 }
 
-/// The simulated hand. CLI11 wants places of their own for options of several numbers.
+/// A drivers::SimulatedHand in real time: between two readings it moves by the whole steps that
+/// have passed, at most kMaxCatchUpNs.
+class SimulatedDevice final : public Device {
+ public:
+  static constexpr std::int64_t kStepNs = 250'000;
+  static constexpr std::int64_t kMaxCatchUpNs = 50'000'000;
+
+  /// The settings are taken to be in the device's frame.
+  explicit SimulatedDevice(const drivers::SimulatedHandleSettings& settings)
+      : hand_(settings, static_cast<double>(kStepNs) * 1e-9) {}
+
+  DeviceReading read() override {
+    const std::int64_t now_ns = rt::monotonicNow_ns();
+    if (moved_to_ns_ == 0) moved_to_ns_ = now_ns;
+    moved_to_ns_ = std::max(moved_to_ns_, now_ns - kMaxCatchUpNs);
+    for (; now_ns - moved_to_ns_ >= kStepNs; moved_to_ns_ += kStepNs) hand_.step(force_n_);
+    DeviceReading reading;
+    reading.position_m = hand_.position_m_in_world();
+    reading.velocity_m_per_s = hand_.velocity_m_per_s_in_world();
+    reading.velocity_valid = true;
+    reading.orientation = hand_.orientation_in_world();
+    reading.gripper_rad = hand_.gripper_rad();
+    return reading;
+  }
+  void exert(const DeviceCommand& command) override { force_n_ = command.force_n; }
+  DeviceLimits limits() const override { return {.force_n = 100}; }
+
+ private:
+  drivers::SimulatedHand hand_;
+  rt::Vec3 force_n_;
+  std::int64_t moved_to_ns_ = 0;
+};
+
+/// The options of the simulated hand. CLI11 wants places of their own for options of several numbers.
 struct HandOptions {
   drivers::SimulatedHandleSettings hand;
   std::vector<double> start;
@@ -128,17 +163,7 @@ int runCheck(int argc, char** argv) {
   VendorOptions options;
   CLI::Option& kind = addKind(app, check.kind, kindWords());
   addVendorOptions(app, options);
-  app.add_option("--log", check.log,
-                 "the log to write; one of the same name is replaced (haptic-check-KIND.json)")
-      ->type_name("FILE");
-  CLI::Option* read =
-      app.add_option("--read", check.read, "print a log that was written before")->type_name("FILE");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return base::endWithoutWork(app, error, EX_USAGE);
-  }
-  if (read->count() > 0) return printLog(check);
+  if (const auto status = parseCheck(app, check, argc, argv)) return *status;
   if (kind.count() == 0) {
     fmt::print(stderr, "{}: name the kind of the device, one of:{}\n", kName, kindsText());
     return EX_USAGE;
@@ -160,7 +185,7 @@ int runCalibrate(int argc, char** argv) {
       "$XDG_STATE_HOME/haptic-vendor-bridge or in ~/.local/state/haptic-vendor-bridge.\n"
       "Exit status: 0 stored, 64 usage, 69 the device cannot be used or a measurement is implausible,\n"
       "73 it cannot be written.");
-  CalibrateOptions options;
+  phantom_omni::CalibrateOptions options;
   options.mass_kg = GainMeasurement::kUsualMass_kg;
   std::string kind;
   app.add_option("kind", kind, "phantom-omni")
@@ -179,7 +204,7 @@ int runCalibrate(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return base::endWithoutWork(app, error, EX_USAGE);
   }
-  return calibratePhantomOmni(options);
+  return phantom_omni::calibratePhantomOmni(options);
 }
 
 int runSimulated(BridgeProgram& program, HandOptions& options) {

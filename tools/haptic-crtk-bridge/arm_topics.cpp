@@ -74,23 +74,10 @@ std::string wrenchTopicOf(const ArmOptions& options) {
   return "/" + options.arm + "/" + wrenchName(options);
 }
 
-ArmTopics::ArmTopics(ros::Participant participant, ArmOptions options, ros::Subscription poses,
-                     ros::Subscription states, ros::Subscription last_states, ros::Subscription grippers,
-                     ros::Subscription settings_seen, ros::Subscription wrenches_seen,
-                     ros::Publisher wrenches, ros::Publisher absolute, ros::Publisher gravity)
-    : participant_(std::move(participant)),
-      options_(std::move(options)),
-      poses_(poses),
-      states_(states),
-      last_states_(last_states),
-      grippers_(grippers),
-      settings_seen_(settings_seen),
-      wrenches_seen_(wrenches_seen),
-      wrenches_(wrenches),
-      absolute_(absolute),
-      gravity_(gravity),
-      wait_(participant_) {
-  for (const ros::Subscription& subscription : {poses_, states_, last_states_, settings_seen_})
+ArmTopics::ArmTopics(ros::Participant participant, ArmOptions options, const Ends& ends)
+    : participant_(std::move(participant)), options_(std::move(options)), ends_(ends), wait_(participant_) {
+  for (const ros::Subscription& subscription :
+       {ends.poses, ends.states, ends.last_states, ends.settings_seen})
     wait_.add(subscription);
 }
 
@@ -119,12 +106,13 @@ base::Result<ArmTopics> ArmTopics::open(const ros::Network& network, const ArmOp
   const auto gravity =
       opening.publish(kGravityName, "std_msgs/Bool", std_msgs_msg_dds__Bool__desc, Last::gets_last);
   if (opening.error()) return std::unexpected(*opening.error());
-  return ArmTopics(std::move(*participant), options, *poses, *states, *last_states, *grippers, *settings,
-                   *seen, *wrenches, *absolute, *gravity);
+  return ArmTopics(
+      std::move(*participant), options,
+      {*poses, *states, *last_states, *grippers, *settings, *seen, *wrenches, *absolute, *gravity});
 }
 
 void ArmTopics::takePoses(const std::function<void(const MeasuredPose&)>& take) {
-  poses_.takeAll<geometry_msgs_msg_dds__PoseStamped_>(
+  ends_.poses.takeAll<geometry_msgs_msg_dds__PoseStamped_>(
       [&take](const geometry_msgs_msg_dds__PoseStamped_& message, const ros::Origin& origin) {
         const auto& at = message.pose.position;
         const auto& turned = message.pose.orientation;
@@ -144,14 +132,14 @@ std::optional<ArmState> ArmTopics::takeState() {
     newest = ArmState{message.state, message.is_homed};
     newest_ns = origin.sent_utc_ns;
   };
-  last_states_.takeAll<crtk_msgs_msg_dds__OperatingState_>(take);
-  states_.takeAll<crtk_msgs_msg_dds__OperatingState_>(take);
+  ends_.last_states.takeAll<crtk_msgs_msg_dds__OperatingState_>(take);
+  ends_.states.takeAll<crtk_msgs_msg_dds__OperatingState_>(take);
   return newest;
 }
 
 std::optional<double> ArmTopics::takeGripper() {
   std::optional<double> newest;
-  grippers_.takeAll<sensor_msgs_msg_dds__JointState_>(
+  ends_.grippers.takeAll<sensor_msgs_msg_dds__JointState_>(
       [&newest](const sensor_msgs_msg_dds__JointState_& message, const ros::Origin&) {
         if (message.position._length > 0) newest = message.position._buffer[0];
       });
@@ -160,7 +148,7 @@ std::optional<double> ArmTopics::takeGripper() {
 
 bool ArmTopics::takeContrarySetting() {
   bool contrary = false;
-  settings_seen_.takeAll<std_msgs_msg_dds__Bool_>(
+  ends_.settings_seen.takeAll<std_msgs_msg_dds__Bool_>(
       [&](const std_msgs_msg_dds__Bool_& message, const ros::Origin&) {
         contrary = contrary || message.data != wantsAbsolute();
       });
@@ -170,9 +158,10 @@ bool ArmTopics::takeContrarySetting() {
 bool ArmTopics::sendSettings() {
   const std_msgs_msg_dds__Bool_ absolute{wantsAbsolute()};
   const std_msgs_msg_dds__Bool_ gravity{true};
-  bool sent = !setsAxes() || (absolute_.write(&absolute) && absolute_.isAcknowledged(kSettingsPatience));
+  bool sent =
+      !setsAxes() || (ends_.absolute.write(&absolute) && ends_.absolute.isAcknowledged(kSettingsPatience));
   if (options_.gravity_compensation)
-    sent = sent && gravity_.write(&gravity) && gravity_.isAcknowledged(kSettingsPatience);
+    sent = sent && ends_.gravity.write(&gravity) && ends_.gravity.isAcknowledged(kSettingsPatience);
   return sent;
 }
 
@@ -183,34 +172,34 @@ bool ArmTopics::sendWrench(const std::string& frame, std::int64_t utc_ns, const 
         static_cast<std::uint32_t>(utc_ns % rt::kNsPerSecond)},
        const_cast<char*>(frame.c_str())},
       {rosVector(wrench.force_n), rosVector(wrench.torque_n_m)}};
-  return wrenches_.write(&sample);
+  return ends_.wrenches.write(&sample);
 }
 
 std::optional<base::Error> ArmTopics::problem() const {
   const auto unheard = [this](const char* name, const char* remedy) {
     return base::Error{"/" + options_.arm + "/" + name, "nobody subscribes to it", remedy};
   };
-  if (wrenches_.subscribers() == 0)
+  if (ends_.wrenches.subscribers() == 0)
     return unheard(
         wrenchName(options_).c_str(),
         "is this an arm of CRTK? 'haptic-crtk-bridge check' tries another --wrench with little force");
   // what is recommended here has to be safe for an arm of which nothing is known: a force along other axes
   // than meant may pull into the wall that it is to push out of
-  if (wantsAbsolute() && absolute_.subscribers() == 0) {
+  if (wantsAbsolute() && ends_.absolute.subscribers() == 0) {
     return unheard(
         kAbsoluteName,
         "without it the direction of a force is not known; 'haptic-crtk-bridge check --wrench base' "
         "finds it with little force, in several orientations of the tool");
   }
-  if (options_.convention == WrenchConvention::base && absolute_.subscribers() > 0) {
+  if (options_.convention == WrenchConvention::base && ends_.absolute.subscribers() > 0) {
     return base::Error{"--wrench base",
                        "is for arms that know one direction of forces only, and this one takes "
                        "body/set_cf_orientation_absolute",
                        "leave --wrench out"};
   }
-  if (options_.gravity_compensation && gravity_.subscribers() == 0)
+  if (options_.gravity_compensation && ends_.gravity.subscribers() == 0)
     return unheard(kGravityName, "leave --gravity-compensation out for an arm without it");
-  if (wrenches_seen_.publishers() > 0) {
+  if (ends_.wrenches_seen.publishers() > 0) {
     return base::Error{wrenchTopicOf(options_), "another program publishes it, too",
                        "end the other one: whichever is last would move the hand"};
   }

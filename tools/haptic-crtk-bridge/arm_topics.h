@@ -4,15 +4,16 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "config/base/error.h"
-#include "tools/haptic-crtk-bridge/pose_gate.h"
-#include "tools/haptic-crtk-bridge/wrench.h"
+#include "tools/haptic-crtk-bridge/arm_measurement.h"
 #include "tools/hapticd-ros/dds/participant.h"
 #include "tools/hapticd-ros/dds/publisher.h"
 #include "tools/hapticd-ros/dds/subscription.h"
+#include "tools/lib/device/threaded_device.h"
 
 namespace hapticd::tools::crtk {
 
@@ -52,16 +53,26 @@ class ArmTopics {
   /// `frame`: of the measurements. Returns false where it could not be sent.
   bool sendWrench(const std::string& frame, std::int64_t utc_ns, const Wrench& wrench);
   /// Whether the arm has got all wrenches.
-  bool wrenchesArrived(std::chrono::nanoseconds at_most) const { return wrenches_.isAcknowledged(at_most); }
+  bool wrenchesArrived(std::chrono::nanoseconds at_most) const {
+    return ends_.wrenches.isAcknowledged(at_most);
+  }
 
   /// What is not as it has to be in the network; nothing: all is.
   std::optional<base::Error> problem() const;
 
  private:
-  ArmTopics(ros::Participant participant, ArmOptions options, ros::Subscription poses,
-            ros::Subscription states, ros::Subscription last_states, ros::Subscription grippers,
-            ros::Subscription settings_seen, ros::Subscription wrenches_seen, ros::Publisher wrenches,
-            ros::Publisher absolute, ros::Publisher gravity);
+  struct Ends {
+    ros::Subscription poses;
+    ros::Subscription states;
+    ros::Subscription last_states;  // of arms that keep their state for those who come later
+    ros::Subscription grippers;
+    ros::Subscription settings_seen;
+    ros::Subscription wrenches_seen;  // for their publishers alone; nothing is taken
+    ros::Publisher wrenches;
+    ros::Publisher absolute;
+    ros::Publisher gravity;
+  };
+  ArmTopics(ros::Participant participant, ArmOptions options, const Ends& ends);
 
   bool wantsAbsolute() const { return options_.convention == WrenchConvention::body_absolute; }
   /// Whether the axes of forces are what body/set_cf_orientation_absolute says.
@@ -69,20 +80,16 @@ class ArmTopics {
 
   ros::Participant participant_;
   ArmOptions options_;
-  ros::Subscription poses_;
-  ros::Subscription states_;
-  ros::Subscription last_states_;  // of arms that keep their state for those who come later
-  ros::Subscription grippers_;
-  ros::Subscription settings_seen_;
-  ros::Subscription wrenches_seen_;  // for their publishers alone; nothing is taken
-  ros::Publisher wrenches_;
-  ros::Publisher absolute_;
-  ros::Publisher gravity_;
+  Ends ends_;
   ros::MessageWait wait_;
 };
 
 /// The topic of the measurements and of the wrenches of an arm.
 std::string poseTopicOf(const ArmOptions& options);
 std::string wrenchTopicOf(const ArmOptions& options);
+
+/// Drives an arm that speaks CRTK over DDS. No wrench has an end of its own there, so each session ends with
+/// wrenches of zero that the arm has acknowledged, or with words that it has not.
+std::unique_ptr<DeviceDriver> makeArmDriver(ArmTopics topics, const ArmOptions& options);
 
 }  // namespace hapticd::tools::crtk

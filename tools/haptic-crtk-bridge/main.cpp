@@ -10,11 +10,10 @@
 #include <utility>
 
 #include "config/base/program.h"
-#include "tools/haptic-crtk-bridge/arm_driver.h"
 #include "tools/haptic-crtk-bridge/arm_topics.h"
 #include "tools/lib/bridge/bridge_program.h"
 #include "tools/lib/device/threaded_device.h"
-#include "tools/lib/device_check/check_command.h"
+#include "tools/lib/device_check/device_check.h"
 #include "tools/lib/options/option_checks.h"
 #include "tools/lib/ros/ros_name.h"
 
@@ -62,8 +61,7 @@ void addArm(CLI::App& app, Options& options) {
 base::Result<std::unique_ptr<ThreadedDevice>> deviceFor(const Options& options) {
   auto topics = ArmTopics::open(options.network, options.arm);
   if (!topics) return std::unexpected(topics.error());
-  return std::make_unique<ThreadedDevice>(std::make_unique<ArmDriver>(std::move(*topics), options.arm),
-                                          kName);
+  return std::make_unique<ThreadedDevice>(makeArmDriver(std::move(*topics), options.arm), kName);
 }
 
 /// What to try where forces go along other axes than commanded; only a further check may use it.
@@ -95,17 +93,7 @@ int runCheck(int argc, char** argv) {
   CheckOptions check{.program = kName, .version = HAPTICD_VERSION, .kind = "crtk-arm"};
   Options options;
   addArm(app, options);
-  app.add_option("--log", check.log,
-                 "the log to write; one of the same name is replaced (haptic-check-crtk-arm.json)")
-      ->type_name("FILE");
-  CLI::Option* read =
-      app.add_option("--read", check.read, "print a log that was written before")->type_name("FILE");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return base::endWithoutWork(app, error, EX_USAGE);
-  }
-  if (read->count() > 0) return printLog(check);
+  if (const auto status = parseCheck(app, check, argc, argv)) return *status;
   if (options.arm.arm.empty()) return fail({"--arm", "names no arm", "for example --arm MTMR"}, EX_USAGE);
   auto device = deviceFor(options);
   if (!device) return fail(device.error(), EX_UNAVAILABLE);

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "config/settings/settings.h"
-#include "drivers/handle/position_tracker.h"
 #include "drivers/handle/simulated/device_and_hand.h"
 #include "drivers/handle/velocity_estimator.h"
 #include "tools/hapticbench/engine/spectrum.h"

@@ -6,9 +6,7 @@
 #include <string>
 
 #include "config/settings/driver_rows.h"
-#include "drivers/base/worker_thread.h"
-#include "drivers/camera/camera.h"
-#include "drivers/camera/freenect/freenect_worker.h"
+#include "drivers/camera/camera_worker.h"
 
 namespace hapticd::drivers {
 
@@ -18,22 +16,10 @@ namespace hapticd::drivers {
 /// stop() waits at most `stop_limit` for a thread that hangs in libfreenect (see FreenectSession). The thread
 /// is then abandoned together with the data it still needs; it no longer accesses the sink and ends when
 /// libfreenect returns, if ever. With the player fakenect, stop() waits for the next recorded frame.
-class FreenectCamera final : public Camera {
+class FreenectCamera final : public WorkerCamera {
  public:
-  static constexpr std::chrono::milliseconds kStopLimit{3000};
-
-  explicit FreenectCamera(std::string serial, std::chrono::milliseconds stop_limit = kStopLimit)
-      : serial_(std::move(serial)), stop_limit_(stop_limit) {}
-  ~FreenectCamera() override { stop(); }
-
-  base::Result<void> start(FrameSink& sink) override;
-  void stop() override;
-  CameraStatus status() const override;
-
- private:
-  std::string serial_;
-  std::chrono::milliseconds stop_limit_;
-  WorkerThread<FreenectWorker> thread_;
+  explicit FreenectCamera(const std::string& serial,
+                          std::chrono::milliseconds stop_limit = std::chrono::milliseconds(3000));
 };
 
 inline constexpr config::CameraDriver kFreenectCamera{.word = "freenect",

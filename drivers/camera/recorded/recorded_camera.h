@@ -10,7 +10,7 @@
 #include "config/settings/row_of_member.h"
 #include "drivers/base/stop_signal.h"
 #include "drivers/camera/camera.h"
-#include "drivers/camera/camera_status_board.h"
+#include "drivers/camera/camera_worker.h"
 #include "drivers/camera/recorded/recording_reader.h"
 
 namespace hapticd::drivers {

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "drivers/camera/kinect_image.h"
-#include "drivers/camera/synthetic/random_levels.h"
 #include "rt/depth/depth_frame.h"
 
 namespace hapticd::drivers {

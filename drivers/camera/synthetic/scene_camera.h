@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "drivers/camera/synthetic/projector_shadow.h"
+#include "drivers/camera/synthetic/edge_errors.h"
 #include "rt/base/parameters.h"
 #include "rt/base/vec3.h"
 #include "rt/depth/depth_frame.h"

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "drivers/camera/kinect_image.h"
-#include "drivers/camera/synthetic/random_levels.h"
+#include "drivers/camera/synthetic/noise_pattern.h"
 
 namespace hapticd::drivers {
 namespace {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "drivers/camera/kinect_image.h"
+#include "drivers/camera/synthetic/edge_errors.h"
 #include "drivers/camera/synthetic/noise_pattern.h"
-#include "drivers/camera/synthetic/projector_shadow.h"
 #include "rt/depth/depth_frame.h"
 
 namespace hapticd::drivers {

@@ -11,7 +11,7 @@
 #include "config/settings/row_of_member.h"
 #include "drivers/base/stop_signal.h"
 #include "drivers/camera/camera.h"
-#include "drivers/camera/camera_status_board.h"
+#include "drivers/camera/camera_worker.h"
 #include "drivers/camera/synthetic/analytic_scene.h"
 
 namespace hapticd::drivers {

@@ -7,7 +7,7 @@
 
 #include "config/settings/settings.h"
 #include "drivers/camera/v4l2/pinhole.h"
-#include "drivers/camera/v4l2/system_calls.h"
+#include "drivers/camera/v4l2/video_devices.h"
 #include "rt/base/parameters.h"
 
 namespace hapticd::drivers {

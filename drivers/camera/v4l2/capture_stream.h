@@ -8,7 +8,7 @@
 
 #include "drivers/camera/v4l2/little_endian.h"
 #include "drivers/camera/v4l2/pinhole.h"
-#include "drivers/camera/v4l2/system_calls.h"
+#include "drivers/camera/v4l2/video_devices.h"
 
 namespace hapticd::drivers {
 

@@ -10,10 +10,10 @@
 #include "drivers/camera/v4l2/little_endian.h"
 #include "drivers/camera/v4l2/pinhole.h"
 
-/// The messages of a RealSense D400's hardware monitor, and the tables that it returns, as bytes. Layouts:
-/// librealsense, src/hw-monitor.h, src/ds/ds-private.h and src/ds/d400/d400-private.h.
 namespace hapticd::drivers::realsense {
 
+/// The messages of a RealSense D400's hardware monitor, and the tables that it returns, as bytes. Layouts:
+/// librealsense, src/hw-monitor.h, src/ds/ds-private.h and src/ds/d400/d400-private.h.
 /// Size of the control through which requests and replies pass.
 inline constexpr std::size_t kMonitorBytes = 1024;
 
@@ -86,3 +86,22 @@ base::Result<DeviceData> deviceDataFrom(Bytes data);
 std::optional<double> temperatureFrom(Bytes control);
 
 }  // namespace hapticd::drivers::realsense
+
+namespace hapticd::drivers {
+
+/// What a buffer of a metadata node in the format D4XX says of a frame, in microseconds. Layout: the kernel's
+/// metafmt-d4xx.rst.
+struct DepthMetadata {
+  std::uint32_t optical_time_us = 0;  ///< from the start of the frame to mid-exposure
+  std::uint32_t exposure_us = 0;      ///< duration
+  std::uint32_t pipe_latency_us = 0;  ///< from the start of the frame to its data in the buffer for USB
+};
+
+/// Returns the metadata with a block "capture timing" of one buffer; nothing if it holds none or is damaged.
+std::optional<DepthMetadata> depthMetadataFrom(Bytes buffer);
+
+/// Returns the time from mid-exposure to the start of the transmission; nothing if the two times do not fit
+/// together.
+std::optional<std::int64_t> exposureAge_ns(const DepthMetadata& metadata);
+
+}  // namespace hapticd::drivers

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "drivers/handle/falcon/falcon_packet.h"
+#include "drivers/handle/falcon/falcon_arm.h"
 
 namespace hapticd::drivers {
 namespace {

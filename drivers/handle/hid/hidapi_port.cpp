@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/handle/hid/hidapi_port.h"
+#include "drivers/handle/hid/hid_handle.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

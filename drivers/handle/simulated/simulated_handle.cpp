@@ -7,7 +7,6 @@
 #include <cmath>
 #include <ctime>
 
-#include "drivers/handle/position_tracker.h"
 #include "drivers/handle/velocity_estimator.h"
 #include "rt/base/clock.h"
 

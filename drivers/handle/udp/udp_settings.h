@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -73,3 +74,15 @@ inline constexpr config::HandleDriver kUdpHandle{
     .needs = needsOfUdpHandle};
 
 }  // namespace hapticd::drivers
+
+namespace hapticd::drivers::udp {
+
+inline constexpr std::size_t kMinKeyBytes = 16;
+inline constexpr std::size_t kMaxKeyBytes = 1024;
+
+/// Reads a key: all bytes of the file as they are. An empty path gives an empty key.
+/// Errors: the file cannot be read, users other than its owner and group may read or write it, or its size is
+/// not within kMinKeyBytes to kMaxKeyBytes.
+base::Result<std::vector<std::byte>> keyFrom(const std::string& path);
+
+}  // namespace hapticd::drivers::udp

@@ -6,8 +6,7 @@
 #include <vector>
 
 #include "drivers/base/start_thread.h"
-#include "drivers/led/gpiod/chip_path.h"
-#include "drivers/led/gpiod/line_error.h"
+#include "drivers/led/gpiod/output_line.h"
 
 namespace hapticd::drivers {
 namespace {

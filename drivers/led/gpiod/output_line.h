@@ -2,9 +2,13 @@
 #pragma once
 
 #include <expected>
+#include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "config/base/error.h"
 #include "config/settings/line_address.h"
 
 namespace hapticd::drivers {
@@ -46,5 +50,39 @@ class OutputLine {
 
 /// Returns the label of a chip, or errno.  `chip_path`: its device file.
 std::expected<std::string, int> chipLabel(const std::string& chip_path);
+
+/// A GPIO chip.
+struct GpioChip {
+  std::string path;                       ///< its device file, /dev/gpiochipN
+  std::expected<std::string, int> label;  ///< what its driver calls it, or errno
+};
+
+/// Returns the label of the chip with a device file, or errno.
+using ChipLabel = std::function<std::expected<std::string, int>(const std::string& path)>;
+
+/// Returns the chips with a device file in a folder, by their numbers. Links are left out: some kernels make
+/// one for a number that a chip had before.
+std::vector<GpioChip> chipsIn(const std::filesystem::path& folder, const ChipLabel& label);
+
+/// Returns the chips of this machine.
+std::vector<GpioChip> gpioChips();
+
+/// Returns the device file of a chip: a path as it is, /dev/gpiochipN for "gpiochipN", and otherwise the
+/// first of `chips` with this label. The number of a chip may differ between kernels and when it is
+/// reconnected, its label does not. Errors: errno; for a label ENOENT, or EACCES if the label of a chip could
+/// not be read.
+std::expected<std::string, int> chipPath(const std::string& chip, const std::vector<GpioChip>& chips);
+
+/// The chips for people: "gpiochip0 (pinctrl-rp1), gpiochip10 (gpio-brcmstb@107d508500)"; empty: there are
+/// none.
+std::string chipsText(const std::vector<GpioChip>& chips);
+
+/// Describes a failure of OutputLine::request() for people. A failure of the chip is the same for all its
+/// lines. `chips`: the chips that there are (chipsText()).
+base::Error lineError(const std::string& chip, const config::LineAddress& line, const LineFailure& failure,
+                      const std::string& chips);
+
+/// Describes a failure of OutputLine::set() for people.  `error`: errno.
+base::Error setError(const std::string& chip, const config::LineAddress& line, int error);
 
 }  // namespace hapticd::drivers

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/camera/v4l2/system_calls.h"
+#include "drivers/camera/v4l2/video_devices.h"
 
 namespace hapticd::test {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Checks the noise against the model that the camera states. Tolerances: five standard errors of a mean over
 // independent patches (the seeds are fixed), as for the noise of the Kinect.
-#include "drivers/camera/synthetic/camera_noise.h"
+#include "drivers/camera/synthetic/depth_sensor.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <cmath>
 #include <vector>
 
-#include "drivers/camera/synthetic/projector_shadow.h"
+#include "drivers/camera/synthetic/edge_errors.h"
 
 namespace hapticd::drivers {
 namespace {

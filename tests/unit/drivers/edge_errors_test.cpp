@@ -8,7 +8,6 @@
 
 #include "config/settings/depth_cameras.h"
 #include "drivers/camera/synthetic/edge_errors.h"
-#include "drivers/camera/synthetic/projector_shadow.h"
 
 namespace hapticd::drivers {
 namespace {

@@ -9,9 +9,8 @@
 #include <string>
 
 #include "drivers/driver_table.h"
-#include "drivers/led/gpiod/chip_path.h"
 #include "drivers/led/gpiod/gpiod_leds.h"
-#include "drivers/led/gpiod/line_error.h"
+#include "drivers/led/gpiod/output_line.h"
 #include "frame_collector.h"
 #include "tests/support/temporary_folder.h"
 

@@ -9,7 +9,6 @@
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/haptic-bridge/base/vendor_library.h"
-#include "tools/lib/device/device_session.h"
 #include "tools/lib/device/threaded_device.h"
 
 // What passes between the bridge's loop and the thread that drives a device, at times that the test sets.

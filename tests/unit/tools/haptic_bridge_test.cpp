@@ -20,7 +20,6 @@
 #include "tests/support/program.h"
 #include "tools/lib/bridge/bridge.h"
 #include "tools/lib/bridge/device.h"
-#include "tools/lib/bridge/device_log.h"
 
 // The bridge with a real socket, and a log whose disk stalls: a pipe that nobody reads.
 namespace hapticd::tools {

@@ -4,10 +4,9 @@
 #include <numbers>
 #include <random>
 
-#include "tests/vendor_devices/phantom_omni/omni_model.h"
+#include "tests/vendor_devices/phantom_omni/emulated_omni.h"
 #include "tools/haptic-bridge/phantom_omni/arm.h"
-#include "tools/haptic-bridge/phantom_omni/driver.h"
-#include "tools/haptic-bridge/phantom_omni/fire_wire.h"
+#include "tools/haptic-bridge/phantom_omni/link.h"
 
 // The arm and the packets of a Phantom Omni.
 namespace hapticd::test {

@@ -3,13 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <random>
 #include <string>
 #include <vector>
 
-#include "tests/vendor_devices/phantom_omni/omni_model.h"
-#include "tools/haptic-bridge/phantom_omni/gain_measurement.h"
+#include "tests/vendor_devices/phantom_omni/emulated_omni.h"
+#include "tools/haptic-bridge/phantom_omni/calibration.h"
 
 // The measurement of an Omni's gains with a simulated arm in its own time.
 namespace hapticd::test {
@@ -152,82 +153,56 @@ TEST(OmniGains, ComeWithWhetherTheDeviceKeepsItsTorqueWithoutPackets) {
   }
 }
 
-TEST(OmniGains, OfMotorsThatDoNothingAreRefused) {
-  for (std::size_t joint = 0; joint < 3; ++joint) {
-    SimulatedArm arm;
-    arm.model.settings.n_m_per_count[joint] = 0;
-    Helper helper(arm, kMass_kg);
-    expectRefused(arm, helper, "its gain is not found");
-  }
-}
-
-TEST(OmniGains, OfAMassThatIsTooHeavyForTheMotorsAreRefused) {
-  SimulatedArm arm;
-  arm.model.settings.n_m_per_count = {1e-4, 1e-4, 1e-4};
-  Helper helper(arm, kMass_kg);
-  expectRefused(arm, helper, "do not move the mass");
-}
-
-TEST(OmniGains, OfAMassThatFrictionHoldsAreRefused) {
-  SimulatedArm arm;
-  arm.model.settings.friction_n_m = {0.2, 0.2, 0.2};
-  arm.model.settings.n_m_per_count = {5e-4, 5e-4, 5e-4};
-  Helper helper(arm, kMass_kg);
-  expectRefused(arm, helper, "is larger than the load");
-}
-
-TEST(OmniGains, AreRefusedWhenNoMassHangsThere) {
-  SimulatedArm arm;
-  Helper helper(arm, kMass_kg);
-  helper.mass_share = 0;
-  expectRefused(arm, helper, "is larger than the load of 0");
-}
-
-TEST(OmniGains, AreRefusedWhenTheMassPullsUp) {
-  SimulatedArm arm;
-  Helper helper(arm, kMass_kg);
-  helper.mass_share = -0.3;
-  expectRefused(arm, helper, "its sign is inconsistent");
-}
-
-TEST(OmniGains, AreRefusedWhenTheSignOfAMotorChanges) {
-  for (const char* at : {"Hang", "Lead"}) {
-    SimulatedArm arm;
-    Helper helper(arm, kMass_kg);
-    helper.flips_signs_at = at;
-    expectRefused(arm, helper, "do not move the mass");
-  }
-}
-
-TEST(OmniGains, AreRefusedWhenTheStringPullsToTheOtherSide) {
-  SimulatedArm arm;
-  Helper helper(arm, kMass_kg);
-  helper.pulls_left = true;
-  expectRefused(arm, helper, "the mass has not turned it to the right");
-}
-
-TEST(OmniGains, OutsideOfTheirRangeAreRefused) {
-  for (const double gain : {3e-3, -3e-3}) {
-    SimulatedArm arm;
-    arm.model.settings.n_m_per_count = {gain, gain, gain};
-    Helper helper(arm, kMass_kg);
-    expectRefused(arm, helper, "its gain of 0.003 N m for a count is not within");
-  }
-}
-
-TEST(OmniGains, AreNotMeasuredOnAComputerThatIsTooBusy) {
-  SimulatedArm arm;
-  arm.steps_late = 1;
-  Helper helper(arm, kMass_kg);
-  expectRefused(arm, helper, "this computer is too busy");
-}
-
-TEST(OmniGains, AreNotMeasuredOnceThePersonHasGivenUp) {
-  for (int request = 0; request < 4; ++request) {
+TEST(OmniGains, AreRefusedWithTheReasonWhereTheMeasurementCannotBeTrusted) {
+  struct Row {
+    const char* words;
+    std::function<void(SimulatedArm& arm, Helper& helper)> spoil;
+  };
+  const auto withGains = [](const OmniJoints& gains) {
+    return [gains](SimulatedArm& arm, Helper&) { arm.model.settings.n_m_per_count = gains; };
+  };
+  const auto withoutMotor = [](std::size_t joint) {
+    return [joint](SimulatedArm& arm, Helper&) { arm.model.settings.n_m_per_count[joint] = 0; };
+  };
+  const auto withMassShare = [](double share) {
+    return [share](SimulatedArm&, Helper& helper) { helper.mass_share = share; };
+  };
+  const auto flippedAt = [](const char* request) {
+    return [request](SimulatedArm&, Helper& helper) { helper.flips_signs_at = request; };
+  };
+  const auto givenUpAt = [](int request) {
+    return [request](SimulatedArm&, Helper& helper) { helper.gives_up_at = request; };
+  };
+  const std::vector<Row> rows{
+      {"its gain is not found", withoutMotor(0)},
+      {"its gain is not found", withoutMotor(1)},
+      {"its gain is not found", withoutMotor(2)},
+      {"do not move the mass", withGains({1e-4, 1e-4, 1e-4})},  // it is too heavy for the motors
+      {"is larger than the load",
+       [](SimulatedArm& arm, Helper&) {
+         arm.model.settings.friction_n_m = {0.2, 0.2, 0.2};
+         arm.model.settings.n_m_per_count = {5e-4, 5e-4, 5e-4};
+       }},
+      {"is larger than the load of 0", withMassShare(0)},
+      {"its sign is inconsistent", withMassShare(-0.3)},  // it pulls up
+      {"do not move the mass", flippedAt("Hang")},
+      {"do not move the mass", flippedAt("Lead")},
+      {"the mass has not turned it to the right",
+       [](SimulatedArm&, Helper& helper) { helper.pulls_left = true; }},
+      {"its gain of 0.003 N m for a count is not within", withGains({3e-3, 3e-3, 3e-3})},
+      {"its gain of 0.003 N m for a count is not within", withGains({-3e-3, -3e-3, -3e-3})},
+      {"this computer is too busy", [](SimulatedArm& arm, Helper&) { arm.steps_late = 1; }},
+      {"was given up", givenUpAt(0)},
+      {"was given up", givenUpAt(1)},
+      {"was given up", givenUpAt(2)},
+      {"was given up", givenUpAt(3)},
+  };
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    SCOPED_TRACE(i);
     SimulatedArm arm;
     Helper helper(arm, kMass_kg);
-    helper.gives_up_at = request;
-    expectRefused(arm, helper, "was given up");
+    rows[i].spoil(arm, helper);
+    expectRefused(arm, helper, rows[i].words);
   }
 }
 

@@ -30,11 +30,13 @@ base::Result<VendorLibrary> VendorLibrary::load(const std::vector<std::string>& 
                                      remedy});
 }
 
-base::Result<void*> VendorLibrary::symbolOf(const char* name) const {
-  void* symbol = ::dlsym(handle_, name);
-  if (symbol != nullptr) return symbol;
-  return std::unexpected(base::Error{path_, fmt::format("has no function {}", name),
-                                     "install a newer version of the vendor's software"});
+void* VendorLibrary::find(const char* name) {
+  void* const address = ::dlsym(handle_, name);
+  if (address == nullptr && !missing_) {
+    missing_ = base::Error{path_, fmt::format("has no function {}", name),
+                           "install a newer version of the vendor's software"};
+  }
+  return address;
 }
 
 std::vector<std::string> versionsOf(const std::string& folder, const std::string& name) {

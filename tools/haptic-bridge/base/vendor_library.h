@@ -1,30 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "config/base/error.h"
-#include "tools/lib/device/outside_call.h"
+#include "tools/lib/device/threaded_device.h"
 
 namespace hapticd::tools {
-
-/// A function of a vendor's library, named while it hangs.
-template <typename Signature>
-class VendorFunction;
-template <typename Returned, typename... Arguments>
-class VendorFunction<Returned(Arguments...)> {
- public:
-  Returned operator()(Arguments... arguments) const {
-    const OutsideCall call(name_);
-    return function_(arguments...);
-  }
-
- private:
-  friend class VendorLibrary;
-  const char* name_ = nullptr;
-  Returned (*function_)(Arguments...) = nullptr;
-};
 
 /// A vendor's shared library on the user's own computer, loaded at run time. It is never unloaded: some fail
 /// when they are loaded a second time. Thread: one.
@@ -36,22 +20,36 @@ class VendorLibrary {
                                           const std::string& remedy);
 
   const std::string& path() const { return path_; }
-  /// Sets `function` to the symbol of this name.  Errors: the library has none.
-  template <typename Signature>
-  base::Result<void> find(const char* name, VendorFunction<Signature>& function) const {
-    auto symbol = symbolOf(name);
-    if (!symbol) return std::unexpected(symbol.error());
-    function.name_ = name;
-    function.function_ = reinterpret_cast<Signature*>(*symbol);
-    return {};
-  }
+  /// Returns the address of a function; null, which missing() then tells: the library has none.
+  void* find(const char* name);
+  /// The error of the first function that was not found; nothing: all were.
+  const std::optional<base::Error>& missing() const { return missing_; }
 
  private:
   VendorLibrary(std::string path, void* handle) : path_(std::move(path)), handle_(handle) {}
-  base::Result<void*> symbolOf(const char* name) const;
 
   std::string path_;
   void* handle_;
+  std::optional<base::Error> missing_;
+};
+
+/// A function of a vendor's library, named while it hangs.
+template <typename Signature>
+class VendorFunction;
+template <typename Returned, typename... Arguments>
+class VendorFunction<Returned(Arguments...)> {
+ public:
+  /// `name`: outlives this.
+  VendorFunction(VendorLibrary& library, const char* name)
+      : name_(name), function_(reinterpret_cast<Returned (*)(Arguments...)>(library.find(name))) {}
+  Returned operator()(Arguments... arguments) const {
+    const OutsideCall call(name_);
+    return function_(arguments...);
+  }
+
+ private:
+  const char* name_;
+  Returned (*function_)(Arguments...);
 };
 
 /// Files `folder/name` and `folder/name.*` that exist, the newest version first.

@@ -3,10 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
+#include "config/base/error.h"
 #include "config/base/value_text.h"
 
 namespace hapticd::tools::inverse3 {
@@ -228,6 +231,132 @@ FrameWriter::FrameWriter(const std::string& device_id, KeyForm form) {
 
 std::string FrameWriter::force(const rt::Vec3& force_n) const {
   return fmt::format(R"({}{{"x":{},"y":{},"z":{}}}}}}}}}]}})", before_, force_n.x, force_n.y, force_n.z);
+}
+
+namespace {
+
+bool follows(const rt::Vec3& commanded_n, const rt::Vec3& echoed_n, double tolerance_n) {
+  const double squared = dot(commanded_n, commanded_n);
+  const double share = dot(echoed_n, commanded_n) / squared;
+  const double across_n = norm(echoed_n - share * commanded_n);
+  const double length_n = norm(commanded_n);
+  return share >= EchoCheck::kLeastShare &&
+         share * length_n <= EchoCheck::kMostShare * length_n + tolerance_n &&
+         across_n <= EchoCheck::kMostAcross * length_n + tolerance_n;
+}
+
+}  // namespace
+
+double EchoCheck::most_n(double limit_n) const {
+  if (!isQuiet() || verdict_ == Verdict::ignored || verdict_ == Verdict::pushes) return 0;
+  return verdict_ == Verdict::proven ? limit_n : std::min(limit_n, kUnproven_n);
+}
+
+bool EchoCheck::followsOne(const rt::Vec3& echoed_n, double tolerance_n) const {
+  return std::ranges::any_of(
+      commanded_n_, [&](const rt::Vec3& commanded_n) { return follows(commanded_n, echoed_n, tolerance_n); });
+}
+
+void EchoCheck::add(const rt::Vec3& commanded_n, const rt::Vec3& echoed_n, double damping_n) {
+  commanded_n_[next_] = commanded_n;
+  next_ = (next_ + 1) % kLag;
+  const auto [shortest, longest] =
+      std::ranges::minmax(commanded_n_, {}, [](const rt::Vec3& command) { return norm(command); });
+  const double tolerance_n = kZero_n + damping_n;
+  // a command that is neither none nor long enough says nothing about either
+  if (norm(longest) == 0) {
+    const bool silent = norm(echoed_n) <= tolerance_n;
+    quiet_ = silent ? std::min(quiet_ + 1, kNeeded) : isQuiet() ? quiet_ : 0;
+    pushes_ = silent ? 0 : pushes_ + 1;
+  } else if (norm(shortest) >= kLeast_n) {
+    const bool one = followsOne(echoed_n, tolerance_n);
+    follows_ = one ? std::min(follows_ + 1, kNeeded) : 0;
+    ignores_ = one ? 0 : ignores_ + 1;
+  }
+  if (follows_ >= kNeeded && verdict_ == Verdict::unproven) verdict_ = Verdict::proven;
+  if (ignores_ >= kPatience) verdict_ = Verdict::ignored;
+  if (pushes_ >= kPatience) verdict_ = Verdict::pushes;
+}
+
+namespace {
+
+/// With what the service itself says about it; printable.
+std::string inWords(const std::string& text, const ServiceEvent& event) {
+  std::string detail = event.reason;
+  if (!event.message.empty()) detail += (detail.empty() ? "" : ": ") + event.message;
+  return base::Error{"", text, detail}.text();
+}
+
+}  // namespace
+
+Finding SafetyWatch::takeEvent(const ServiceEvent& event) {
+  const bool ours = event.device_id.empty() || event.device_id == device_id_;
+  if (!ours) {
+    if (event.name == "device-sleep" || event.name == "device-disconnected") grip_lost_ = true;
+    return {};
+  }
+  if (event.name == "device-safety-triggered") return takeSafety(event);
+  if (event.name == "device-disconnected")
+    return {inWords("the device was unplugged or does not answer the service", event), true};
+  if (event.name == "device-busy") return {inWords("another session uses the device", event), true};
+  if (event.name == "device-connection-loop")
+    return {inWords("the device connects and disconnects again and again: check cable and power", event),
+            true};
+  if (event.name == "device-calibration-failed") return {inWords("calibration failed", event), true};
+  return {};
+}
+
+Finding SafetyWatch::takeSafety(const ServiceEvent& event) {
+  if (event.safety_type == "ebrake_triggered") {
+    braked_ = true;
+    return {inWords("the emergency brake is engaged: no force until it is released", event)};
+  }
+  if (event.safety_type == "ebrake_released") {
+    braked_ = false;
+    return {inWords("the emergency brake is released", event)};
+  }
+  if (event.safety_type == "fod_stage_changed") {
+    danger_ = event.level != "info" && event.level != "notice";
+    return {inWords(danger_ ? "a safety stage of the device (fod): no force until it is left"
+                            : "the safety stage of the device (fod) is left",
+                    event)};
+  }
+  if (event.safety_type == "stall_detected")
+    return {inWords("a motor of the device is stalled", event), true};
+  if (event.safety_type == "stability_ceiling")
+    return {inWords("the device has reached the limit of its stability: lower the stiffness", event), true};
+  return {inWords("the device reports a safety event " + event.safety_type, event), true};
+}
+
+Finding SafetyWatch::takeState(const DeviceState& state) {
+  const bool powered = state.powered.value_or(true);
+  const bool ready = state.ready.value_or(true);
+  const bool calibrated = state.calibrated.value_or(true);
+  Finding finding;
+  const auto add = [&finding](bool& known, bool now, const char* lost, const char* back) {
+    if (std::exchange(known, now) == now) return;
+    finding.text += (finding.text.empty() ? "" : "; ") + std::string(now ? back : lost);
+  };
+  add(powered_, powered, "the device has no power: no force", "the device has power");
+  add(ready_, ready, "the device is not ready: no force", "the device is ready");
+  add(calibrated_, calibrated,
+      "the device is not calibrated: calibrate it as its vendor says; no force until then",
+      "the device is calibrated");
+  return finding;
+}
+
+double forceLimitOf(const std::string& type) {
+  constexpr double kInverse3N = 10;
+  constexpr double kUnknownN = 2;  // at which other programs clip
+  return type.empty() || type == "inverse3" || type == "inverse3x" ? kInverse3N : kUnknownN;
+}
+
+std::int64_t gateDelayEstimateNs(const ServiceFilters& filters) {
+  const double gain = filters.force_gate_gain.value_or(1);
+  constexpr double kLeastGain = 0.01;  // 100 ms
+  constexpr double kTickNs = 1e6;
+  if (!(gain < 1)) return 0;
+  return static_cast<std::int64_t>((1 / std::max(gain, kLeastGain) - 1) * kTickNs);
 }
 
 }  // namespace hapticd::tools::inverse3

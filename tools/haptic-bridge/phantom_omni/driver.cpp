@@ -1,18 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/haptic-bridge/phantom_omni/driver.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
 
 #include "rt/base/clock.h"
+#include "tools/haptic-bridge/base/device_rows.h"
 #include "tools/haptic-bridge/phantom_omni/arm.h"
+#include "tools/haptic-bridge/phantom_omni/calibration.h"
 #include "tools/haptic-bridge/phantom_omni/link.h"
+#include "tools/lib/device/threaded_device.h"
 
 namespace hapticd::tools::phantom_omni {
 namespace {
 
+constexpr double kMostForce_n = 3.3;
 constexpr const char* kModel = "Phantom Omni";
 constexpr const char* kCalibrate = "'haptic-bridge calibrate phantom-omni' measures them";
 
@@ -106,49 +112,48 @@ class DrivenOmni {
   Complaint loss_;
 };
 
-}  // namespace
+/// Drives the Phantom Omni with FireWire by its packets. It exerts forces once the calibration of this very
+/// device is stored, and only if that says that the device lets go without packets.
+class PhantomOmniDriver final : public DeviceDriver {
+ public:
+  /// `serial`: of the device; empty: the first one. `calibration_file`: empty: where it is kept.
+  PhantomOmniDriver(std::string serial, std::string calibration_file)
+      : serial_(std::move(serial)), calibration_file_(std::move(calibration_file)) {}
 
-OmniCommand commandFor(const PerJoint<double>& angles_rad, const PerJoint<double>& n_m_per_count,
-                       const rt::Vec3& force_n) {
-  PerJoint<double> counts = jointTorques(angles_rad, force_n);
-  double most = 0;
-  for (std::size_t joint = 0; joint < counts.size(); ++joint) {
-    counts[joint] /= n_m_per_count[joint];
-    most = std::max(most, std::abs(counts[joint]));
+  base::Result<void> drive(DeviceSession& session) override {
+    const auto link = OmniLink::open(serial_);
+    if (!link) return std::unexpected(link.error());
+    return DrivenOmni(**link, session, gains(session, (*link)->serial())).run();
   }
-  const double share = most > kMostCounts ? kMostCounts / most : 1;
-  OmniCommand command{.counts = {}, .motors_on = true, .light = {}};
-  for (std::size_t joint = 0; joint < counts.size(); ++joint)
-    command.counts[joint] = static_cast<int>(std::lround(share * counts[joint]));
-  return command;
-}
 
-std::optional<PerJoint<double>> PhantomOmniDriver::gains(DeviceSession& session, const std::string& serial) {
-  enum State { kNothing = 0, kUncalibrated, kUnusable, kKeepsTorque };
-  const auto none = [&](State state, const std::string& why) {
-    no_force_.update(session, state, fmt::format("{} {}: forces uncalibrated: {}", kModel, serial, why));
-    return std::nullopt;
-  };
-  const auto file = calibrationFile(calibration_file_, serial);
-  if (!file) return none(kUnusable, file.error().text());
-  const auto calibration = readCalibration(*file, serial);
-  if (!calibration) return none(kUnusable, calibration.error().text());
-  if (!*calibration)
-    return none(kUncalibrated,
-                fmt::format("no file {}; {}; until then it exerts none", file->string(), kCalibrate));
-  if (!(*calibration)->releases_without_packets)
-    return none(kKeepsTorque,
-                "it keeps its torque when packets stop, and nothing could end the force of a program "
-                "that was killed: it exerts none");
-  no_force_.update(session, kNothing, {});
-  return (*calibration)->n_m_per_count;
-}
+ private:
+  std::optional<PerJoint<double>> gains(DeviceSession& session, const std::string& serial) {
+    enum State { kNothing = 0, kUncalibrated, kUnusable, kKeepsTorque };
+    const auto none = [&](State state, const std::string& why) {
+      no_force_.update(session, state, fmt::format("{} {}: forces uncalibrated: {}", kModel, serial, why));
+      return std::nullopt;
+    };
+    const auto file = calibrationFile(calibration_file_, serial);
+    if (!file) return none(kUnusable, file.error().text());
+    const auto calibration = readCalibration(*file, serial);
+    if (!calibration) return none(kUnusable, calibration.error().text());
+    if (!*calibration)
+      return none(kUncalibrated,
+                  fmt::format("no file {}; {}; until then it exerts none", file->string(), kCalibrate));
+    if (!(*calibration)->releases_without_packets)
+      return none(kKeepsTorque,
+                  "it keeps its torque when packets stop, and nothing could end the force of a program "
+                  "that was killed: it exerts none");
+    no_force_.update(session, kNothing, {});
+    return (*calibration)->n_m_per_count;
+  }
 
-base::Result<void> PhantomOmniDriver::drive(DeviceSession& session) {
-  const auto link = OmniLink::open(serial_);
-  if (!link) return std::unexpected(link.error());
-  return DrivenOmni(**link, session, gains(session, (*link)->serial())).run();
-}
+  std::string serial_;
+  std::string calibration_file_;
+  Complaint no_force_;
+};
+
+}  // namespace
 
 std::unique_ptr<DeviceDriver> makePhantomOmniDriver(const VendorOptions& options) {
   return std::make_unique<PhantomOmniDriver>(options.device, options.calibration);

@@ -13,7 +13,7 @@
 #include "config/base/value_text.h"
 #include "config/settings/driver_rows.h"
 #include "drivers/camera/v4l2/capture_stream.h"
-#include "drivers/camera/v4l2/system_calls.h"
+#include "drivers/camera/v4l2/video_devices.h"
 #include "tools/hapticctl/doctor/devices.h"
 
 namespace hapticd::tools {

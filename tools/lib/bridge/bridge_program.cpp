@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "config/base/value_text.h"
-#include "drivers/handle/udp/key_file.h"
+#include "drivers/handle/udp/udp_settings.h"
 #include "rt/base/realtime_thread.h"
 #include "tools/lib/child/child_process.h"
 #include "tools/lib/options/option_checks.h"

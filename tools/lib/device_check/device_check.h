@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <CLI/CLI.hpp>
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -10,6 +12,7 @@
 
 #include "config/base/error.h"
 #include "tools/lib/bridge/device.h"
+#include "tools/lib/device/threaded_device.h"
 #include "tools/lib/device_check/check_report.h"
 #include "tools/lib/device_check/person.h"
 
@@ -91,5 +94,24 @@ struct Onset {
 /// The onset after `from_s` at which  p + v t + a (t - t0)^2 / 2, with the last term only after t0, fits
 /// best. Nothing: nothing accelerates the handle there.
 std::optional<Onset> onsetOf(std::span<const CheckSample> samples, const rt::Vec3& direction, double from_s);
+
+struct CheckOptions {
+  std::string program;    ///< whose command this is
+  std::string version;    ///< of the program
+  std::string kind = {};  ///< of the device
+  std::string log = {};   ///< the file to write; empty: haptic-check-KIND.json in this folder
+  std::string read = {};  ///< a log to print instead of checking a device; empty: check one
+  /// What to do about forces along such axes, whole sentences; may be empty. Where it is given, the person
+  /// turns the tool for pushes in other orientations, if the device measures them.
+  std::function<std::string(ForceAxes)> remedy = {};
+};
+
+/// Adds --log and --read to the command `check` of a bridge, parses its command line, and prints a log that
+/// is to be read. Returns the exit status where nothing is left to do; nothing: a device is to be checked.
+std::optional<int> parseCheck(CLI::App& app, CheckOptions& options, int argc, char** argv);
+
+/// Starts a device, leads the person at the terminal through the check of a device and writes its log.
+/// Returns the exit status.
+int checkDevice(const CheckOptions& options, ThreadedDevice& device);
 
 }  // namespace hapticd::tools

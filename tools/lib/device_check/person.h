@@ -4,6 +4,8 @@
 #include <optional>
 #include <string>
 
+#include "tools/lib/child/child_process.h"
+
 namespace hapticd::tools {
 
 /// The person at the device.
@@ -17,6 +19,22 @@ class Person {
   virtual bool isReady(const std::string& request) = 0;
   /// A question that is answered by yes or no; nothing: the person gave up.
   virtual std::optional<bool> answer(const std::string& question) = 0;
+};
+
+/// The person at standard input and output, who may also give up by Ctrl-C.
+class PersonAtTerminal final : public Person {
+ public:
+  explicit PersonAtTerminal(const Interrupt& interrupt) : interrupt_(interrupt) {}
+
+  void say(const std::string& text) override;
+  bool givesUp() const override { return interrupt_.requested(); }
+  bool isReady(const std::string& request) override;
+  std::optional<bool> answer(const std::string& question) override;
+
+ private:
+  std::optional<std::string> answerLine() const;
+
+  const Interrupt& interrupt_;
 };
 
 }  // namespace hapticd::tools

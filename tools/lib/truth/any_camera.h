@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/camera/synthetic/camera_noise.h"
+#include "drivers/camera/synthetic/depth_sensor.h"
 #include "rt/base/parameters.h"
 #include "rt/depth/depth_frame.h"
 

@@ -6,7 +6,7 @@
 #include <map>
 #include <string_view>
 
-#include "drivers/camera/synthetic/camera_noise.h"
+#include "drivers/camera/synthetic/depth_sensor.h"
 #include "drivers/camera/synthetic/scene_camera.h"
 #include "drivers/camera/synthetic/sensor_noise.h"
 #include "rt/depth/depth_frame.h"

@@ -13,7 +13,7 @@
 
 #include "drivers/handle/command_gate.h"
 #include "drivers/handle/hid/hid_settings.h"
-#include "drivers/handle/udp/cpu_budget.h"
+#include "drivers/handle/udp/udp_handle.h"
 #include "rt/base/realtime_thread.h"
 #include "tests/support/rerun.h"
 

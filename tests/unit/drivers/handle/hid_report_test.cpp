@@ -12,7 +12,6 @@
 #include "drivers/handle/hid/hid_controller.h"
 #include "drivers/handle/hid/hid_settings.h"
 #include "drivers/handle/hid/hid_spacemouse.h"
-#include "drivers/handle/hid/report.h"
 
 namespace hapticd::drivers {
 namespace {

@@ -11,7 +11,7 @@
 #include <set>
 #include <vector>
 
-#include "drivers/handle/udp/peer_clock.h"
+#include "drivers/handle/udp/conversation.h"
 
 namespace hapticd::drivers::udp {
 namespace {
