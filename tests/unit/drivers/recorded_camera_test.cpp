@@ -15,7 +15,7 @@
 #include "drivers/camera/recorded/recording_reader.h"
 #include "frame_collector.h"
 #include "rt/base/clock.h"
-#include "tests/support/recordings/raw_image.h"
+#include "tests/support/recordings/depth_images.h"
 #include "tests/support/recordings/recording.h"
 #include "tests/support/recordings/scratch_recording.h"
 

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/handle/hid/report.h"
+#include "drivers/handle/hid/hid_controller.h"
 #include "rt/base/vec3.h"
 
 namespace hapticd::test::hid {
