@@ -3,7 +3,7 @@
 
 #include "rt/laws/force_blend.h"
 #include "tests/hard_cases/hard_rig.h"
-#include "tools/hapticbench/strokes/strokes.h"
+#include "tools/hapticbench/strokes.h"
 
 // Shapes that are difficult for force laws: hollows, edges, thin plates, corners, steps.
 namespace hapticd::test {

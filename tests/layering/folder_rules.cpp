@@ -68,15 +68,12 @@ void follow(const std::vector<FolderRule>& rules, std::vector<std::string>& path
 
 const std::vector<FolderRule>& folderRules() {
   static const std::vector<std::string> tool_libraries{
-      "tools/lib/bridge",       "tools/lib/child",        "tools/lib/client",       "tools/lib/depth_noise",
-      "tools/lib/device",       "tools/lib/device_check", "tools/lib/offline",      "tools/lib/options",
-      "tools/lib/oracle",       "tools/lib/palpation",    "tools/lib/parts",        "tools/lib/plot",
-      "tools/lib/registration", "tools/lib/solids/field", "tools/lib/solids/files", "tools/lib/text",
-      "tools/lib/ticks",        "tools/lib/truth"};
+      "tools/lib/bridge",       "tools/lib/child",        "tools/lib/client",  "tools/lib/depth_noise",
+      "tools/lib/device",       "tools/lib/device_check", "tools/lib/offline", "tools/lib/options",
+      "tools/lib/oracle",       "tools/lib/parts",        "tools/lib/plot",    "tools/lib/registration",
+      "tools/lib/solids/field", "tools/lib/solids/files", "tools/lib/text",    "tools/lib/ticks",
+      "tools/lib/truth"};
   static const std::vector<std::string> studies = with(tool_libraries, {"tools/hapticbench/engine"});
-  static const std::vector<std::string> commands =
-      with(studies, {"tools/hapticbench", "tools/hapticbench/jitter", "tools/hapticbench/strokes",
-                     "tools/hapticbench/solids", "tools/hapticbench/tracking"});
   static const std::vector<FolderRule> all{
       // the core, from what a channel holds to the loop that uses everything
       {"rt/base", {}},
@@ -142,13 +139,8 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/haptic-bridge", with(tool_libraries, {"tools/haptic-bridge/"})},
       {"tools/haptic-bridge/*", with(tool_libraries, {"tools/haptic-bridge/base"})},
       {"tools/haptic-replay", tool_libraries},
-      {"tools/hapticbench", with(studies, {"tools/hapticbench/strokes"})},
-      {"tools/hapticbench/commands", commands},
+      {"tools/hapticbench", studies},
       {"tools/hapticbench/engine", tool_libraries},
-      {"tools/hapticbench/jitter", studies},
-      {"tools/hapticbench/solids", studies},
-      {"tools/hapticbench/strokes", studies},
-      {"tools/hapticbench/tracking", with(studies, {"tools/hapticbench"})},
       {"tools/hapticctl",
        {"tools/lib/child", "tools/lib/client", "tools/lib/depth_noise", "tools/lib/options", "tools/lib/plot",
         "tools/lib/registration", "tools/lib/ros", "tools/lib/text", "tools/hapticctl/"}},
@@ -188,7 +180,6 @@ const std::vector<FolderRule>& folderRules() {
       {"tools/lib/device_check", {"tools/lib/bridge", "tools/lib/child", "tools/lib/device"}},
       {"tools/lib/offline", {}},
       {"tools/lib/options", {}},
-      {"tools/lib/palpation", {}},
       {"tools/lib/parts", {"tools/lib/options"}},
       {"tools/lib/oracle", {}},
       {"tools/lib/plot", {}},
