@@ -51,21 +51,17 @@ endfunction()
 hapticd_together(bench_tests APART
   tests/unit/tools/bench/accuracy_study_test.cpp
   tests/unit/tools/bench/camera_recordings_test.cpp
-  tests/unit/tools/bench/contact_run_test.cpp
-  tests/unit/tools/bench/force_error_test.cpp
   tests/unit/tools/bench/jitter_test.cpp
+  tests/unit/tools/bench/measures_test.cpp
   tests/unit/tools/bench/noise_floor_test.cpp
   tests/unit/tools/bench/noise_statistics_test.cpp
   tests/unit/tools/bench/pareto_test.cpp
+  tests/unit/tools/bench/stability_test.cpp
   --
   tests/unit/tools/bench/occlusion_test.cpp
   tests/unit/tools/bench/played_noise_test.cpp
-  tests/unit/tools/bench/pop_through_test.cpp
-  tests/unit/tools/bench/recorded_sequences_test.cpp
   tests/unit/tools/bench/report_drawing_test.cpp
-  tests/unit/tools/bench/sampled_theory_test.cpp
   tests/unit/tools/bench/solids_study_test.cpp
-  tests/unit/tools/bench/spectrum_test.cpp
   --
   tests/unit/tools/bench/recordings_test.cpp
   tests/unit/tools/bench/stroke_judge_test.cpp
@@ -119,58 +115,43 @@ hapticd_together(hapticctl_work APART
   tools/hapticctl/metrics_command.cpp)
 hapticd_together(hapticd_bench SETS
   tools/hapticbench/accuracy.cpp
-  tools/hapticbench/cameras.cpp
-  tools/hapticbench/commands/pareto_command.cpp
-  tools/hapticbench/commands/strokes_command.cpp
-  tools/hapticbench/contenders.cpp
-  tools/hapticbench/cost.cpp
-  tools/hapticbench/noise.cpp
+  tools/hapticbench/buzz.cpp
+  tools/hapticbench/pareto.cpp
+  tools/hapticbench/pareto_report.cpp
+  tools/hapticbench/recordings.cpp
+  --
+  tools/hapticbench/bodies.cpp
+  tools/hapticbench/contact.cpp
+  tools/hapticbench/passages.cpp
+  tools/hapticbench/strokes.cpp
+  tools/hapticbench/tracking.cpp
   --
   tools/hapticbench/disparity.cpp
-  tools/hapticbench/engine/laws.cpp
-  tools/hapticbench/engine/measures.cpp
-  tools/hapticbench/passages.cpp
-  tools/hapticbench/passed_places.cpp
-  tools/hapticbench/solids/bodies.cpp
-  --
-  tools/hapticbench/commands/accuracy_command.cpp
-  tools/hapticbench/engine/report.cpp
-  tools/hapticbench/engine/report_drawing.cpp
-  tools/hapticbench/engine/sequences.cpp
-  tools/hapticbench/outlines.cpp
-  tools/hapticbench/resting_surfaces.cpp
-  tools/hapticbench/tracking/tracking_run.cpp
-  --
-  tools/hapticbench/buzz.cpp
-  tools/hapticbench/commands/solids_command.cpp
-  tools/hapticbench/engine/study.cpp
-  tools/hapticbench/jitter/cyclictest.cpp
-  tools/hapticbench/jitter/loop_run.cpp
-  tools/hapticbench/pareto.cpp
-  --
-  tools/hapticbench/commands/buzz_command.cpp
-  tools/hapticbench/contact.cpp
-  tools/hapticbench/solids/exact_surface.cpp
-  tools/hapticbench/solids/solid_cost.cpp
-  tools/hapticbench/solids/solid_errors.cpp
-  tools/hapticbench/strokes/stroke_floor.cpp
-  tools/hapticbench/tracking/tracking_floor.cpp
-  --
-  tools/hapticbench/commands/noise_command.cpp
-  tools/hapticbench/commands/occlusion_command.cpp
   tools/hapticbench/entries.cpp
+  tools/hapticbench/fixtures.cpp
+  tools/hapticbench/noise.cpp
+  tools/hapticbench/passed_places.cpp
+  --
+  tools/hapticbench/resting_surfaces.cpp
+  tools/hapticbench/solids.cpp
+  tools/hapticbench/stroke_cases.cpp
+  tools/hapticbench/stroke_run.cpp
+  --
+  tools/hapticbench/cameras.cpp
+  tools/hapticbench/jitter_loop.cpp
+  tools/hapticbench/occlusion.cpp
   tools/hapticbench/stability.cpp
   --
-  tools/hapticbench/commands/jitter_command.cpp
-  tools/hapticbench/commands/recordings_command.cpp
-  tools/hapticbench/engine/spectrum.cpp
-  tools/hapticbench/strokes/stroke_run.cpp
+  tools/hapticbench/contenders.cpp
+  tools/hapticbench/cost.cpp
+  tools/hapticbench/engine/measures.cpp
+  tools/hapticbench/jitter.cpp
+  tools/hapticbench/solid_cost.cpp
   --
-  tools/hapticbench/commands/stability_command.cpp
-  tools/hapticbench/fixtures.cpp
-  tools/hapticbench/strokes/stroke_cases.cpp
-  --
-  tools/hapticbench/commands/tracking_command.cpp)
+  tools/hapticbench/engine/laws.cpp
+  tools/hapticbench/engine/report.cpp
+  tools/hapticbench/engine/sequences.cpp
+  tools/hapticbench/engine/study.cpp)
 hapticd_together(hapticd_box_test_support)
 hapticd_together(hapticd_bridge)
 hapticd_together(hapticd_config SETS

@@ -41,7 +41,7 @@ GUARDED_LIBRARIES = {
 }
 
 LIBRARIES = """tools/lib/bridge tools/lib/child tools/lib/client tools/lib/depth_noise tools/lib/device
-    tools/lib/device_check tools/lib/offline tools/lib/options tools/lib/oracle tools/lib/palpation tools/lib/parts
+    tools/lib/device_check tools/lib/offline tools/lib/options tools/lib/oracle tools/lib/parts
     tools/lib/plot tools/lib/registration tools/lib/solids/field tools/lib/solids/files tools/lib/text tools/lib/ticks
     tools/lib/truth"""
 STUDIES = LIBRARIES + " tools/hapticbench/engine"
@@ -109,14 +109,8 @@ FOLDERS = {
     "tools/haptic-bridge": LIBRARIES + " tools/haptic-bridge/",
     "tools/haptic-bridge/*": LIBRARIES + " tools/haptic-bridge/base",
     "tools/haptic-replay": LIBRARIES,
-    "tools/hapticbench": STUDIES + " tools/hapticbench/strokes",
-    "tools/hapticbench/commands": STUDIES + " tools/hapticbench tools/hapticbench/jitter tools/hapticbench/strokes "
-                                            "tools/hapticbench/solids tools/hapticbench/tracking",
+    "tools/hapticbench": STUDIES,
     "tools/hapticbench/engine": LIBRARIES,
-    "tools/hapticbench/jitter": STUDIES,
-    "tools/hapticbench/solids": STUDIES,
-    "tools/hapticbench/strokes": STUDIES,
-    "tools/hapticbench/tracking": STUDIES + " tools/hapticbench",
     "tools/hapticctl": "tools/lib/child tools/lib/client tools/lib/depth_noise tools/lib/options tools/lib/plot "
                        "tools/lib/registration tools/lib/ros tools/lib/text tools/hapticctl/",
     "tools/hapticctl/additions": "tools/lib/client tools/lib/options tools/lib/registration tools/lib/solids/field "
@@ -149,7 +143,6 @@ FOLDERS = {
     "tools/lib/device_check": "tools/lib/bridge tools/lib/child tools/lib/device",
     "tools/lib/offline": "",
     "tools/lib/options": "",
-    "tools/lib/palpation": "",
     "tools/lib/parts": "tools/lib/options",
     "tools/lib/oracle": "",
     "tools/lib/plot": "",

@@ -9,8 +9,8 @@
 #include "config/base/error.h"
 #include "config/base/program.h"
 #include "daemon/trace/reader/trace_reader.h"
+#include "tools/haptic-palpate/palpation_map.h"
 #include "tools/lib/options/option_checks.h"
-#include "tools/lib/palpation/palpation_map.h"
 
 namespace hapticd::tools {
 namespace {

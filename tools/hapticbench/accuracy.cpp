@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticbench/accuracy.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <numbers>
 #include <random>
 
-#include "tools/hapticbench/engine/measures.h"
+#include "tools/hapticbench/engine/study.h"
 #include "tools/lib/offline/offline_box.h"
 #include "tools/lib/truth/any_camera.h"
-#include "tools/lib/truth/rigid_frame.h"
+#include "tools/lib/truth/body_scene.h"
 
 namespace hapticd::tools {
 namespace {
@@ -155,8 +157,6 @@ std::vector<Course> pushes(const TrueScene& scene, double stiffness_n_per_m, int
 
 namespace {
 
-constexpr double kPeriod_s = 0.001;
-
 /// First of the settling frames that are shown: a law that uses the newest frame alone has nothing to settle.
 int firstFrame(const LawSetting& setting) {
   return setting.usesEarlierFrames() ? 0 : kSettlingFrames - 1;
@@ -263,25 +263,25 @@ class Stage {
       if (tick.frame != shown) box->show(reel_.frame(tick.frame));
       shown = tick.frame;
       hip = tick.hip_m;
-      box->tick(hip, kPeriod_s);
+      box->tick(hip, kTick_s);
     }
     rt::Tick before;
-    for (int i = 0; i < kCalmTicks; ++i) before = box->tick(hip, kPeriod_s);
+    for (int i = 0; i < kCalmTicks; ++i) before = box->tick(hip, kTick_s);
     measureSteps(*box, hip, shown, before, row);
   }
 
   void measureSteps(OfflineBox& box, const Vec3& hip, int shown, rt::Tick before, AccuracyRow& row) {
-    const int ticks = static_cast<int>(options_.hold_frames / kFrameRate_hz / kPeriod_s);
+    const int ticks = static_cast<int>(options_.hold_frames / kFrameRate_hz / kTick_s);
     const int first = shown + 1;
     for (int i = 0; i < ticks; ++i) {
-      const int frame = first + static_cast<int>(i * kPeriod_s * kFrameRate_hz);
+      const int frame = first + static_cast<int>(i * kTick_s * kFrameRate_hz);
       const bool is_new = frame != shown;
       if (is_new) box.show(reel_.frame(frame));
       shown = frame;
-      const rt::Tick tick = box.tick(hip, kPeriod_s);
+      const rt::Tick tick = box.tick(hip, kTick_s);
       const double commanded_n = norm(tick.command_force_n_in_world - before.command_force_n_in_world);
       const double law_n = norm(tick.law_force_n_in_world - before.law_force_n_in_world);
-      row.slew_n_per_s = std::max(row.slew_n_per_s, commanded_n / kPeriod_s);
+      row.slew_n_per_s = std::max(row.slew_n_per_s, commanded_n / kTick_s);
       if (is_new) {
         row.blended_step_n = std::max(row.blended_step_n, commanded_n);
         row.law_step_n = std::max(row.law_step_n, law_n);
@@ -347,6 +347,142 @@ std::vector<AccuracyRow> measureAccuracy(const AccuracyOptions& options) {
     rows.insert(rows.end(), of_case.begin(), of_case.end());
   }
   return rows;
+}
+
+namespace {
+
+constexpr const char* kExplanation =
+    "Errors of the law's force against a spring of 500 N/m from the HIP to an ideal constraint on the\n"
+    "true surface, 5 to 20 mm behind it: N, % of the true force, multiples of the just noticeable\n"
+    "difference max(7 % of F, 0.1 N), and degrees. proxy: its distance from the true surface. pop: the\n"
+    "smallest force over the pushes at which the surface gave way, or the largest that was reached (a\n"
+    "push ends 45 mm deep, or where a body lets an ideal constraint go), the penetration of the HIP\n"
+    "there, and how many pushes popped through below 3, 10 and 20 N. step: the largest change at a new\n"
+    "frame with the HIP held still 10 mm behind the surface (spring laws: in front of it), of the law and\n"
+    "of the blended command; slew: of the command at any tick.\n\n";
+
+Row cellsOf(const AccuracyRow& r) {
+  Row row{{"/scene", "scene", 0, r.scene},
+          {"/distance_m", "m", 1, r.distance_m},
+          {"/law", "law", 0, nameOf(r.setting.law)},
+          {"/noise", "noise", 0, nameOf(r.noise)},
+          {"/filtered", "filter", 0, r.setting.filtered},
+          {"/against_surface/samples", "", 0, r.error.error_n.count()}};
+  for (const Row& spread :
+       {spreadCells("/against_surface/error_n", "rms N", "max N", r.error.error_n),
+        spreadCells("/against_surface/error_percent", "rms %", "", r.error.error_percent),
+        spreadCells("/against_surface/error_jnd", "JND", "max JND", r.error.error_jnd),
+        spreadCells("/against_surface/direction_deg", "deg", "max deg", r.error.direction_deg),
+        spreadCells("/proxy_to_surface_mm", "proxy mm", "max mm", r.proxy_to_surface_mm)})
+    row = joined(std::move(row), spread);
+  return joined(std::move(row), {{"/pushes", "pushes", 0, r.pops.pushes},
+                                 {"/popped", "popped", 0, r.pops.popped},
+                                 {"/popped_under_3_n", "<3 N", 0, r.pops.popped_under[0]},
+                                 {"/popped_under_10_n", "<10 N", 0, r.pops.popped_under[1]},
+                                 {"/popped_under_20_n", "<20 N", 0, r.pops.popped_under[2]},
+                                 {"/dipped", "dipped", 0, r.pops.dipped},
+                                 {"/pop_through_n", "pop N", 2, r.pops.least_force_n},
+                                 {"/depth_at_pop_through_mm", "at mm", 1, r.pops.depth_at_least_force_mm},
+                                 {"/law_step_n", "step N", 2, r.law_step_n},
+                                 {"/blended_step_n", "blended N", 2, r.blended_step_n},
+                                 {"/slew_n_per_s", "slew N/s", 1, r.slew_n_per_s},
+                                 {"/ticks_outside_model", "not modelled", 0, r.outside_model}});
+}
+
+std::vector<Limit> limitsOf(const AccuracyRow& r) {
+  std::vector<Limit> limits;
+  const auto add = [&](rt::ForceLaw law, const char* text, bool applies, double value, double limit) {
+    limits.push_back({text, applies && r.setting.law == law, value, limit, std::string(nameOf(law))});
+  };
+  for (const rt::ForceLawRow& law : rt::kForceLaws) {
+    if (law.has_proxy)
+      add(law.law, "pushes that pop through below 20 N", true, r.pops.popped_under.back(), 0);
+  }
+  const bool exact = r.noise == SceneNoise::none;
+  const bool is_plane = r.scene.starts_with("plane");
+  const bool faces_camera = r.scene == "plane" && exact;
+  const double expected_n = faces_camera ? popThroughForceOnPlane_n({}, {}, r.distance_m) : 1;
+  add(rt::ForceLaw::nearest_springs,
+      "pop-through force on the plane without noise compared with the closed form, %", faces_camera,
+      100 * std::abs(r.pops.least_force_n / expected_n - 1), 3);
+  add(rt::ForceLaw::surface, "RMS error on planes to 1.2 m with a sensor's noise, JND",
+      isSensorNoise(r.noise) && r.distance_m <= 1.2 && is_plane, r.error.error_jnd.rms(), 1);
+  add(rt::ForceLaw::surface, "error on planes without noise, % or degrees", exact && is_plane,
+      std::max(r.error.error_percent.max(), r.error.direction_deg.max()), 1);
+  return limits;
+}
+
+}  // namespace
+
+std::vector<AccuracyRow> summaryOf(const std::vector<AccuracyRow>& rows) {
+  std::vector<AccuracyRow> summaries;
+  for (const AccuracyRow& row : rows) {
+    auto summary = std::ranges::find_if(summaries, [&row](const AccuracyRow& other) {
+      return other.setting == row.setting && other.noise == row.noise;
+    });
+    if (summary == summaries.end()) {
+      summary = summaries.insert(summaries.end(), AccuracyRow{.scene = "all"});
+      summary->setting = row.setting;
+      summary->noise = row.noise;
+    }
+    summary->add(row);
+  }
+  std::ranges::stable_sort(summaries, {}, [](const AccuracyRow& row) { return row.setting.law; });
+  return summaries;
+}
+
+std::vector<Requirement> requirementsOf(const std::vector<AccuracyRow>& rows) {
+  return checked(
+      {""}, rows, [](const AccuracyRow&, const std::string&) { return true; }, limitsOf,
+      [](const AccuracyRow& r) {
+        return fmt::format("{} at {} m, noise {}, {}", r.scene, r.distance_m, nameOf(r.noise),
+                           nameOf(r.setting));
+      });
+}
+
+Report accuracyReport(const std::vector<AccuracyRow>& rows) {
+  Report report;
+  report.say(kExplanation);
+  report.table("rows", "", rowsOf(rows, cellsOf));
+  report.table("summary", "\nall scenes and distances together\n", rowsOf(summaryOf(rows), cellsOf));
+  report.requirements(requirementsOf(rows));
+  return report;
+}
+
+StudyCommand accuracyCommand(CLI::App& app) {
+  struct Chosen {
+    AccuracyOptions options;
+    std::vector<rt::ForceLaw> laws = everyOne<rt::ForceLaw>();
+  };
+  const auto chosen = std::make_shared<Chosen>();
+  AccuracyOptions& options = chosen->options;
+  StudyCommand command(app, "accuracy",
+                       "forces on known surfaces: error, direction, pop-through, steps at new frames");
+  command.quick("plane and sphere at 1 m, one push each", [&options] {
+    options.scenes = {"plane", "sphere"};
+    options.distances_m = {1};
+    options.pushes = 1;
+    options.hold_frames = 10;
+  });
+  command.names("--scenes", options.scenes, namesOf(accuracyScenes()), "all");
+  command.choices("--laws", chosen->laws, kAllOf<rt::ForceLaw>, "all");
+  command.numbers("--distances", options.distances_m, 0.5, 3.9, "from the camera, metres (0.6,1,2)");
+  command.choices("--noises", options.noises, kAllNoises, "none,harsh");
+  command.seed(options.seed, "of the positions and of the noise (1)");
+  command.parts();
+  command.onRun([chosen](const StudyCommand& self) {
+    std::erase_if(chosen->options.settings, [&chosen](const LawSetting& setting) {
+      return std::ranges::find(chosen->laws, setting.law) == chosen->laws.end();
+    });
+    return self.forEachCase(
+        casesOf(chosen->options), [&](const AccuracyCase& one) { return measureCase(one, chosen->options); },
+        [](const std::vector<std::vector<AccuracyRow>>& cases) {
+          std::vector<AccuracyRow> rows;
+          for (const auto& of_case : cases) rows.insert(rows.end(), of_case.begin(), of_case.end());
+          return accuracyReport(rows);
+        });
+  });
+  return command;
 }
 
 }  // namespace hapticd::tools

@@ -12,7 +12,7 @@
 #include "tools/hapticbench/engine/laws.h"
 #include "tools/hapticbench/engine/measures.h"
 #include "tools/hapticbench/engine/report.h"
-#include "tools/lib/truth/scene_noise.h"
+#include "tools/lib/truth/any_camera.h"
 #include "tools/lib/truth/true_scene.h"
 
 namespace hapticd::tools {

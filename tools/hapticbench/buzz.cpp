@@ -1,20 +1,74 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticbench/buzz.h"
+#include <fmt/format.h>
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "config/settings/settings.h"
 #include "drivers/handle/simulated/device_and_hand.h"
 #include "drivers/handle/velocity_estimator.h"
-#include "tools/hapticbench/engine/spectrum.h"
+#include "tools/hapticbench/engine/study.h"
 #include "tools/lib/truth/any_camera.h"
 #include "tools/lib/truth/body_scene.h"
 
 namespace hapticd::tools {
 namespace {
+
+/// What a hand does with a device on a surface.
+enum class BuzzHand : std::uint8_t {
+  still,     ///< presses
+  stroking,  ///< presses and strokes to and fro at 0.1 m/s
+};
+constexpr auto wordsOf(BuzzHand) {
+  return rt::words<BuzzHand>("still", "stroking");
+}
+
+enum class BuzzScene : std::uint8_t {
+  still,
+  breathing,  ///< 20 mm from end to end, 0.25 Hz, along the optical axis
+};
+constexpr auto wordsOf(BuzzScene) {
+  return rt::words<BuzzScene>("still", "breathing");
+}
+
+/// One cause of vibration is left out.
+enum class BuzzWithout : std::uint8_t {
+  nothing,  ///< all is as shipped
+  noise,    ///< of the camera: exact depth
+  encoder,  ///< the position is not rounded
+  frames,   ///< no new frame comes once contact has settled; the last one counts as new. Not of a scene that
+            ///< moves, which would be two changes at once
+  damping,  ///< of contact
+};
+constexpr auto wordsOf(BuzzWithout) {
+  return rt::words<BuzzWithout>("nothing", "noise", "encoder", "frames", "damping");
+}
+
+struct BuzzCase {
+  std::string law = "auto";  ///< of kProxyLawChoices
+  double distance_m = 1;
+  BuzzHand hand = BuzzHand::still;
+  BuzzScene scene = BuzzScene::still;
+  BuzzWithout without = BuzzWithout::nothing;
+  std::uint32_t seed = 1;
+};
+
+/// What a person feels as vibration: from 60 to 500 Hz.
+constexpr double kBuzzLow_hz = 60;
+constexpr double kBuzzHigh_hz = 500;
+
+/// The command after the whole safety chain, once contact has settled.
+struct BuzzResult {
+  double rms_n = 0;         ///< within the band, of all three directions together
+  double line_n = 0;        ///< amplitude of the largest sine there
+  double line_hz = 0;       ///< its frequency
+  double mean_force_n = 0;  ///< mean magnitude, which shows that there was contact
+};
 
 using rt::Vec3;
 
@@ -140,23 +194,11 @@ class BuzzLoop {
   long tick_ = 0;
 };
 
-}  // namespace
-
-std::string_view nameOf(BuzzHand hand) {
-  constexpr std::array<std::string_view, 2> kNames{"still", "stroking"};
-  return kNames.at(static_cast<std::size_t>(hand));
-}
-
-std::string_view nameOf(BuzzScene scene) {
-  constexpr std::array<std::string_view, 2> kNames{"still", "breathing"};
-  return kNames.at(static_cast<std::size_t>(scene));
-}
-
-std::string_view nameOf(BuzzWithout without) {
-  constexpr std::array<std::string_view, 5> kNames{"nothing", "noise", "encoder", "frames", "damping"};
-  return kNames.at(static_cast<std::size_t>(without));
-}
-
+/// A simulated device of 45 g with friction of 0.05 N and an encoder with steps of 50 um, held by a hand
+/// (200 N/m, 4 N s/m) whose target is behind a plane with the harsher noise, so that contact is 4 mm deep, 1
+/// to 7 mm where the plane breathes: the force never reaches the limit, which would hide what it does. The
+/// device moves freely along the normal; along the surface the hand leads it. 1 kHz, 30 frames per
+/// second.
 BuzzResult runBuzz(const BuzzCase& buzz) {
   BuzzLoop loop(buzz);
   for (long i = 0; i < kSettle_ticks; ++i) loop.tick();
@@ -177,6 +219,98 @@ BuzzResult runBuzz(const BuzzCase& buzz) {
   result.line_n = line.amplitude;
   result.line_hz = line.frequency_hz;
   return result;
+}
+
+struct BuzzOptions {
+  std::vector<std::string> laws{"auto"};
+  std::vector<double> distances_m{0.6, 1, 1.2};
+  std::vector<BuzzHand> hands = everyOne<BuzzHand>();
+  std::vector<BuzzScene> scenes = everyOne<BuzzScene>();
+  std::vector<BuzzWithout> without = everyOne<BuzzWithout>();
+  std::uint32_t seed = 1;
+};
+
+struct BuzzRow {
+  BuzzCase buzz;
+  BuzzResult result;
+};
+
+std::vector<BuzzRow> measureBuzz(const BuzzOptions& options) {
+  std::vector<BuzzCase> cases{{.seed = options.seed}};
+  cases = varied(cases, &BuzzCase::law, options.laws);
+  cases = varied(cases, &BuzzCase::distance_m, options.distances_m);
+  cases = varied(cases, &BuzzCase::hand, options.hands);
+  cases = varied(cases, &BuzzCase::scene, options.scenes);
+  cases = varied(cases, &BuzzCase::without, options.without);
+  std::vector<BuzzRow> rows;
+  for (const BuzzCase& one : cases) {
+    if (one.without == BuzzWithout::frames && one.scene != BuzzScene::still) continue;
+    showProgress(fmt::format("{} at {} m, without {}", one.law, one.distance_m, nameOf(one.without)));
+    rows.push_back({one, runBuzz(one)});
+  }
+  return rows;
+}
+
+constexpr const char* kBuzzExplanation =
+    "A simulated device of 45 g (encoder 50 um, friction 0.05 N) in a hand, about 4 mm deep in a plane with "
+    "the\n"
+    "harsher noise, still and stroking at 0.1 m/s; breathing: 20 mm, 0.25 Hz. The command behind the whole\n"
+    "safety chain from 60 to 500 Hz (Welch, Hann window, 1024 ms): RMS, and amplitude of the largest line.\n"
+    "without: what is left out, to show what causes it; frames: the picture stands still.\n\n";
+
+Row cellsOf(const BuzzRow& r) {
+  return {{"/law", "law", 0, r.buzz.law},
+          {"/distance_m", "m", 2, r.buzz.distance_m},
+          {"/hand", "hand", 0, nameOf(r.buzz.hand)},
+          {"/scene", "scene", 0, nameOf(r.buzz.scene)},
+          {"/without", "without", 0, nameOf(r.buzz.without)},
+          {"/rms_n", "RMS mN", 1, r.result.rms_n, 1000},
+          {"/line_n", "line mN", 1, r.result.line_n, 1000},
+          {"/line_hz", "at Hz", 0, r.result.line_hz},
+          {"/mean_force_n", "force N", 2, r.result.mean_force_n}};
+}
+
+std::vector<Limit> limitsOf(const BuzzRow& r) {
+  const bool applies = r.buzz.distance_m <= 1.2;
+  return {{"vibration of the command, 60 to 500 Hz, to 1.2 m, mN RMS", applies, 1000 * r.result.rms_n, 10},
+          {"its largest line, mN", applies, 1000 * r.result.line_n, 5}};
+}
+
+}  // namespace
+
+StudyCommand buzzCommand(CLI::App& app) {
+  const auto options = std::make_shared<BuzzOptions>();
+  StudyCommand command(app, "buzz", "vibration of the command in contact, and what causes it");
+  command.quick("a hand that strokes over a still plane at 1 m, as shipped", [options] {
+    options->distances_m = {1};
+    options->hands = {BuzzHand::stroking};
+    options->scenes = {BuzzScene::still};
+    options->without = {BuzzWithout::nothing};
+  });
+  command.names("--laws", options->laws, kProxyLawChoices, "auto");
+  command.numbers("--distances", options->distances_m, 0.6, 3.0, "of the plane, metres (0.6,1,1.2)");
+  command.choices("--hands", options->hands, kAllOf<BuzzHand>, "all");
+  command.choices("--scenes", options->scenes, kAllOf<BuzzScene>, "all");
+  command.choices("--without", options->without, kAllOf<BuzzWithout>, "all");
+  command.seed(options->seed, "of the noise (1)");
+  command.onReport([options] {
+    const std::vector<BuzzRow> rows = measureBuzz(*options);
+    Report report;
+    report.say(kBuzzExplanation);
+    report.table("rows", "", rowsOf(rows, cellsOf));
+    report.requirements(checked(
+        options->laws, rows,
+        [](const BuzzRow& r, const std::string& law) {
+          return r.buzz.law == law && r.buzz.without == BuzzWithout::nothing;
+        },
+        limitsOf,
+        [](const BuzzRow& r) {
+          return fmt::format("{:g} m, hand {}, scene {}", r.buzz.distance_m, nameOf(r.buzz.hand),
+                             nameOf(r.buzz.scene));
+        }));
+    return report;
+  });
+  return command;
 }
 
 }  // namespace hapticd::tools

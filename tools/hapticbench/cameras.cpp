@@ -163,26 +163,14 @@ std::vector<CameraCost> measureCameraCosts(int repetitions, const std::vector<do
   return costs;
 }
 
-std::vector<Requirement> requirementsOf(const std::vector<CameraCost>& costs) {
+std::vector<Limit> limitsOf(const CameraCost& row) {
   constexpr double kFrom_m = 0.7;
   constexpr double kTimesCheaper = 300;
   constexpr double kPerPixel = 1.3;
-  const auto all = [](const CameraCost&) { return true; };
-  const auto name = [](const CameraCost& row) {
-    return fmt::format("{} at {} m", row.camera, row.distance_m);
-  };
-  const RowRequirement<CameraCost> tree{
-      "time of the reach over that of nanoflann's tree from 0.7 m on", [](const CameraCost& row) {
-        return figureIf(row.distance_m >= kFrom_m, row.reach_ns / row.tree_ns, 1 / kTimesCheaper);
-      }};
-  const RowRequirement<CameraCost> reach{"reach: time per pixel over a Kinect's", [](const CameraCost& row) {
-                                           return figureIf(true, row.reachPerPixel(), kPerPixel);
-                                         }};
-  const RowRequirement<CameraCost> surface{
-      "surface: time per pixel over a Kinect's",
-      [](const CameraCost& row) { return figureIf(true, row.surfacePerPixel(), kPerPixel); }};
-  return {checked("", tree, costs, all, name), checked("", reach, costs, all, name),
-          checked("", surface, costs, all, name)};
+  return {{"time of the reach over that of nanoflann's tree from 0.7 m on", row.distance_m >= kFrom_m,
+           row.reach_ns / row.tree_ns, 1 / kTimesCheaper},
+          {"reach: time per pixel over a Kinect's", true, row.reachPerPixel(), kPerPixel},
+          {"surface: time per pixel over a Kinect's", true, row.surfacePerPixel(), kPerPixel}};
 }
 
 /// Errors of a law on surfaces that a camera sees with its own noise: the HIP is pushed 5 to 20 mm into a
@@ -310,7 +298,7 @@ CameraError errorOf(const NamedCamera& named, double distance_m, rt::ForceLaw la
   CameraError error{
       .camera = named.name,
       .distance_m = distance_m,
-      .law = std::string(config::nameOf(law)),
+      .law = std::string(nameOf(law)),
       .sigma_m = rt::noiseOfPixel_m(camera, distance_m),
       .plane_m = {},
       .ball_m = {},
@@ -385,8 +373,10 @@ CameraErrors measureCameraErrors(int frames) {
 
 /// No camera errs more in its own standard deviations than a Kinect v1 does under the law `surface`, and
 /// small things near a camera are displayed to within one JND.
-std::vector<Requirement> requirementsOf(const CameraErrors& errors) {
-  const std::string surface(config::nameOf(rt::ForceLaw::surface));
+std::vector<Requirement> requirementsOf(const std::vector<CameraCost>& costs, const CameraErrors& errors) {
+  // Less than half of the smallest force that a hand notices, at 500 N/m.
+  constexpr double kUnnoticed_m = 1e-4;
+  const std::string surface(nameOf(rt::ForceLaw::surface));
   double plane_of_kinect = 0;
   double ball_of_kinect = 0;
   for (const CameraError& row : errors.rows) {
@@ -394,102 +384,90 @@ std::vector<Requirement> requirementsOf(const CameraErrors& errors) {
     plane_of_kinect = std::max(plane_of_kinect, row.planeSigmas());
     ball_of_kinect = std::max(ball_of_kinect, row.ballSigmas());
   }
-  const auto others = [&surface](const CameraError& row) {
-    return row.law == surface && row.camera != kKinect;
+  const auto error_limits = [&](const CameraError& row) {
+    const auto counts = [&row](double sigmas) { return sigmas * row.sigma_m > kUnnoticed_m; };
+    return std::vector<Limit>{{"planes: RMS errors above 0.1 mm over the noise of a pixel; limit: a Kinect's",
+                               counts(row.planeSigmas()), row.planeSigmas(), plane_of_kinect},
+                              {"balls: RMS errors above 0.1 mm over the noise of a pixel; limit: a Kinect's",
+                               counts(row.ballSigmas()), row.ballSigmas(), ball_of_kinect}};
   };
-  const auto name = [](const CameraError& row) {
-    return fmt::format("{} at {} m", row.camera, row.distance_m);
+  const auto near_limits = [](const NearError& row) {
+    return std::vector<Limit>{{"near a D405: RMS error, JND", true, row.error_jnd.rms(), 1}};
   };
-  // Less than half of the smallest force that a hand notices, at 500 N/m.
-  constexpr double kUnnoticed_m = 1e-4;
-  const auto limited = [&](const std::string& text, double (CameraError::*figure)() const, double limit) {
-    const RowRequirement<CameraError> requirement{text, [=](const CameraError& row) {
-                                                    const bool counts =
-                                                        (row.*figure)() * row.sigma_m > kUnnoticed_m;
-                                                    return figureIf(counts, (row.*figure)(), limit);
-                                                  }};
-    return checked(surface, requirement, errors.rows, others, name);
+  const auto all = [](const auto&, const std::string&) { return true; };
+  const auto others = [](const CameraError& row, const std::string& law) {
+    return row.law == law && row.camera != kKinect;
   };
-  const RowRequirement<NearError> near{"near a D405: RMS error, JND", [](const NearError& row) {
-                                         return figureIf(true, row.error_jnd.rms(), 1);
-                                       }};
-  return {limited("planes: RMS errors above 0.1 mm over the noise of a pixel; limit: a Kinect's",
-                  &CameraError::planeSigmas, plane_of_kinect),
-          limited("balls: RMS errors above 0.1 mm over the noise of a pixel; limit: a Kinect's",
-                  &CameraError::ballSigmas, ball_of_kinect),
-          checked(
-              surface, near, errors.near, [](const NearError&) { return true; },
-              [](const NearError& row) { return fmt::format("{} at {} m", row.scene, row.distance_m); })};
+  const auto name = [](const auto& row) { return fmt::format("{} at {} m", row.camera, row.distance_m); };
+  const auto name_of_near = [](const NearError& row) {
+    return fmt::format("{} at {} m", row.scene, row.distance_m);
+  };
+  std::vector<Requirement> list = checked({""}, costs, all, limitsOf, name);
+  for (const auto& more : {checked({surface}, errors.rows, others, error_limits, name),
+                           checked({surface}, errors.near, all, near_limits, name_of_near)})
+    list.insert(list.end(), more.begin(), more.end());
+  return list;
 }
 
-struct CamerasOptions {
-  int frames = 200;
-  int errors = 6;
-  std::vector<double> distances_m{0.3, 0.5, 0.7, 1.0, 1.5};
-};
-
-Columns<CameraCost> costColumns() {
-  using Row = CameraCost;
-  return {{"/camera", "camera", 0, &Row::camera},
-          {"/distance_m", "m", 1, &Row::distance_m},
-          {"/pixels_in_reach", "pixels in reach", 0,
-           [](const Row& row) { return static_cast<double>(row.pixels_in_reach); }},
-          {"/reach_ns", "reach ns", 0, &Row::reach_ns},
-          {"/surface_ns", "surface ns", 0, &Row::surface_ns},
-          {"/tree_ns", "tree ns", 0, &Row::tree_ns},
-          {"/times_cheaper_than_tree", "tree/reach", 0, &Row::timesCheaperThanTree},
-          {"/kinect_distance_m", "Kinect at m", 2, &Row::kinect_distance_m},
-          {"/reach_per_pixel", "reach per pixel/Kinect", 2, &Row::reachPerPixel},
-          {"/surface_per_pixel", "surface per pixel/Kinect", 2, &Row::surfacePerPixel}};
+Row costCells(const CameraCost& row) {
+  return {{"/camera", "camera", 0, row.camera},
+          {"/distance_m", "m", 1, row.distance_m},
+          {"/pixels_in_reach", "pixels in reach", 0, static_cast<double>(row.pixels_in_reach)},
+          {"/reach_ns", "reach ns", 0, row.reach_ns},
+          {"/surface_ns", "surface ns", 0, row.surface_ns},
+          {"/tree_ns", "tree ns", 0, row.tree_ns},
+          {"/times_cheaper_than_tree", "tree/reach", 0, row.timesCheaperThanTree()},
+          {"/kinect_distance_m", "Kinect at m", 2, row.kinect_distance_m},
+          {"/reach_per_pixel", "reach per pixel/Kinect", 2, row.reachPerPixel()},
+          {"/surface_per_pixel", "surface per pixel/Kinect", 2, row.surfacePerPixel()}};
 }
 
-Columns<CameraError> errorColumns() {
-  using Row = CameraError;
+Row errorCells(const CameraError& row) {
   constexpr double kMillimetres = 1000;
-  return {{"/camera", "camera", 0, &Row::camera},
-          {"/distance_m", "m", 2, &Row::distance_m},
-          {"/law", "law", 0, &Row::law},
-          {"/sigma_m", "pixel's noise mm", 2, &Row::sigma_m, kMillimetres},
-          {"/error_m", "error mm", 2, &Row::rms_m, kMillimetres},
-          {"/plane_sigmas", "planes/noise", 2, &Row::planeSigmas},
-          {"/ball_sigmas", "ball/noise", 2, &Row::ballSigmas},
-          {"/expected_m", "expected mm", 2, &Row::expected_m, kMillimetres},
-          {"/by_expected", "error/expected", 2, &Row::byExpected}};
+  return {{"/camera", "camera", 0, row.camera},
+          {"/distance_m", "m", 2, row.distance_m},
+          {"/law", "law", 0, row.law},
+          {"/sigma_m", "pixel's noise mm", 2, row.sigma_m, kMillimetres},
+          {"/error_m", "error mm", 2, row.rms_m(), kMillimetres},
+          {"/plane_sigmas", "planes/noise", 2, row.planeSigmas()},
+          {"/ball_sigmas", "ball/noise", 2, row.ballSigmas()},
+          {"/expected_m", "expected mm", 2, row.expected_m, kMillimetres},
+          {"/by_expected", "error/expected", 2, row.byExpected()}};
 }
 
-Columns<NearError> nearColumns() {
-  using Row = NearError;
-  return {{"/scene", "scene", 0, &Row::scene},
-          {"/distance_m", "m", 2, &Row::distance_m},
-          {"/error_jnd", "error JND", 2, [](const Row& row) { return row.error_jnd.rms(); }}};
-}
-
-int run(const CamerasOptions& options, const StudyCommand& self) {
-  showProgress("cost");
-  const std::vector<CameraCost> costs = measureCameraCosts(options.frames, options.distances_m);
-  const CameraErrors errors = measureCameraErrors(options.errors);
-  std::vector<Requirement> requirements = requirementsOf(costs);
-  for (Requirement& requirement : requirementsOf(errors)) requirements.push_back(std::move(requirement));
-  Report report;
-  report.note("frames", options.frames);
-  report.table("rows", "one depth frame modelled, medians\n", costColumns(), costs);
-  report.table("errors", "\nerror of the force over the stiffness, RMS\n", errorColumns(), errors.rows);
-  report.table("near", "\nsmall things near a D405\n", nearColumns(), errors.near);
-  report.requirements(requirements);
-  return self.report(report);
+Row nearCells(const NearError& row) {
+  return {{"/scene", "scene", 0, row.scene},
+          {"/distance_m", "m", 2, row.distance_m},
+          {"/error_jnd", "error JND", 2, row.error_jnd.rms()}};
 }
 
 }  // namespace
 
 StudyCommand camerasCommand(CLI::App& app) {
-  const auto options = std::make_shared<CamerasOptions>();
+  struct Options {
+    int frames = 200;
+    int errors = 6;
+    std::vector<double> distances_m{0.3, 0.5, 0.7, 1.0, 1.5};
+  };
+  const auto options = std::make_shared<Options>();
   StudyCommand command(app, "cameras", "cost of a depth frame and error of the laws with other cameras");
   command.quick("3 frames of each at 0.7 m, and errors with one noise", [options] {
     options->frames = 3;
     options->errors = 1;
     options->distances_m = {0.7};
   });
-  command.onRun([options](const StudyCommand& self) { return run(*options, self); });
+  command.onReport([options] {
+    showProgress("cost");
+    const std::vector<CameraCost> costs = measureCameraCosts(options->frames, options->distances_m);
+    const CameraErrors errors = measureCameraErrors(options->errors);
+    Report report;
+    report.note("/frames", options->frames);
+    report.table("rows", "one depth frame modelled, medians\n", rowsOf(costs, costCells));
+    report.table("errors", "\nerror of the force over the stiffness, RMS\n", rowsOf(errors.rows, errorCells));
+    report.table("near", "\nsmall things near a D405\n", rowsOf(errors.near, nearCells));
+    report.requirements(requirementsOf(costs, errors));
+    return report;
+  });
   return command;
 }
 

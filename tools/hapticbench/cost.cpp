@@ -20,7 +20,7 @@
 #include "tools/hapticbench/engine/sequences.h"
 #include "tools/lib/oracle/reference_camera.h"
 #include "tools/lib/oracle/spring_oracle.h"
-#include "tools/lib/truth/rigid_frame.h"
+#include "tools/lib/truth/body_scene.h"
 #include "tools/lib/truth/true_scene.h"
 
 namespace hapticd::tools {

@@ -9,7 +9,7 @@
 
 #include "tools/hapticbench/engine/measures.h"
 #include "tools/lib/depth_noise/depth_noise.h"
-#include "tools/lib/truth/rigid_frame.h"
+#include "tools/lib/truth/body_scene.h"
 
 namespace hapticd::tools {
 namespace {

@@ -16,11 +16,6 @@ namespace hapticd::tools {
 
 using rt::Vec3;
 
-std::string_view nameOf(BlockSide side) {
-  constexpr std::array<std::string_view, 4> kNames{"left", "right", "up", "down"};
-  return kNames.at(static_cast<std::size_t>(side));
-}
-
 Vec3 outOf(BlockSide side) {
   constexpr std::array<Vec3, 4> kOut{{{-1, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}}};
   return kOut.at(static_cast<std::size_t>(side));
@@ -59,10 +54,11 @@ double borderAt(const rt::DepthModelParameters& camera, double depth_m) {
   return (drivers::SensorNoise::kFirstDeadColumn - 0.5 - camera.cx_px) / camera.fx_px * depth_m;
 }
 
-rt::DepthModelParameters cameraOf(const EntryCase& entry) {
-  constexpr double kBefore_m = 0.1;
-  if (entry.noise != SceneNoise::none) return {};
-  return fineDepthModel(entry.wall_m - kBefore_m, entry.wall_m + kBackground_m + kBefore_m);
+/// Without noise: of fine steps over the scene and 0.1 m before and behind it.
+rt::DepthModelParameters cameraOf(SceneNoise noise, double wall_m) {
+  constexpr double kBeyond_m = 0.1;
+  if (noise != SceneNoise::none) return {};
+  return fineDepthModel(wall_m - kBeyond_m, wall_m + kBackground_m + kBeyond_m);
 }
 
 /// The half-space behind a wall that faces the camera.
@@ -82,7 +78,7 @@ BodyScene sceneOf(const EntryCase& entry) {
   } else {
     bodies = {wallAt(entry.wall_m)};
   }
-  return {bodies, {}, {}, cameraOf(entry), entry.seed};
+  return {bodies, {}, {}, cameraOf(entry.noise, entry.wall_m), entry.seed};
 }
 
 /// The straight path of the hand.
@@ -116,12 +112,6 @@ EntryPath pathOf(const EntryCase& entry, const rt::DepthModelParameters& camera)
 
 bool isThroughSide(EntryKind kind) {
   return kind == EntryKind::visible_side || kind == EntryKind::hidden_side;
-}
-
-std::string_view nameOf(EntryKind kind) {
-  constexpr std::array<std::string_view, 5> kNames{"visible_side", "hidden_side", "from_behind", "into_image",
-                                                   "out_of_image"};
-  return kNames.at(static_cast<std::size_t>(kind));
 }
 
 void EntryResult::add(const EntryResult& other) {
@@ -192,7 +182,7 @@ EntryResult judgeEntry(const std::vector<EntryTick>& ticks, double stiffness_n_p
 }
 
 EntryResult runEntry(const std::string& law, const EntryCase& entry) {
-  const rt::DepthModelParameters camera = cameraOf(entry);
+  const rt::DepthModelParameters camera = cameraOf(entry.noise, entry.wall_m);
   BodyScene scene = sceneOf(entry);
   IdealConstraint ideal(scene);
   const auto box = shippedBox(law, entry.wall_m, camera);
@@ -236,28 +226,25 @@ EntryResult runEntry(const std::string& law, const EntryCase& entry) {
 
 namespace {
 
-constexpr double kBodyEdge_m = 0.1;
-constexpr double kBackgroundBehind_m = 0.35;
 constexpr double kHandFrom_m = 0.03;
 constexpr double kHandTo_m = 0.045;  // 22.5 N at 500 N/m
 constexpr double kStillBefore_m = 0.02;
 constexpr double kSurfaceDisplacement_m = 0.06;
 constexpr long kBeforePush_ticks = 700;
-constexpr double kTickOfPush_s = 0.001;
 constexpr double kPopLimit_n = 20;
 constexpr double kKnown_px = 3;  // inside the outline, where the body is certain to be
 constexpr double kTwoFrames_s = 2.0 / 30;
 
 rt::DepthModelParameters cameraOf(const BorderPushCase& push) {
   if (push.noise != SceneNoise::none) return {};
-  return fineDepthModel(push.wall_m - 0.15, push.wall_m + kBackgroundBehind_m + 0.05);
+  return fineDepthModel(push.wall_m - 0.15, push.wall_m + kBackground_m + 0.05);
 }
 
 OccludedSceneParameters bodyOf(const BorderPushCase& push) {
   OccludedSceneParameters body;
   if (push.kind == BorderKind::image_border) return body;
-  body.background_m = push.wall_m + kBackgroundBehind_m;
-  (push.kind == BorderKind::silhouette_visible ? body.left_m : body.right_m) = kBodyEdge_m;
+  body.background_m = push.wall_m + kBackground_m;
+  (push.kind == BorderKind::silhouette_visible ? body.left_m : body.right_m) = kEdge_m;
   return body;
 }
 
@@ -265,7 +252,7 @@ OccludedSceneParameters bodyOf(const BorderPushCase& push) {
 double insideOutline_px(const BorderPushCase& push, const Vec3& hip, double wall_m,
                         const rt::DepthModelParameters& camera) {
   const double ray_px = camera.fx_px * hip.x / -hip.z;
-  const double edge_px = camera.fx_px * kBodyEdge_m / wall_m;
+  const double edge_px = camera.fx_px * kEdge_m / wall_m;
   switch (push.kind) {
     case BorderKind::silhouette_hidden:
       return edge_px - ray_px;
@@ -279,27 +266,21 @@ double insideOutline_px(const BorderPushCase& push, const Vec3& hip, double wall
 
 /// Returns the point at which the hand pushes, at the level of the front.
 Vec3 footOf(const BorderPushCase& push, const rt::DepthModelParameters& camera) {
-  constexpr double kRow_m = 0.0117;
   switch (push.kind) {
     case BorderKind::silhouette_hidden:
-      return {kBodyEdge_m - push.beside_m, kRow_m, -push.wall_m};
+      return {kEdge_m - push.beside_m, kHandRow_m, -push.wall_m};
     case BorderKind::silhouette_visible:
-      return {kBodyEdge_m + push.beside_m, kRow_m, -push.wall_m};
+      return {kEdge_m + push.beside_m, kHandRow_m, -push.wall_m};
     case BorderKind::image_border:
       break;
   }
   // in sight also where a surface that moves has come nearest
   const double border_px = drivers::SensorNoise::kFirstDeadColumn - 0.5;
   const double border_m = (border_px - camera.cx_px) / camera.fx_px * (push.wall_m - kSurfaceDisplacement_m);
-  return {border_m - push.beside_m, kRow_m, -push.wall_m};
+  return {border_m - push.beside_m, kHandRow_m, -push.wall_m};
 }
 
 }  // namespace
-
-std::string_view nameOf(BorderKind kind) {
-  constexpr std::array<std::string_view, 3> kNames{"hidden side", "visible side", "image border"};
-  return kNames.at(static_cast<std::size_t>(kind));
-}
 
 void BorderPushResult::add(const BorderPushResult& other) {
   pushes += other.pushes;
@@ -315,7 +296,7 @@ BorderPushResult runBorderPush(const std::string& law, const BorderPushCase& pus
   const double stiffness = box->parameters().force.stiffness_n_per_m;
   const auto movedBy = [&push](long tick, double most_m) {
     const auto since = static_cast<double>(std::max(0L, tick - kBeforePush_ticks));
-    return std::min(most_m, push.speed_m_per_s * kTickOfPush_s * since);
+    return std::min(most_m, push.speed_m_per_s * kPeriod_s * since);
   };
   const auto wallAt = [&](long tick) {
     return push.wall_m - (push.surface_moves ? movedBy(tick, kSurfaceDisplacement_m) : 0);
@@ -325,7 +306,7 @@ BorderPushResult runBorderPush(const std::string& law, const BorderPushCase& pus
   }));
   const Vec3 foot = footOf(push, camera);
   const double displacement_m = push.surface_moves ? kSurfaceDisplacement_m : kHandFrom_m + kHandTo_m;
-  const long end = kBeforePush_ticks + std::lround(displacement_m / push.speed_m_per_s / kTickOfPush_s);
+  const long end = kBeforePush_ticks + std::lround(displacement_m / push.speed_m_per_s / kPeriod_s);
   std::vector<double> outward_n;
   std::vector<double> ideal_n;
   std::vector<double> inside_px;
@@ -347,6 +328,148 @@ BorderPushResult runBorderPush(const std::string& law, const BorderPushCase& pus
   // it lets go after its largest force, when the ray may already be nearer
   ++(inside_px[judged.largest_tick] >= kKnown_px ? result.popped : result.at_outline);
   return result;
+}
+
+namespace {
+
+constexpr double kOutline_m_per_s = 0.1;
+constexpr double kPressed_m = 0.008;
+constexpr double kFree_m = 0.02;        // where the hand begins, before the front
+constexpr double kBesideEdge_m = 0.02;  // of the hand, where the body moves aside
+constexpr double kAside_m = 0.04;       // that the body moves
+constexpr double kBeyondPass_m = 0.01;  // how much farther a body comes on than to where its outline passes
+// So far from the optical axis, per metre of depth, is a side whose outline passes over a hand while the
+// surface comes on: with a pixel of 1.7 mm at 1 m, 6 mm on are one pixel.
+constexpr double kSideOverDepth = 0.3;
+constexpr long kPress_ticks = 600;
+constexpr long kBeforeMotion_ticks = 1000;
+constexpr long kAfterMotion_ticks = 300;
+
+bool comesOn(const OutlineCase& outline) {
+  return outline.motion == OutlineMotion::comes_on;
+}
+
+/// Along the outward direction of the side.
+double sideOf(const OutlineCase& outline) {
+  if (comesOn(outline)) return -kSideOverDepth * outline.wall_m;
+  return outline.visible ? -kEdge_m : kEdge_m;
+}
+
+double travel_m(const OutlineCase& outline) {
+  return comesOn(outline) ? outline.passes_at_m - kPressed_m + kBeyondPass_m : kAside_m;
+}
+
+BodyScene sceneOf(const OutlineCase& outline) {
+  // The wall moves with the block, along itself or towards the camera.
+  BodyMotion motion;
+  motion.start_s = kBeforeMotion_ticks * kPeriod_s;
+  motion.velocity_m_per_s = kOutline_m_per_s * (comesOn(outline) ? Vec3{0, 0, 1} : -outOf(outline.side));
+  return {
+      {blockWithSide(outline.side, sideOf(outline), outline.wall_m), wallAt(outline.wall_m + kBackground_m)},
+      {},
+      motion,
+      cameraOf(outline.noise, outline.wall_m),
+      outline.seed};
+}
+
+/// The place on the front that the hand presses.
+Vec3 footOf(const OutlineCase& outline) {
+  const double hip_depth_m = outline.wall_m + kPressed_m;
+  double beside_m = kBesideEdge_m;
+  if (comesOn(outline)) {
+    // where the ray to the HIP goes past the side's edge when that has come as near as it is to
+    const double side_m = std::abs(sideOf(outline));
+    beside_m = side_m * hip_depth_m / (hip_depth_m - outline.passes_at_m) - side_m;
+  }
+  const Vec3 out = outOf(outline.side);
+  return (sideOf(outline) - beside_m) * out + kHandRow_m * cross({0, 0, 1}, out) +
+         Vec3{0, 0, -outline.wall_m};
+}
+
+}  // namespace
+
+void OutlineResult::add(const OutlineResult& other) {
+  runs += other.runs;
+  not_pressed += other.not_pressed;
+  held += other.held;
+  drop_n = std::max(drop_n, other.drop_n);
+  fewest_frames = std::min(fewest_frames, other.fewest_frames);
+}
+
+namespace {
+
+constexpr double kHigh = 0.9;
+constexpr double kHalf = 0.5;
+constexpr double kLow = 0.1;
+constexpr double kTicksOfFrame = 1000.0 / 30;
+constexpr std::ptrdiff_t kLongest_ticks = 334;  // ten frames
+constexpr double kNothing_n = 0.25;             // half a millimetre: what noise makes of a force near zero
+
+/// The largest force of up to ten frames before `tick`, which is not the first.
+double largestBefore_n(const std::vector<double>& force_n, std::size_t tick) {
+  const auto now = force_n.begin() + static_cast<std::ptrdiff_t>(tick);
+  return *std::max_element(std::max(force_n.begin(), now - kLongest_ticks), now);
+}
+
+/// In how many frames the force fell that is, at `tick`, down to 10 % of the largest one before, or to half
+/// of it where it falls no farther; nothing where it does neither.
+std::optional<double> framesOfFall(const std::vector<double>& force_n, std::size_t tick) {
+  const double largest_n = largestBefore_n(force_n, tick);
+  if (largest_n < kNothing_n) return std::nullopt;
+  std::size_t high = tick - 1;
+  const auto frames = [&] {
+    while (force_n[high] < kHigh * largest_n) --high;
+    return static_cast<double>(tick - high) / kTicksOfFrame;
+  };
+  if (force_n[tick] <= kLow * largest_n) return frames();
+  if (force_n[tick] > kHalf * largest_n || force_n[tick - 1] <= kHalf * largest_n) return std::nullopt;
+  const auto now = force_n.begin() + static_cast<std::ptrdiff_t>(tick);
+  const auto later = now + std::min(kLongest_ticks, force_n.end() - now);
+  if (*std::min_element(now, later) <= kLow * largest_n) return std::nullopt;
+  // at that speed, from 90 to 10 %
+  return frames() * (kHigh - kLow) / (kHigh - kHalf);
+}
+
+}  // namespace
+
+OutlineResult judgeOutline(const std::vector<double>& force_n, double before_n) {
+  constexpr double kPressedShare = 0.5;
+  OutlineResult result{.runs = 1};
+  if (force_n.empty() || force_n.front() < kPressedShare * before_n) {
+    result.not_pressed = 1;
+    return result;
+  }
+  for (std::size_t tick = 1; tick < force_n.size(); ++tick) {
+    result.drop_n = std::max(result.drop_n, force_n[tick - 1] - force_n[tick]);
+    if (const auto frames = framesOfFall(force_n, tick))
+      result.fewest_frames = std::min(result.fewest_frames, *frames);
+  }
+  result.held = force_n.back() > kHalf * *std::ranges::max_element(force_n) ? 1 : 0;
+  return result;
+}
+
+OutlineResult runOutline(const std::string& law, const OutlineCase& outline) {
+  const rt::DepthModelParameters camera = cameraOf(outline.noise, outline.wall_m);
+  BodyScene scene = sceneOf(outline);
+  const auto box = shippedBox(law, outline.wall_m, camera);
+  const double true_n = kPressed_m * box->parameters().force.stiffness_n_per_m;
+  const double moves_s = travel_m(outline) / kOutline_m_per_s;
+  const double stops_s = kBeforeMotion_ticks * kPeriod_s + moves_s;
+  FramePlayer player(*box, renderedStream([&](long tick, std::uint64_t number, rt::DepthFrame& frame) {
+    const double t_s = static_cast<double>(tick) * kPeriod_s;
+    scene.render(std::min(t_s, stops_s), number, outline.noise, frame);
+  }));
+  const Vec3 foot = footOf(outline);
+  const long end = kBeforeMotion_ticks + std::lround(moves_s / kPeriod_s) + kAfterMotion_ticks;
+  std::vector<double> force_n;
+  for (long tick = 0; tick < end; ++tick) {
+    const double pressed_m =
+        kOutline_m_per_s * kPeriod_s * static_cast<double>(std::max(0L, tick - kPress_ticks));
+    const Vec3 hip = foot + Vec3{0, 0, std::max(kFree_m - pressed_m, -kPressed_m)};
+    const double now_n = norm(player.tick(hip).law_force_n_in_world);
+    if (tick >= kBeforeMotion_ticks) force_n.push_back(now_n);
+  }
+  return judgeOutline(force_n, true_n);
 }
 
 }  // namespace hapticd::tools

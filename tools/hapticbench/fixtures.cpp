@@ -1,25 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-
 #include <cmath>
 #include <memory>
 #include <numbers>
 #include <span>
-#include <string_view>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "rt/base/clock.h"
 #include "rt/fixtures/fixture.h"
-#include "tools/hapticbench/engine/measures.h"
 #include "tools/hapticbench/engine/study.h"
-#include "tools/lib/offline/offline_box.h"
 #include "tools/lib/truth/true_scene.h"
 
 namespace hapticd::tools {
 namespace {
 
 /// What is added to the scene while the cost is measured.
-enum class AddedScene {
+enum class AddedScene : std::uint8_t {
   nothing,    ///< two equal cores: what the measurement itself adds
   apart,      ///< 16 regions of all shapes, none near the hand
   around,     ///< 16 regions of all shapes along the stroke, some of which hold the HIP
@@ -30,8 +27,10 @@ enum class AddedScene {
   tissue,     ///< 32 tissue regions of all contact models along the stroke
   all,        ///< stand-off, 15 regions and paths, and 32 tissue regions
 };
-constexpr std::string_view kAddedSceneNames[] = {"nothing",   "apart", "around", "standoff", "solids",
-                                                 "one place", "paths", "tissue", "all"};
+constexpr auto wordsOf(AddedScene) {
+  return rt::words<AddedScene>("nothing", "apart", "around", "standoff", "solids", "one place", "paths",
+                               "tissue", "all");
+}
 
 /// Times of ticks, in nanoseconds.
 struct FixtureCost {
@@ -41,9 +40,6 @@ struct FixtureCost {
   double added_median_ns = 0;
   double added_p999_ns = 0;
   double holding_percent = 0;  ///< ticks in which a fixture or region acted
-
-  double more_median_ns() const { return added_median_ns - plain_median_ns; }
-  double more_p999_ns() const { return added_p999_ns - plain_p999_ns; }
 };
 
 using rt::FixtureKind;
@@ -255,17 +251,15 @@ FixtureCost measureFixtureCost(AddedScene scene, int ticks) {
   return cost;
 }
 
-Columns<FixtureCost> columns() {
-  using Row = FixtureCost;
-  return {
-      {"/scene", "added", 0, [](const Row& row) { return kAddedSceneNames[static_cast<int>(row.scene)]; }},
-      {"/acting_percent", "acting %", 0, &Row::holding_percent},
-      {"/plain/median_ns", "without ns", 0, &Row::plain_median_ns},
-      {"/added/median_ns", "with ns", 0, &Row::added_median_ns},
-      {"/plain/p999_ns", "p99.9 without", 0, &Row::plain_p999_ns},
-      {"/added/p999_ns", "p99.9 with", 0, &Row::added_p999_ns},
-      {"", "more, median", 0, &Row::more_median_ns},
-      {"", "more, p99.9", 0, &Row::more_p999_ns}};
+Row fixtureCells(const FixtureCost& row) {
+  return {{"/scene", "added", 0, nameOf(row.scene)},
+          {"/acting_percent", "acting %", 0, row.holding_percent},
+          {"/plain/median_ns", "without ns", 0, row.plain_median_ns},
+          {"/added/median_ns", "with ns", 0, row.added_median_ns},
+          {"/plain/p999_ns", "p99.9 without", 0, row.plain_p999_ns},
+          {"/added/p999_ns", "p99.9 with", 0, row.added_p999_ns},
+          {"", "more, median", 0, row.added_median_ns - row.plain_median_ns},
+          {"", "more, p99.9", 0, row.added_p999_ns - row.plain_p999_ns}};
 }
 
 }  // namespace
@@ -274,17 +268,17 @@ StudyCommand fixturesCommand(CLI::App& app) {
   const auto ticks = std::make_shared<int>(60'000);
   StudyCommand command(app, "fixtures", "what virtual fixtures and tissue regions cost in each tick");
   command.quick("2,000 ticks of each", [ticks] { *ticks = 2000; });
-  command.onRun([ticks](const StudyCommand& self) {
+  command.onReport([ticks] {
     std::vector<FixtureCost> costs;
-    for (int scene = 0; scene <= static_cast<int>(AddedScene::all); ++scene) {
-      showProgress(std::string(kAddedSceneNames[scene]));
-      costs.push_back(measureFixtureCost(static_cast<AddedScene>(scene), *ticks));
+    for (const AddedScene scene : kAllOf<AddedScene>) {
+      showProgress(std::string(nameOf(scene)));
+      costs.push_back(measureFixtureCost(scene, *ticks));
     }
     Report report;
-    report.note("ticks", *ticks);
-    report.table("rows", "ticks with and without fixtures and tissue regions, nanoseconds\n", columns(),
-                 costs);
-    return self.report(report);
+    report.note("/ticks", *ticks);
+    report.table("rows", "ticks with and without fixtures and tissue regions, nanoseconds\n",
+                 rowsOf(costs, fixtureCells));
+    return report;
   });
   return command;
 }

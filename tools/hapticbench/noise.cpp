@@ -2,7 +2,9 @@
 #include "tools/hapticbench/noise.h"
 
 #include <fmt/format.h>
+#include <sysexits.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,7 +17,9 @@
 #include "drivers/camera/recorded/recording_reader.h"
 #include "rt/base/parameters.h"
 #include "tools/hapticbench/disparity.h"
-#include "tools/hapticbench/engine/measures.h"
+#include "tools/hapticbench/engine/study.h"
+#include "tools/lib/depth_noise/depth_noise.h"
+#include "tools/lib/truth/any_camera.h"
 
 namespace hapticd::tools {
 namespace {
@@ -381,6 +385,117 @@ Estimate patternCorrelation(const NoiseSession& a, const NoiseSession& b, int wi
     correlations.push_back(correlation(products, squares_a, squares_b));
   }
   return estimate(std::move(correlations));
+}
+
+namespace {
+
+/// Null where it is not a number.
+Figure figureOf(double value) {
+  return std::isnan(value) ? Figure(nullptr) : Figure(value);
+}
+
+Row estimateCells(const std::string& key, const Estimate& estimate) {
+  return {{key + "/value", "", 0, figureOf(estimate.value)},
+          {key + "/spread", "", 0, figureOf(estimate.spread)},
+          {key + "/standard_error", "", 0, figureOf(estimate.standard_error)}};
+}
+
+Row noiseCells(const NoiseStatistics& s) {
+  Row row{{"/window_px", "window px", 0, s.window_px},
+          {"/windows", "measured", 0, s.windows},
+          {"/with_holes", "holes", 0, s.with_holes},
+          {"/not_smooth", "rough", 0, s.not_smooth},
+          {"/moving", "moving", 0, s.moving}};
+  const auto add = [&row](const std::string& key, const char* heading, const Estimate& estimate) {
+    row = joined(std::move(row), estimateCells(key, estimate));
+    row.push_back({"", heading, 3, figureOf(estimate.value)});
+  };
+  const auto add_list = [&row](const std::string& key, const std::vector<Estimate>& lags) {
+    for (std::size_t i = 0; i < lags.size(); ++i)
+      row = joined(std::move(row), estimateCells(fmt::format("{}/{}", key, i), lags[i]));
+  };
+  add("/temporal_raw", "temporal", s.temporal_raw);
+  add("/standing_raw", "static", s.static_raw);
+  add("/halves_correlation", "halves", s.halves_correlation);
+  add("/left_after_8_raw", "after 8", s.left_after_8_raw);
+  add_list("/in_time_raw2", s.in_time);
+  add_list("/in_space_raw2", s.in_space);
+  return row;
+}
+
+struct NoiseOptions {
+  std::string recording;
+  std::string synthetic;  ///< setting of the synthetic camera
+  int frames = 60;
+};
+
+/// Of a Kinect v1 or the synthetic one, in raw units.
+Report reportOf(const std::string& source, const NoiseSession& session) {
+  std::vector<NoiseStatistics> statistics;
+  for (const int window_px : kWindowSides_px) statistics.push_back(measureNoise(session, window_px));
+  Report report;
+  report.note("/source", source);
+  report.note("/frames", session.frames.size());
+  report.table("windows", fmt::format("noise of {}, raw units\n", source), rowsOf(statistics, noiseCells));
+  return report;
+}
+
+/// Measures a recording with camera.yaml, in metres and not in raw units as a Kinect's.
+int runAnyCamera(const NoiseOptions& chosen, const drivers::RecordingReader& reader,
+                 const StudyCommand& command) {
+  const auto frames = framesOf(chosen.recording, reader.frames().size(), chosen.frames);
+  if (!frames) return fail(frames.error(), EX_NOINPUT);
+  DepthNoise noise;
+  const auto frame = std::make_unique<rt::DepthFrame>();
+  for (std::size_t i = 0; i < *frames; ++i) {
+    if (const auto read = reader.read(i, *frame); !read) return fail(read.error(), EX_NOINPUT);
+    noise.add(*frame);
+  }
+  const rt::DepthModelParameters& camera = *reader.camera();
+  const DepthNoiseReport measured = noise.report();
+  Report report;
+  report.say(fmt::format("{}: {} frames of {} x {} pixels, {:.1f} % holes\n", chosen.recording,
+                         measured.frames, camera.width_px, camera.height_px, 100 * measured.share_of_holes));
+  report.say(textOf(measured, camera.principle));
+  report.note("/source", chosen.recording);
+  report.note("/frames", measured.frames);
+  report.note("/shareOfHoles", measured.share_of_holes);
+  addTo(report.document(), measured, camera.principle);
+  return command.report(report);
+}
+
+int runNoise(const NoiseOptions& chosen, const StudyCommand& command) {
+  if (!chosen.synthetic.empty()) {
+    const auto noise = sensorParameters(chosen.synthetic == "harsh" ? SceneNoise::harsh : SceneNoise::sensor);
+    return command.report(reportOf(fmt::format("the synthetic camera, {}", chosen.synthetic),
+                                   madeUpSession(drivers::SensorNoise(1, noise), chosen.frames)));
+  }
+  if (chosen.recording.empty()) {
+    return fail({"noise", "there is nothing to measure", "name the folder of a recording, or give --made-up"},
+                EX_USAGE);
+  }
+  constexpr drivers::DepthLimits kAllThatACameraDelivers{0.001, 100};
+  const auto reader = drivers::RecordingReader::open(chosen.recording, kAllThatACameraDelivers);
+  if (!reader) return fail(reader.error(), EX_NOINPUT);
+  if (reader->camera()) return runAnyCamera(chosen, *reader, command);
+  const auto session = readSession(chosen.recording, chosen.frames);
+  return session ? command.report(reportOf(chosen.recording, *session)) : fail(session.error(), EX_NOINPUT);
+}
+
+}  // namespace
+
+StudyCommand noiseCommand(CLI::App& app) {
+  const auto chosen = std::make_shared<NoiseOptions>();
+  StudyCommand command(app, "noise", "statistics of the depth noise of a scene at rest");
+  CLI::Option* recording =
+      command->add_option("recording", chosen->recording,
+                          "folder of an unpacked recording whose camera is at rest most of the time");
+  command->add_option("--made-up", chosen->synthetic, "of the synthetic camera instead: recorded or harsh")
+      ->check(CLI::IsMember({"recorded", "harsh"}))
+      ->excludes(recording);
+  command.number("--frames", chosen->frames, kMinFrames, 600, "number of frames that are used (60)");
+  command.onRun([chosen](const StudyCommand& self) { return runNoise(*chosen, self); });
+  return command;
 }
 
 }  // namespace hapticd::tools

@@ -4,18 +4,18 @@
 #include <limits>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "rt/base/vec3.h"
+#include "rt/base/words.h"
 #include "rt/depth/depth_frame.h"
 #include "rt/laws/force_law.h"
 #include "rt/loop/loop_state.h"
 #include "tools/hapticbench/engine/laws.h"
 #include "tools/hapticbench/engine/measures.h"
+#include "tools/lib/truth/any_camera.h"
+#include "tools/lib/truth/body_scene.h"
 #include "tools/lib/truth/occluded_scene.h"
-#include "tools/lib/truth/scene_noise.h"
-#include "tools/lib/truth/true_body.h"
 
 namespace hapticd::tools {
 
@@ -27,10 +27,9 @@ enum class HandDuringPassage : std::uint8_t {
   entering,  ///< free; is pushed in 6 mm while it is hidden
   leaving,   ///< presses; is pulled back to 30 mm while it is hidden
 };
-inline constexpr std::array kAllHands{HandDuringPassage::free, HandDuringPassage::pressing,
-                                      HandDuringPassage::stroking, HandDuringPassage::entering,
-                                      HandDuringPassage::leaving};
-std::string_view nameOf(HandDuringPassage hand);
+constexpr auto wordsOf(HandDuringPassage) {
+  return rt::words<HandDuringPassage>("free", "pressing", "stroking", "entering", "leaving");
+}
 
 /// A body that passes in front of a hand at a wall.
 struct PassageCase {
@@ -125,8 +124,9 @@ NearLimitResult runNearLimit(const std::string& law, double speed_m_per_s);
 
 /// A side of a block that faces the camera, as it lies in the image.
 enum class BlockSide : std::uint8_t { left, right, up, down };
-inline constexpr std::array kAllSides{BlockSide::left, BlockSide::right, BlockSide::up, BlockSide::down};
-std::string_view nameOf(BlockSide side);
+constexpr auto wordsOf(BlockSide) {
+  return rt::words<BlockSide>("left", "right", "up", "down");
+}
 /// Unit vector out of the block through that side, in the camera's frame.
 rt::Vec3 outOf(BlockSide side);
 /// A block whose front is `wall_m` from the camera and 0.2 m wide, endless in depth. `side_m`: where that
@@ -141,7 +141,9 @@ enum class EntryKind : std::uint8_t {
   into_image,    ///< behind the level of a wall, from beyond the image's border
   out_of_image,  ///< pressing on a wall, over the image's border
 };
-std::string_view nameOf(EntryKind kind);
+constexpr auto wordsOf(EntryKind) {
+  return rt::words<EntryKind>("visible_side", "hidden_side", "from_behind", "into_image", "out_of_image");
+}
 bool isThroughSide(EntryKind kind);
 
 struct EntryCase {
@@ -193,8 +195,9 @@ enum class OutlineMotion : std::uint8_t {
   aside,     ///< the body moves out from under the hand
   comes_on,  ///< towards the camera, so that the outline moves outwards in the image; the hand stays in it
 };
-inline constexpr std::array kOutlineMotions{OutlineMotion::aside, OutlineMotion::comes_on};
-std::string_view nameOf(OutlineMotion motion);
+constexpr auto wordsOf(OutlineMotion) {
+  return rt::words<OutlineMotion>("moves aside", "comes on");
+}
 
 /// The body moves at 0.1 m/s.
 struct OutlineCase {
@@ -229,7 +232,9 @@ enum class BorderKind : std::uint8_t {
   silhouette_visible,  ///< a body's edge whose side it sees
   image_border,        ///< the last column that is measured
 };
-std::string_view nameOf(BorderKind kind);
+constexpr auto wordsOf(BorderKind) {
+  return rt::words<BorderKind>("hidden side", "visible side", "image border");
+}
 
 /// A push straight in, 45 mm deep, beside a border.
 struct BorderPushCase {

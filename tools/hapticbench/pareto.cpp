@@ -14,7 +14,7 @@
 #include "tools/hapticbench/accuracy.h"
 #include "tools/hapticbench/cost.h"
 #include "tools/hapticbench/engine/study.h"
-#include "tools/hapticbench/strokes/strokes.h"
+#include "tools/hapticbench/strokes.h"
 #include "tools/lib/truth/noise_floor.h"
 
 namespace hapticd::tools {
@@ -121,11 +121,6 @@ FloorBody ballAt(double distance_m) {
 
 }  // namespace
 
-std::string_view nameOf(SurfaceKind kind) {
-  constexpr std::array<std::string_view, 3> kNames{"flat", "curved", "moving"};
-  return kNames.at(static_cast<std::size_t>(kind));
-}
-
 std::vector<DistanceError> measureDistanceErrors(const DistanceErrorOptions& options) {
   StrokesOptions strokes;
   strokes.laws = options.laws;
@@ -138,19 +133,15 @@ std::vector<DistanceError> measureDistanceErrors(const DistanceErrorOptions& opt
     strokes.scenes = scenesOf(kind);
     rows.push_back(measureStrokes(strokes));
   }
+  std::vector<DistanceError> likes{{}};
+  likes = varied(likes, &DistanceError::law, options.laws);
+  likes = varied(likes, &DistanceError::noise, options.noises);
+  likes = varied(likes, &DistanceError::distance_m, options.distances_m);
   std::vector<DistanceError> errors;
-  for (const std::string& law : options.laws) {
-    for (const SceneNoise noise : options.noises) {
-      for (const double distance_m : options.distances_m) {
-        for (std::size_t i = 0; i < rows.size(); ++i) {
-          DistanceError like;
-          like.law = law;
-          like.noise = noise;
-          like.distance_m = distance_m;
-          like.kind = options.kinds[i];
-          errors.push_back(summed(rows[i], like));
-        }
-      }
+  for (DistanceError& like : likes) {
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      like.kind = options.kinds[i];
+      errors.push_back(summed(rows[i], like));
     }
   }
   return errors;

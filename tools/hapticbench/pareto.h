@@ -6,7 +6,6 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "config/base/error.h"
@@ -14,7 +13,7 @@
 #include "tools/hapticbench/engine/laws.h"
 #include "tools/hapticbench/engine/measures.h"
 #include "tools/hapticbench/engine/report.h"
-#include "tools/lib/truth/scene_noise.h"
+#include "tools/lib/truth/any_camera.h"
 
 namespace hapticd::tools {
 
@@ -55,8 +54,9 @@ enum class SurfaceKind : std::uint8_t {
   curved,  ///< a ball of 100 mm and a rod of 80 mm
   moving,  ///< a plane at 0.3 m/s, judged at the time of each tick
 };
-inline constexpr std::array kSurfaceKinds{SurfaceKind::flat, SurfaceKind::curved, SurfaceKind::moving};
-std::string_view nameOf(SurfaceKind kind);
+constexpr auto wordsOf(SurfaceKind) {
+  return rt::words<SurfaceKind>("flat", "curved", "moving");
+}
 
 /// Error of a law as shipped in strokes 8 mm deep over one kind of surface.
 struct DistanceError {
@@ -73,7 +73,7 @@ struct DistanceErrorOptions {
   std::vector<std::string> laws{"nearest_springs", "smooth_springs", "proxy", "surface"};
   std::vector<double> distances_m{0.6, 1, 1.5, 2, 3};
   std::vector<SceneNoise> noises{SceneNoise::sensor, SceneNoise::harsh};
-  std::vector<SurfaceKind> kinds{kSurfaceKinds.begin(), kSurfaceKinds.end()};
+  std::vector<SurfaceKind> kinds = everyOne<SurfaceKind>();
   int variants = 2;  ///< strokes over each scene
 };
 

@@ -60,11 +60,6 @@ double movedSince(long ticks, double from_m, double to_m) {
 
 }  // namespace
 
-std::string_view nameOf(HandDuringPassage hand) {
-  constexpr std::array<std::string_view, 5> kNames{"free", "pressing", "stroking", "entering", "leaving"};
-  return kNames.at(static_cast<std::size_t>(hand));
-}
-
 void PassageResult::add(const PassageResult& other) {
   ghost.add(other.ghost);
   error.add(other.error);
@@ -180,11 +175,9 @@ namespace {
 
 constexpr double kStartBeyond_m = 0.05;  // from the near limit
 constexpr double kEndBefore_m = 0.03;
-constexpr double kPressed_m = 0.006;
 constexpr long kSettle_ticks = 700;
 constexpr long kPause_ticks = 2000;
 constexpr long kAfter_ticks = 700;
-constexpr double kPeriod_s = 0.001;
 
 /// Depth of a wall that approaches, waits and goes back.
 class WallMotion {
@@ -192,12 +185,12 @@ class WallMotion {
   WallMotion(double near_m, double speed_m_per_s)
       : near_m_(near_m),
         speed_(speed_m_per_s),
-        moving_(std::lround((kStartBeyond_m + kEndBefore_m) / speed_m_per_s / kPeriod_s)) {}
+        moving_(std::lround((kStartBeyond_m + kEndBefore_m) / speed_m_per_s / kTick_s)) {}
 
   double depth_m(long tick) const {
     const long coming = std::clamp(tick - kSettle_ticks, 0L, moving_);
     const long going = std::clamp(tick - kSettle_ticks - moving_ - kPause_ticks, 0L, moving_);
-    return near_m_ + kStartBeyond_m - speed_ * kPeriod_s * static_cast<double>(coming - going);
+    return near_m_ + kStartBeyond_m - speed_ * kTick_s * static_cast<double>(coming - going);
   }
   long end() const { return kSettle_ticks + 2 * moving_ + kPause_ticks + kAfter_ticks; }
 
@@ -244,7 +237,7 @@ NearLimitResult runNearLimit(const std::string& law, double speed_m_per_s) {
     scene.render({.wall_m = wall.depth_m(tick)}, number, frame);
     measured = wall.depth_m(tick) >= camera.near_m;
   }));
-  const rt::Vec3 hip{0.0213, 0.0117, -(camera.near_m + kPressed_m)};
+  const rt::Vec3 hip{0.0213, 0.0117, -(camera.near_m + kPress_m)};
   std::vector<NearLimitTick> ticks;
   std::size_t too_near = 0;
   std::size_t back = 0;

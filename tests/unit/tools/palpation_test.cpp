@@ -19,7 +19,7 @@
 #include "rt/tissue/tissue.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/lib/palpation/palpation_map.h"
+#include "tools/haptic-palpate/palpation_map.h"
 
 namespace hapticd::tools {
 namespace {

@@ -9,7 +9,7 @@
 #include "tests/support/file_content.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/lib/plot/plot_script.h"
+#include "tools/lib/plot/gnuplot.h"
 
 namespace hapticd::tools {
 namespace {

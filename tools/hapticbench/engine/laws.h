@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "config/settings/law_choice.h"
@@ -20,14 +21,26 @@
 
 namespace hapticd::tools {
 
-/// The laws as the studies run them: bare, with a setting, or as shipped.
 using config::nameOf;
 
-inline constexpr auto kAllLaws = [] {
-  std::array<rt::ForceLaw, rt::kForceLaws.size()> laws{};
-  std::ranges::transform(rt::kForceLaws, laws.begin(), &rt::ForceLawRow::law);
-  return laws;
+/// What an option calls an enumerator; and all of them, in their order.
+template <rt::Worded Enumeration>
+constexpr std::string_view nameOf(Enumeration value) {
+  return rt::wordOf(value);
+}
+template <rt::Worded Enumeration>
+inline constexpr auto kAllOf = [] {
+  std::array<Enumeration, rt::kWords<Enumeration>.size()> all{};
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<Enumeration>(i);
+  return all;
 }();
+/// The same for options that are all of them.
+template <rt::Worded Enumeration>
+std::vector<Enumeration> everyOne() {
+  return {kAllOf<Enumeration>.begin(), kAllOf<Enumeration>.end()};
+}
+
+/// The laws as the studies run them: bare, with a setting, or as shipped.
 
 /// A force law and what of its settings changes its cost or its error. Ordered by its members in turn.
 struct LawSetting {

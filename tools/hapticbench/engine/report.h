@@ -1,115 +1,95 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
+
+#include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <nlohmann/json.hpp>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "tools/hapticbench/engine/measures.h"
 
 /// A study's figures and limits, described once for all its reports: text for people, JSON for programs,
-/// Markdown for the documents.
+/// pictures, Markdown for the documents.
 namespace hapticd::tools {
 
-using Json = nlohmann::ordered_json;
+/// What a cell of a table holds, before it is text.
+class Figure {
+ public:
+  /// One that the row does not have: a blank cell in text, no member in JSON.
+  Figure() = default;
+  /// One that is not known: a dash in text, null in JSON.
+  Figure(std::nullptr_t) : value_(nullptr) {}
+  Figure(bool value) : value_(value) {}
+  Figure(double value) : value_(value) {}
+  Figure(std::string value) : value_(std::move(value)) {}
+  Figure(std::string_view value) : value_(std::string(value)) {}
+  Figure(const char* value) : value_(std::string(value)) {}
+  template <std::integral Whole>
+  Figure(Whole value) : value_(static_cast<std::int64_t>(value)) {}
+  /// Not known where it is empty.
+  Figure(const std::optional<double>& value) {
+    if (value) {
+      value_ = *value;
+    } else {
+      value_ = nullptr;
+    }
+  }
 
-/// A figure that a row does not have: a blank cell in text, no member in JSON.
-inline Json noFigure() {
-  return Json(Json::value_t::discarded);
-}
-inline Json figureWhere(bool has, Json figure) {
-  return has ? std::move(figure) : noFigure();
-}
-/// A dash in text, null in JSON where it is not known.
-inline Json ifKnown(const std::optional<double>& figure) {
-  return figure ? Json(*figure) : Json();
-}
+  /// `figure` where the row has it.
+  static Figure where(bool has, Figure figure) { return has ? std::move(figure) : Figure(); }
 
-/// One figure of a row.
-template <typename Row>
-struct Column {
+  bool isWord() const { return std::holds_alternative<std::string>(value_); }
+  /// Words and truth values stand at the left of their column.
+  bool isText() const { return isWord() || std::holds_alternative<bool>(value_); }
+  std::optional<double> number() const;
+  /// `scale`, `decimals`: of numbers that are not whole.
+  std::string text(int decimals, double scale) const;
+  /// Writes it to `member()`, unless the row does not have it.
+  void write(const std::function<nlohmann::ordered_json&()>& member) const;
+
+ private:
+  std::variant<std::monostate, std::nullptr_t, bool, std::int64_t, double, std::string> value_;
+};
+
+/// A figure of a row, and how it is shown. All rows of a table have the same cells.
+struct Cell {
   std::string key;      ///< JSON pointer of the member: "/gap_m", "/error_n/rms"; empty: not in JSON
   std::string heading;  ///< in text, with the unit; empty: not in text
   int decimals = 0;     ///< in text, of numbers that are not whole
-  std::function<Json(const Row&)> figure;
+  Figure figure;
   double scale = 1;  ///< in text: 1000 shows metres as millimetres
 };
+using Row = std::vector<Cell>;
 
-template <typename Row>
-using Columns = std::vector<Column<Row>>;
+/// The cells one after the other.
+Row joined(Row row, const Row& more);
 
-/// The columns one after the other.
-template <typename Row>
-Columns<Row> joined(Columns<Row> columns, const Columns<Row>& more) {
-  columns.insert(columns.end(), more.begin(), more.end());
-  return columns;
+/// The RMS and the maximum of a spread: the members "rms" and "max" of the object at `key`.
+Row spreadCells(const std::string& key, const std::string& rms_heading, const std::string& max_heading,
+                const Spread& spread);
+
+/// The rows of a table: `cells(item)` of each.
+template <typename Items, typename Cells>
+std::vector<Row> rowsOf(const Items& items, const Cells& cells) {
+  std::vector<Row> rows;
+  for (const auto& item : items) rows.push_back(cells(item));
+  return rows;
 }
-
-/// Adds the RMS and the maximum of a spread: the members "rms" and "max" of the object at `key`.
-template <typename Row, typename SpreadOf>
-void addSpread(Columns<Row>& columns, const std::string& key, const std::string& rms_heading,
-               const std::string& max_heading, const SpreadOf& spread) {
-  constexpr int kDecimals = 2;
-  columns.push_back(
-      {key + "/rms", rms_heading, kDecimals, [spread](const Row& row) { return spread(row).rms(); }});
-  columns.push_back(
-      {key + "/max", max_heading, kDecimals, [spread](const Row& row) { return spread(row).max(); }});
-}
-
-/// Figures under the headings of a table, before they are text.
-struct Figures {
-  struct Heading {
-    std::string text;
-    int decimals = 0;
-    double scale = 1;
-  };
-  std::vector<Heading> headings;
-  std::vector<std::vector<Json>> rows;
-};
-
-/// A table as lines of text, columns as wide as their widest cell: words to the left, numbers to the right.
-std::string textOf(const Figures& figures);
 
 /// A Markdown table; the first `text_columns` are aligned to the left, the others to the right.
 std::string markdownTable(const std::vector<std::string>& headings, std::size_t text_columns,
                           const std::vector<std::vector<std::string>>& rows);
-
-/// What a table shows as text.
-template <typename Row, typename Rows>
-Figures figuresOf(const Columns<Row>& columns, const Rows& rows) {
-  Figures table;
-  for (const Column<Row>& column : columns) {
-    if (!column.heading.empty()) table.headings.push_back({column.heading, column.decimals, column.scale});
-  }
-  for (const Row& row : rows) {
-    auto& cells = table.rows.emplace_back();
-    for (const Column<Row>& column : columns) {
-      if (!column.heading.empty()) cells.push_back(column.figure(row));
-    }
-  }
-  return table;
-}
-
-/// A JSON array with an object for each row.
-template <typename Row, typename Rows>
-Json tableJson(const Columns<Row>& columns, const Rows& rows) {
-  Json list = Json::array();
-  for (const Row& row : rows) {
-    Json& object = list.emplace_back(Json::object());
-    for (const Column<Row>& column : columns) {
-      if (column.key.empty()) continue;
-      Json figure = column.figure(row);
-      if (!figure.is_discarded()) object[Json::json_pointer(column.key)] = std::move(figure);
-    }
-  }
-  return list;
-}
 
 /// A limit on a figure, and whether it is met.
 struct Requirement {
@@ -128,87 +108,83 @@ struct Requirement {
   static Requirement notMeasured(std::string law, std::string text);
 };
 
-/// The figure of a row that a requirement limits, and its limit.
-struct LimitedFigure {
+/// The figure of a row that a requirement limits, and the most that it may be.
+struct Limit {
+  std::string text;
+  bool applies = true;  ///< to this row
   double value = 0;
   double limit = 0;
+  std::string law{};  ///< empty: that of checked()
 };
 
-/// A requirement that is checked row by row. `figure` gives nothing for a row that it does not apply to.
-template <typename Row>
-struct RowRequirement {
-  std::string text;
-  std::function<std::optional<LimitedFigure>(const Row&)> figure;
-};
+/// Counts another row in the requirements that its limits, in the same order, are of.
+void checkRow(std::vector<Requirement>& requirements, const std::vector<Limit>& limits,
+              const std::string& row);
 
-/// `value` and `limit` where the requirement applies.
-inline std::optional<LimitedFigure> figureIf(bool applies, double value, double limit) {
-  return applies ? std::optional(LimitedFigure{value, limit}) : std::nullopt;
-}
-
-/// Checks the rows that `belongs` holds for; the worst one is the one farthest beyond its limit or nearest to
-/// it. `describe` names the row.
-template <typename Row, typename Rows, typename Belongs, typename Describe>
-Requirement checked(const std::string& law, const RowRequirement<Row>& requirement, const Rows& rows,
-                    const Belongs& belongs, const Describe& describe) {
-  constexpr double kRounding = 1e-9;
-  Requirement result{.law = law, .text = requirement.text, .cases = 0, .worst = {}};
-  for (const Row& row : rows) {
-    const auto figure = belongs(row) ? requirement.figure(row) : std::nullopt;
-    if (!figure) continue;
-    if (figure->value > figure->limit + kRounding) ++result.violated;
-    if (result.cases++ > 0 && figure->value - figure->limit <= result.measured - result.limit) continue;
-    result.measured = figure->value;
-    result.limit = figure->limit;
-    result.worst = describe(row);
+/// Checks for each law, or whatever divides the items, what `limits_of(item)` says, the same limits in the
+/// same order for each item, of the items that `belongs(item, law)` holds for; the worst one is the one
+/// farthest beyond its limit or nearest to it. `describe` names an item.
+template <typename Item, typename Belongs, typename LimitsOf, typename Describe>
+std::vector<Requirement> checked(const std::vector<std::string>& laws, const std::vector<Item>& items,
+                                 const Belongs& belongs, const LimitsOf& limits_of,
+                                 const Describe& describe) {
+  std::vector<Requirement> all;
+  for (const std::string& law : laws) {
+    std::vector<Requirement> of_law;
+    for (const Limit& limit : limits_of(Item{}))
+      of_law.push_back(Requirement::notMeasured(limit.law.empty() ? law : limit.law, limit.text));
+    for (const Item& item : items) {
+      if (belongs(item, law)) checkRow(of_law, limits_of(item), describe(item));
+    }
+    all.insert(all.end(), of_law.begin(), of_law.end());
   }
-  return result;
+  return all;
 }
-
-/// A table with its name in drawings.
-struct NamedTable {
-  std::string name;
-  Figures figures;
-};
 
 /// What a study tells, part by part.
 class Report {
  public:
+  Report();
+
   /// For people alone.
   void say(const std::string& text) { text_ += text; }
-  /// For programs alone: a member of the document.
-  void note(const std::string& key, Json value) { document_[key] = std::move(value); }
-  /// The rows as a table below `title`, unless there are none, and as the array `key`.
-  template <typename Row, typename Rows>
-  void table(const std::string& key, const std::string& title, const Columns<Row>& columns,
-             const Rows& rows) {
-    show(key, title, columns, rows);
-    note(key, tableJson(columns, rows));
+  /// For programs alone: a member of the document, by its JSON pointer.
+  void note(const std::string& pointer, const Figure& figure);
+  /// For programs alone: the rows as an array of objects.
+  void note(const std::string& pointer, const std::vector<Row>& rows);
+  /// The document, for what is not a figure.
+  nlohmann::ordered_json& document() { return *document_; }
+  /// The rows as a table below `title`, unless there are none, and as the array `name`.
+  void table(const std::string& name, const std::string& title, const std::vector<Row>& rows) {
+    show(name, title, rows);
+    note("/" + name, rows);
   }
   /// The same without JSON; `name`: of the table in a drawing.
-  template <typename Row, typename Rows>
-  void show(const std::string& name, const std::string& title, const Columns<Row>& columns,
-            const Rows& rows) {
-    Figures figures = figuresOf(columns, rows);
-    if (figures.rows.empty()) return;
-    say(title + textOf(figures));
-    tables_.push_back({name, std::move(figures)});
-  }
-  void requirements(std::span<const Requirement> requirements);
+  void show(const std::string& name, const std::string& title, std::vector<Row> rows);
+  void requirements(const std::vector<Requirement>& requirements);
 
-  /// The script by which gnuplot draws the report into an image with this ending; without it the tables are
-  /// drawn.
+  /// The script by which gnuplot draws the report into an image with this ending.
   using Drawing = std::function<std::string(const std::filesystem::path& image)>;
   void drawAs(Drawing drawing) { drawing_ = std::move(drawing); }
+  /// Without drawAs() the tables are drawn: for each a row of panels, one for each column of numbers, in
+  /// which a point stands for each row of the table. The words that name a row stand beside the first panel.
+  /// A panel has a logarithmic axis where all its numbers are positive and span more than a factor of 50.
+  /// Tables without numbers are left out.
   std::string drawing(const std::filesystem::path& image) const;
 
   const std::string& text() const { return text_; }
-  std::string json() const { return document_.dump(2) + "\n"; }
+  std::string json() const;
 
  private:
+  /// A table as people see it: cells without a heading are left out.
+  struct Shown {
+    std::string name;
+    std::vector<Row> rows;
+  };
+
   std::string text_;
-  Json document_ = Json::object();
-  std::vector<NamedTable> tables_;
+  std::shared_ptr<nlohmann::ordered_json> document_;
+  std::vector<Shown> tables_;
   Drawing drawing_;
 };
 

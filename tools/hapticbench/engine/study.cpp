@@ -3,17 +3,29 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <sysexits.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
+#include <optional>
 
 #include "config/base/whole_file.h"
 #include "tools/lib/options/option_checks.h"
+#include "tools/lib/parts/parts.h"
 #include "tools/lib/plot/gnuplot.h"
 
 namespace hapticd::tools {
+
+/// What the files are that a run reads and writes.
+struct StudyCommand::Files {
+  std::string json;
+  std::string plot;
+  Division division;
+  std::optional<PartFile> joined;  ///< the run that --join put together
+};
 
 int fail(const base::Error& error, int status) {
   fmt::print(stderr, "hapticbench: {}\n", error.text());
@@ -31,24 +43,64 @@ void showProgress(const std::string& what) {
 }
 
 StudyCommand::StudyCommand(CLI::App& app, const std::string& name, const std::string& description)
-    : command_(app.add_subcommand(name, description)) {
-  command_->add_option("--json", *json_file_, "also write the result there, for programs")
+    : command_(app.add_subcommand(name, description)), files_(std::make_shared<Files>()) {
+  command_->add_option("--json", files_->json, "also write the result there, for programs")
       ->type_name("FILE")
       ->check(endsIn(".json"));
-  command_->add_option("--plot", *plot_file_, "also draw the result there, with gnuplot: .svg, .png or .pdf")
+  command_->add_option("--plot", files_->plot, "also draw the result there, with gnuplot: .svg, .png or .pdf")
       ->type_name("FILE")
       ->check(endsIn(".svg", ".png", ".pdf"));
 }
 
 int StudyCommand::report(const Report& report) const {
   const int status = print(report.text(), report.json());
-  if (status != EX_OK || plot_file_->empty()) return status;
-  const auto drawn = runGnuplot(report.drawing(*plot_file_), *plot_file_, "--json writes the data");
+  if (status != EX_OK || files_->plot.empty()) return status;
+  const auto drawn = runGnuplot(report.drawing(files_->plot), files_->plot, "--json writes the data");
   return drawn ? EX_OK : fail(drawn.error(), EX_CANTCREAT);
 }
 
 void StudyCommand::quick(const std::string& help, const std::function<void()>& change) {
   command_->add_flag_callback("--quick", change, help);
+}
+
+template <typename Number>
+void StudyCommand::number(const std::string& option, Number& value, Number lowest, Number highest,
+                          const std::string& help) {
+  command_->add_option(option, value, help)->check(within(lowest, highest));
+}
+template void StudyCommand::number(const std::string&, int&, int, int, const std::string&);
+template void StudyCommand::number(const std::string&, std::size_t&, std::size_t, std::size_t,
+                                   const std::string&);
+template void StudyCommand::number(const std::string&, double&, double, double, const std::string&);
+
+template <typename Number>
+void StudyCommand::numbers(const std::string& option, std::vector<Number>& values, Number lowest,
+                           Number highest, const std::string& help) {
+  command_->add_option(option, values, help)->delimiter(',')->check(within(lowest, highest));
+}
+template void StudyCommand::numbers(const std::string&, std::vector<int>&, int, int, const std::string&);
+template void StudyCommand::numbers(const std::string&, std::vector<double>&, double, double,
+                                    const std::string&);
+
+void StudyCommand::flag(const std::string& option, bool& value, const std::string& help) {
+  command_->add_flag(option, value, help);
+}
+
+void StudyCommand::file(const std::string& option, std::string& name, const char* ending,
+                        const std::string& help) {
+  command_->add_option(option, name, help)->type_name("FILE")->check(endsIn(ending));
+}
+
+void StudyCommand::footer(const std::string& text) {
+  command_->footer(text);
+}
+
+bool StudyCommand::chosen() const {
+  return command_->parsed();
+}
+
+std::string StudyCommand::path() const {
+  return "hapticbench " + command_->get_name();
 }
 
 void StudyCommand::names(const std::string& option, std::vector<std::string>& chosen,
@@ -80,8 +132,8 @@ void StudyCommand::recordings(std::string& folder) {
 }
 
 void StudyCommand::parts() {
-  addPartOptions(*command_, *division_, "--json");
-  command_->footer(
+  addPartOptions(*command_, files_->division, "--json");
+  footer(
       fmt::format("Cases are independent, so that several computers can share them (tools/slurm):\n"
                   "  {0} --part 1/2 --json part1.json\n"
                   "  {0} --part 2/2 --json part2.json\n"
@@ -103,58 +155,73 @@ std::vector<std::string> StudyCommand::optionsOfResults() const {
 }
 
 int StudyCommand::run() const {
-  if (division_->files.empty()) return run_(*this);
+  if (files_->division.files.empty()) return run_(*this);
   const auto done = join();
   return done ? run_(*this) : fail(done.error(), EX_DATAERR);
 }
 
+namespace {
+
+base::Error refusal(const std::string& file, std::string what) {
+  return {file, std::move(what), "compute the part again with --part"};
+}
+
+}  // namespace
+
 base::Result<void> StudyCommand::join() const {
-  auto whole = joinFiles(division_->files, path(), HAPTICD_VERSION);
+  const std::vector<std::string>& names = files_->division.files;
+  auto whole = joinFiles(names, path(), HAPTICD_VERSION);
   if (!whole) return std::unexpected(whole.error());
   try {
     std::vector<std::string> options(whole->run.options.rbegin(), whole->run.options.rend());
-    const std::string json_file = *json_file_;
-    const std::string plot_file = *plot_file_;
+    const std::string json = files_->json;
+    const std::string plot = files_->plot;
     command_->parse(options);  // which takes the first one from the end
-    *json_file_ = json_file;
-    *plot_file_ = plot_file;
+    files_->json = json;
+    files_->plot = plot;
   } catch (const CLI::Error& problem) {
-    return std::unexpected(base::Error{division_->files.front(),
-                                       fmt::format("names options that are none: {}", problem.what()),
-                                       "compute the part again with --part"});
+    return std::unexpected(
+        refusal(names.front(), fmt::format("names options that are none: {}", problem.what())));
   }
-  joined_->emplace(std::move(*whole));
+  files_->joined = std::move(*whole);
   return {};
 }
 
-base::Result<void> StudyCommand::fromJoined(std::size_t cases,
-                                            const std::function<void(const nlohmann::json&)>& read) const {
-  const auto refusal = [this](const std::string& what) {
-    return std::unexpected(base::Error{division_->files.front(), what, "compute the part again with --part"});
-  };
-  if (joined()->run.cases != cases)
-    return refusal(fmt::format("is of {} cases, its options give {}", joined()->run.cases, cases));
-  try {
-    read(joined()->results);
-  } catch (const std::exception& problem) {
-    return refusal(fmt::format("holds results that cannot be read: {}", problem.what()));
+int StudyCommand::divided(const Cases& cases) const {
+  const Division& division = files_->division;
+  if (const auto& joined = files_->joined) {
+    const auto refused = [&](std::string what) {
+      return fail(refusal(division.files.front(), std::move(what)), EX_DATAERR);
+    };
+    if (joined->run.cases != cases.count)
+      return refused(fmt::format("is of {} cases, its options give {}", joined->run.cases, cases.count));
+    try {
+      cases.read(joined->results);
+    } catch (const std::exception& problem) {
+      return refused(fmt::format("holds results that cannot be read: {}", problem.what()));
+    }
+    return report(cases.report());
   }
-  return {};
-}
-
-int StudyCommand::writePart(std::size_t cases, const nlohmann::json& input,
-                            const nlohmann::json& results) const {
-  const PartFile file{.run = {path(), HAPTICD_VERSION, optionsOfResults(), input, cases},
-                      .part = *division_->part,
-                      .results = results};
-  return print(fmt::format("part {}: {} of {} cases\n", nameOf(file.part), results.size(), cases),
+  for (std::size_t index = 0; index < cases.count; ++index) {
+    if (division.part && !division.part->has(index)) continue;
+    showProgress(fmt::format("case {} of {}", index + 1, cases.count));
+    cases.measure(index);
+  }
+  if (!division.part) return report(cases.report());
+  const PartFile file{.run = {.program = path(),
+                              .version = HAPTICD_VERSION,
+                              .options = optionsOfResults(),
+                              .cases = cases.count},
+                      .part = *division.part,
+                      .results = cases.write()};
+  return print(fmt::format("part {}: {} of {} cases\n", nameOf(file.part), file.results.size(), cases.count),
                partText(file));
 }
 
 int StudyCommand::print(const std::string& text, const std::string& json) const {
   showProgress("");
   fmt::print("{}", text);
-  return writeReport(*json_file_, json);
+  return writeReport(files_->json, json);
 }
 
 }  // namespace hapticd::tools

@@ -1,28 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <fmt/format.h>
-#include <sysexits.h>
-
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
+#include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "config/base/error.h"
-#include "config/settings/law_choice.h"
+#include "tools/hapticbench/engine/laws.h"
 #include "tools/hapticbench/engine/report.h"
-#include "tools/lib/options/option_checks.h"
 #include "tools/lib/parts/fields.h"
-#include "tools/lib/parts/parts.h"
+
+namespace CLI {
+class App;
+}
 
 namespace hapticd::tools {
-
-using config::nameOf;
 
 /// Prints `error` and returns `status`.
 int fail(const base::Error& error, int status);
@@ -39,6 +36,17 @@ std::vector<std::string> namesOf(const Values& values) {
   return names;
 }
 
+/// The cases with each of the values in turn: of several members, the one that is varied first changes last.
+template <typename Case, typename Value>
+std::vector<Case> varied(const std::vector<Case>& cases, Value Case::*member,
+                         const std::vector<Value>& values) {
+  std::vector<Case> all;
+  for (const Case& one : cases) {
+    for (const Value& value : values) all.emplace_back(one).*member = value;
+  }
+  return all;
+}
+
 /// A subcommand of hapticbench, with --json and --plot. Its options write straight into what the study takes,
 /// in the order in which they are added here, so that --quick, added first, is overridden by whatever else is
 /// named.
@@ -50,12 +58,17 @@ class StudyCommand {
 
   /// `change` is called where --quick is given.
   void quick(const std::string& help, const std::function<void()>& change);
+  /// A number within the range.
+  template <typename Number>
+  void number(const std::string& option, Number& value, Number lowest, Number highest,
+              const std::string& help);
   /// Numbers with commas between them, each within the range.
   template <typename Number>
   void numbers(const std::string& option, std::vector<Number>& values, Number lowest, Number highest,
-               const std::string& help) {
-    command_->add_option(option, values, help)->delimiter(',')->check(within(lowest, highest));
-  }
+               const std::string& help);
+  void flag(const std::string& option, bool& value, const std::string& help);
+  /// The name of a file with that ending.
+  void file(const std::string& option, std::string& name, const char* ending, const std::string& help);
   /// Names out of `all`, with commas between them.
   void names(const std::string& option, std::vector<std::string>& chosen, const std::vector<std::string>& all,
              const std::string& usual);
@@ -76,32 +89,30 @@ class StudyCommand {
   /// --part and --join, for a study of independent cases; added after all other options.
   void parts();
 
+  void footer(const std::string& text);
+
   /// Sets the function of the subcommand, which returns the exit status.
   void onRun(const std::function<int(const StudyCommand&)>& run) { run_ = run; }
-  bool chosen() const { return command_->parsed(); }
+  /// The same for a study that always has a report.
+  void onReport(const std::function<Report()>& report_of) {
+    run_ = [report_of](const StudyCommand& self) { return self.report(report_of()); };
+  }
+  bool chosen() const;
   /// With --join, onRun() finds the options that the parts were computed with.
   int run() const;
-  /// The run that --join put together; nothing without it.
-  const std::optional<PartFile>& joined() const { return *joined_; }
 
   /// Reports `report_of(results)`, with `measure(case)` of each of the cases in their order; with --join,
   /// with what the parts hold. With --part measures only its cases and writes them to the file of --json, for
   /// --join. `measure` computes a case by itself: its result does not depend on which others are measured.
-  /// `input`: what the results depend on besides options and version. Returns the exit status.
+  /// Returns the exit status.
   template <typename Case, typename Measure, typename ReportOf>
-  int forEachCase(const std::vector<Case>& cases, const Measure& measure, const ReportOf& report_of,
-                  const nlohmann::json& input = nlohmann::json::object()) const {
+  int forEachCase(const std::vector<Case>& cases, const Measure& measure, const ReportOf& report_of) const {
     std::vector<std::decay_t<decltype(measure(cases.front()))>> results;
-    if (joined()) {
-      const auto read = fromJoined(cases.size(), [&results](const auto& json) { fromFields(json, results); });
-      return read ? report(report_of(results)) : fail(read.error(), EX_DATAERR);
-    }
-    for (std::size_t index = 0; index < cases.size(); ++index) {
-      if (division_->part && !division_->part->has(index)) continue;
-      showProgress(fmt::format("case {} of {}", index + 1, cases.size()));
-      results.push_back(measure(cases[index]));
-    }
-    return division_->part ? writePart(cases.size(), input, toFields(results)) : report(report_of(results));
+    return divided({.count = cases.size(),
+                    .measure = [&](std::size_t index) { results.push_back(measure(cases[index])); },
+                    .write = [&] { return toFields(results); },
+                    .read = [&](const nlohmann::json& kept) { fromFields(kept, results); },
+                    .report = [&] { return report_of(results); }});
   }
 
   /// Prints the report, writes it to the file of --json and draws it into that of --plot. Returns the exit
@@ -109,21 +120,26 @@ class StudyCommand {
   int report(const Report& report) const;
 
  private:
+  /// A run over cases by their numbers; the results are those of the cases that were measured or read.
+  struct Cases {
+    std::size_t count = 0;
+    std::function<void(std::size_t index)> measure;
+    std::function<nlohmann::json()> write;
+    std::function<void(const nlohmann::json&)> read;
+    std::function<Report()> report;
+  };
+  struct Files;
+
+  int divided(const Cases& cases) const;
   int print(const std::string& text, const std::string& json) const;
   void pick(const std::string& option, const std::vector<std::string>& all, const std::string& usual,
             const std::function<void(const std::vector<std::string>&)>& set);
-  std::string path() const { return "hapticbench " + command_->get_name(); }
+  std::string path() const;
   std::vector<std::string> optionsOfResults() const;
   base::Result<void> join() const;
-  base::Result<void> fromJoined(std::size_t cases,
-                                const std::function<void(const nlohmann::json&)>& read) const;
-  int writePart(std::size_t cases, const nlohmann::json& input, const nlohmann::json& results) const;
 
   CLI::App* command_;
-  std::shared_ptr<std::string> json_file_ = std::make_shared<std::string>();
-  std::shared_ptr<std::string> plot_file_ = std::make_shared<std::string>();
-  std::shared_ptr<Division> division_ = std::make_shared<Division>();
-  std::shared_ptr<std::optional<PartFile>> joined_ = std::make_shared<std::optional<PartFile>>();
+  std::shared_ptr<Files> files_;
   std::function<int(const StudyCommand&)> run_;
 };
 

@@ -19,7 +19,6 @@
 #include "daemon/trace/export/trace_summary.h"
 #include "rt/base/words.h"
 #include "tools/lib/plot/gnuplot.h"
-#include "tools/lib/plot/plot_script.h"
 
 namespace hapticd::tools {
 namespace {

@@ -3,12 +3,12 @@
 
 #include <cmath>
 #include <cstddef>
+#include <vector>
 
 #include "config/settings/depth_cameras.h"
 #include "drivers/camera/synthetic/depth_sensor.h"
 
 namespace hapticd::tools {
-
 rt::DepthModelParameters fineDepthModel(double near_m, double far_m) {
   constexpr double kSteps = 2046;
   constexpr double kRounding = 1e-9;  // so that the first and the last raw value are not out of range
@@ -84,6 +84,35 @@ std::unique_ptr<rt::DepthFrame> FrameSequence::next() {
 std::unique_ptr<rt::DepthFrame> frameOf(const rt::DepthModelParameters& camera, const DepthAt& depth,
                                         std::uint32_t seed) {
   return FrameSequence(camera, depth, seed).next();
+}
+
+std::string_view nameOf(SceneNoise noise) {
+  constexpr std::array<std::string_view, 4> kNames{"none", "quantised", "sensor", "harsh"};
+  return kNames.at(static_cast<std::size_t>(noise));
+}
+
+drivers::SensorNoise::Parameters sensorParameters(SceneNoise noise) {
+  return noise == SceneNoise::harsh ? drivers::SensorNoise::harsh() : drivers::SensorNoise::recorded();
+}
+
+void SceneSensor::deliver(const drivers::SceneCamera& camera, std::uint64_t frame_number, SceneNoise noise,
+                          rt::DepthFrame& frame) {
+  frame.sequence = frame_number;
+  frame.device_ticks = 0;
+  if (!isSensorNoise(noise)) {
+    camera.deliverRounded(frame);
+    return;
+  }
+  if (camera.model().law == rt::DepthLawKind::linear) {
+    std::vector<float> depths_m = camera.exact();
+    depth_noises_.try_emplace(noise, camera.model(), seed_, noise == SceneNoise::harsh ? 2 : 1)
+        .first->second.addTo(frame_number, depths_m);
+    return drivers::deliverDepths(camera.model(), depths_m, frame);
+  }
+  drivers::SensorNoise::Parameters parameters = sensorParameters(noise);
+  if (!leaves_shadows_) parameters.shadow_side = drivers::ShadowSide::none;
+  sensors_.try_emplace(noise, seed_, parameters)
+      .first->second.applySensor(frame_number, camera.exact(), frame.raw);
 }
 
 }  // namespace hapticd::tools

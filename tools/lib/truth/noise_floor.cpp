@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/lib/truth/rigid_frame.h"
+#include "tools/lib/truth/body_scene.h"
 
 namespace hapticd::tools {
 namespace {

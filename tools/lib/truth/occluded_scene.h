@@ -9,7 +9,7 @@
 #include "drivers/camera/synthetic/scene_camera.h"
 #include "rt/base/parameters.h"
 #include "rt/depth/depth_frame.h"
-#include "tools/lib/truth/scene_noise.h"
+#include "tools/lib/truth/any_camera.h"
 
 namespace hapticd::tools {
 

@@ -11,7 +11,7 @@
 #include "rt/base/parameters.h"
 #include "rt/base/vec3.h"
 #include "rt/depth/depth_frame.h"
-#include "tools/lib/truth/scene_noise.h"
+#include "tools/lib/truth/any_camera.h"
 
 /// Pieces of a surface that a camera at the origin looks at along -z (x right, y up). Each knows
 /// - closest(p): its point nearest to p,

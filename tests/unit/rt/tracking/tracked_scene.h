@@ -12,7 +12,6 @@
 #include "rt/tracking/solid_tracker.h"
 #include "tools/lib/truth/any_camera.h"
 #include "tools/lib/truth/known_solid.h"
-#include "tools/lib/truth/scene_noise.h"
 
 namespace hapticd::test {
 

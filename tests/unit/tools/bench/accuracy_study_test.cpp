@@ -96,7 +96,7 @@ TEST(AccuracyStudy, AStillSceneWithoutNoiseHasNoStepsAtNewFrames) {
 }
 
 TEST(AccuracyStudy, GivesTheSameFiguresAgain) {
-  const AccuracyOptions options = small({"edge"}, {kAllLaws.begin(), kAllLaws.end()}, {SceneNoise::sensor});
+  const AccuracyOptions options = small({"edge"}, everyOne<ForceLaw>(), {SceneNoise::sensor});
   EXPECT_EQ(accuracyReport(measureAccuracy(options)).json(), accuracyReport(measureAccuracy(options)).json());
 }
 

@@ -12,7 +12,7 @@
 #include <random>
 
 #include "tests/support/program.h"
-#include "tools/hapticbench/jitter/jitter.h"
+#include "tools/hapticbench/jitter.h"
 #include "tools/lib/child/child_process.h"
 
 namespace hapticd::tools {

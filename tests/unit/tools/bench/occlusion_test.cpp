@@ -255,7 +255,7 @@ TEST(JudgeEntry, FindsASidewaysWallWhereThereIsNoSide) {
 }
 
 TEST(BlockWithSide, FacesTheCameraWithTheSideOnTheSideThatItIsSaid) {
-  for (const BlockSide side : kAllSides) {
+  for (const BlockSide side : kAllOf<BlockSide>) {
     for (const double side_m : {-0.1, 0.1}) {
       const TrueBody block = blockWithSide(side, side_m, 1);
       const auto distance_m = [&block](const Vec3& p) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticbench/engine/report_drawing.h"
+#include "tools/hapticbench/engine/report.h"
 
 #include <gtest/gtest.h>
 
@@ -13,17 +13,11 @@
 namespace hapticd::tools {
 namespace {
 
-struct Row {
+struct Line {
   std::string law;
   int delay_ticks = 0;
-  Json error_n;
+  Figure error_n;
 };
-
-Columns<Row> columns() {
-  return {{"/law", "law", 0, &Row::law},
-          {"/delay_ticks", "t_d ms", 0, &Row::delay_ticks},
-          {"/error_n", "error, mN", 1, &Row::error_n, 1000}};
-}
 
 std::size_t countOf(const std::string& text, const std::string& part) {
   std::size_t count = 0;
@@ -31,23 +25,27 @@ std::size_t countOf(const std::string& text, const std::string& part) {
   return count;
 }
 
-Report reportOf(const std::vector<Row>& rows) {
+Report reportOf(const std::vector<Line>& lines) {
   Report report;
-  report.table("limits", "", columns(), rows);
+  report.table("limits", "", rowsOf(lines, [](const Line& line) {
+                 return Row{{"/law", "law", 0, line.law},
+                            {"/delay_ticks", "t_d ms", 0, line.delay_ticks},
+                            {"/error_n", "error, mN", 1, line.error_n, 1000}};
+               }));
   return report;
 }
 
 TEST(ReportDrawing, ShowsEveryNumberOfRandomTables) {
   std::mt19937 random(1);
   for (int round = 0; round < 100; ++round) {
-    std::vector<Row> rows;
+    std::vector<Line> rows;
     std::size_t numbers = 0;
     const int count = std::uniform_int_distribution(1, 40)(random);
     for (int i = 0; i < count; ++i) {
-      Json error = noFigure();
+      Figure error;
       if (std::bernoulli_distribution(0.7)(random))
         error = std::uniform_real_distribution(0.001, 0.002)(random);
-      if (error.is_number()) ++numbers;
+      if (error.number()) ++numbers;
       rows.push_back({"surface", i, std::move(error)});
     }
     const std::string script = reportOf(rows).drawing("picture.svg");

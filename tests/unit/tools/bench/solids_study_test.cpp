@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "tools/hapticbench/solids/exact_surface.h"
-#include "tools/hapticbench/solids/solids.h"
+#include "tools/hapticbench/engine/laws.h"
+#include "tools/hapticbench/solids.h"
 
 // The numbers of `hapticbench solids`, by bodies whose distance is known in closed form.
 namespace hapticd::tools {
@@ -28,7 +28,7 @@ TEST(SolidsStudy, FindsTheExactDistanceOfABox) {
 }
 
 TEST(SolidsStudy, MakesClosedMeshesWithTheirFacesOutwards) {
-  for (const BodyKind kind : kAllBodies) {
+  for (const BodyKind kind : kAllOf<BodyKind>) {
     Body body = makeBody(kind, 8);
     const solids::Topology topology = solids::repair(body.mesh);
     EXPECT_EQ(topology.boundary_edges + topology.crowded_edges + topology.reversed_edges, 0U) << nameOf(kind);

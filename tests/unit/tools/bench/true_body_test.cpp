@@ -2,7 +2,7 @@
 // The exact bodies against methods that do not share their closed forms: alternating projections, sphere
 // tracing and dense sampling of the surface.
 
-#include "tools/lib/truth/true_body.h"
+#include "tools/lib/truth/body_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -14,8 +14,6 @@
 #include <vector>
 
 #include "drivers/camera/kinect_image.h"
-#include "tools/lib/truth/body_scene.h"
-#include "tools/lib/truth/rigid_frame.h"
 
 namespace hapticd::tools {
 namespace {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "tools/hapticbench/engine/measures.h"
 #include "tools/hapticbench/engine/study.h"
 #include "tools/hapticbench/recordings.h"
 
@@ -15,6 +14,8 @@ struct RecordingsOptions {
   std::vector<std::string> laws = kProxyLawChoices;
   RestingSurfaceOptions surfaces;
   int passed_places = 10;  ///< of each session: with a free and with a pressing HIP
+  std::string recordings;
+  std::size_t most_frames = 300;
 };
 
 /// One law on one resting surface.
@@ -94,7 +95,7 @@ SessionResult measureSession(const BenchSequence& session, const RecordingsOptio
   return result;
 }
 
-constexpr const char* kExplanation =
+constexpr const char* kRecordingsExplanation =
     "Resting surfaces, known by a robust quadratic in disparity through the mean of the whole session:\n"
     "the hand presses 8 mm deep and strokes up to 100 mm at 0.1 m/s, along row and column, or stays for\n"
     "two seconds. raw: residual of the mean image about the fit, raw disparities. fit N: standard error of\n"
@@ -152,69 +153,54 @@ double jnd(const SurfaceError& error) {
 }
 
 /// The figures of a stroke or of a still hand, as members of the object at `key`.
-void addErrors(Columns<SurfaceRow>& columns, const std::string& key, SurfaceError SurfaceRow::*error,
-               bool stroke) {
-  const auto add = [&](const char* name, bool shown, const char* heading, int decimals, auto figure) {
-    columns.push_back({key + name, shown ? heading : "", decimals,
-                       [error, figure](const SurfaceRow& row) -> Json { return figure(row.*error); }});
-  };
-  using E = SurfaceError;
-  add("/ticks", false, "", 0, [](const E& e) { return e.error_n.size(); });
-  add("/rms_n", true, stroke ? "rms N" : "still N", 2, [](const E& e) { return rootMeanSquare(e.error_n); });
-  add("/jnd", true, "JND", 2, jnd);
-  add("/lost_percent", true, "lost %", 1, lostPercent);
-  add("/zero_percent", stroke, "zero %", 1, [](const E& e) { return percentOf(e.zero, e.error_n.size()); });
-  add("/along_rms_n", stroke, "along N", 2, [](const E& e) { return rootMeanSquare(e.along_n); });
-  add("/new_frames", false, "", 0, [](const E& e) { return e.new_frame_n.size(); });
-  add("/step_median_n", !stroke, "step N", 3, [](const E& e) { return quantile(e.new_frame_n, 0.5); });
-  add("/step_p99_n", !stroke, "99 %", 3, [](const E& e) { return quantile(e.new_frame_n, 0.99); });
+Row errorCells(const std::string& key, const SurfaceError& error, bool stroke) {
+  const auto shown = [](bool is_shown, const char* heading) { return is_shown ? heading : ""; };
+  return {{key + "/ticks", "", 0, error.error_n.size()},
+          {key + "/rms_n", stroke ? "rms N" : "still N", 2, rootMeanSquare(error.error_n)},
+          {key + "/jnd", "JND", 2, jnd(error)},
+          {key + "/lost_percent", "lost %", 1, lostPercent(error)},
+          {key + "/zero_percent", shown(stroke, "zero %"), 1, percentOf(error.zero, error.error_n.size())},
+          {key + "/along_rms_n", shown(stroke, "along N"), 2, rootMeanSquare(error.along_n)},
+          {key + "/new_frames", "", 0, error.new_frame_n.size()},
+          {key + "/step_median_n", shown(!stroke, "step N"), 3, quantile(error.new_frame_n, 0.5)},
+          {key + "/step_p99_n", shown(!stroke, "99 %"), 3, quantile(error.new_frame_n, 0.99)}};
 }
 
-Columns<SurfaceRow> surfaceColumns() {
-  using Row = SurfaceRow;
-  Columns<Row> columns{
-      {"/law", "law", 0, &Row::law},
-      {"/size_m", "size m", 2, [](const Row& r) { return r.surface.size_m; }},
-      {"/distance_m", "at m", 2, [](const Row& r) { return r.surface.distance_m; }},
-      {"/column", "column", 0, [](const Row& r) { return r.surface.column; }},
-      {"/row", "row", 0, [](const Row& r) { return r.surface.row; }},
-      {"/residual_raw", "raw", 2, [](const Row& r) { return r.surface.residual_raw; }},
-      {"/fit_error_n", "fit N", 2, [](const Row& r) { return r.stiffness_n_per_m * r.surface.fit_error_m; }}};
-  addErrors(columns, "/stroke", &Row::stroke, true);
-  addErrors(columns, "/still", &Row::still, false);
-  return columns;
+Row surfaceCells(const SurfaceRow& r) {
+  Row row{{"/law", "law", 0, r.law},
+          {"/size_m", "size m", 2, r.surface.size_m},
+          {"/distance_m", "at m", 2, r.surface.distance_m},
+          {"/column", "column", 0, r.surface.column},
+          {"/row", "row", 0, r.surface.row},
+          {"/residual_raw", "raw", 2, r.surface.residual_raw},
+          {"/fit_error_n", "fit N", 2, r.stiffness_n_per_m * r.surface.fit_error_m}};
+  return joined(joined(std::move(row), errorCells("/stroke", r.stroke, true)),
+                errorCells("/still", r.still, false));
 }
 
 /// The figures of a series above a limit, whose members are in the object at `key`.
-void addExceedance(Columns<PassingRow>& columns, const std::string& key, const char* largest,
-                   const char* percent, const char* longest, PassingError PassingRow::*error,
-                   Exceedance PassingError::*series) {
-  const auto add = [&](const char* name, const char* heading, int decimals, auto figure) {
-    columns.push_back({key + name, heading, decimals, [error, series, figure](const PassingRow& r) -> Json {
-                         return figure(r.*error.*series);
-                       }});
-  };
-  add("/ticks", "", 0, [](const Exceedance& e) { return e.ticks; });
-  add("/above_percent", percent, 2, [](const Exceedance& e) { return e.percent(); });
-  add("/longest_ms", longest, 0, [](const Exceedance& e) { return e.longest; });
-  add("/largest_n", largest, 3, [](const Exceedance& e) { return e.largest; });
+Row exceedanceCells(const std::string& key, const char* largest, const char* percent, const char* longest,
+                    const Exceedance& series) {
+  return {{key + "/ticks", "", 0, series.ticks},
+          {key + "/above_percent", percent, 2, series.percent()},
+          {key + "/longest_ms", longest, 0, series.longest},
+          {key + "/largest_n", largest, 3, series.largest}};
 }
 
-Columns<PassingRow> passingColumns() {
-  using Row = PassingRow;
-  Columns<Row> columns{{"/law", "law", 0, &Row::law},
-                       {"/places", "positions", 0, &Row::places},
-                       {"/nearest_m", "from m", 2, &Row::nearest_m},
-                       {"/farthest_m", "to m", 2, &Row::farthest_m}};
-  addExceedance(columns, "/free", "free N", "% >0.1", "ms", &Row::free, &PassingError::ghost);
-  addExceedance(columns, "/free_passed", "", "% passed", "", &Row::free, &PassingError::ghost_covered);
-  columns.push_back({"/free_left_out", "left out", 0, [](const Row& r) { return r.free.left_out; }});
-  addExceedance(columns, "/pressing_error", "press N", "", "ms >0.5", &Row::pressing, &PassingError::error);
-  addExceedance(columns, "/pressing_change", "change N", "", "ms >0.5", &Row::pressing,
-                &PassingError::change);
-  addExceedance(columns, "/pressing_calm", "", "", "calm ms", &Row::pressing, &PassingError::calm);
-  columns.push_back({"/pressing_left_out", "left out", 0, [](const Row& r) { return r.pressing.left_out; }});
-  return columns;
+Row passingCells(const PassingRow& r) {
+  Row row{{"/law", "law", 0, r.law},
+          {"/places", "positions", 0, r.places},
+          {"/nearest_m", "from m", 2, r.nearest_m},
+          {"/farthest_m", "to m", 2, r.farthest_m}};
+  for (const Row& more : {exceedanceCells("/free", "free N", "% >0.1", "ms", r.free.ghost),
+                          exceedanceCells("/free_passed", "", "% passed", "", r.free.ghost_covered),
+                          Row{{"/free_left_out", "left out", 0, r.free.left_out}},
+                          exceedanceCells("/pressing_error", "press N", "", "ms >0.5", r.pressing.error),
+                          exceedanceCells("/pressing_change", "change N", "", "ms >0.5", r.pressing.change),
+                          exceedanceCells("/pressing_calm", "", "", "calm ms", r.pressing.calm),
+                          Row{{"/pressing_left_out", "left out", 0, r.pressing.left_out}}})
+    row = joined(std::move(row), more);
+  return row;
 }
 
 void addPassing(std::span<const SessionResult> sessions, const std::string& law,
@@ -243,27 +229,19 @@ void addPassing(std::span<const SessionResult> sessions, const std::string& law,
       static_cast<double>(pressing.change.longest));
 }
 
-double stepP99_n(const PooledSurfaces& surfaces) {
-  return quantile(surfaces.still.new_frame_n, 0.99);
-}
-
-double strokeLost_percent(const PooledSurfaces& surfaces) {
-  return lostPercent(surfaces.stroke);
-}
-
-double stroke_jnd(const PooledSurfaces& surfaces) {
-  return rootMeanSquare(surfaces.stroke.error_n) / justNoticeableDifference_n(surfaces.still.largest_true_n);
-}
-
 constexpr SurfaceLimit kSurfaceLimits[] = {
     {"contact lost in strokes on flat surfaces of 160 mm, to 2 m, %", 0, 2, kFlatSize_m, 0,
-     strokeLost_percent},
+     [](const PooledSurfaces& s) { return lostPercent(s.stroke); }},
     {"contact lost in strokes on flat surfaces of 160 mm, 2 to 3 m, %", 2, 3.05, kFlatSize_m, 5,
-     strokeLost_percent},
-    {"RMS error in strokes on flat surfaces of 160 mm, to 1.2 m, JND", 0, 1.2, kFlatSize_m, 1, stroke_jnd},
-    {"change of the force at a new frame, HIP still, 99 of 100, to 1.2 m, N", 0, 1.2, 0, 0.05, stepP99_n},
+     [](const PooledSurfaces& s) { return lostPercent(s.stroke); }},
+    {"RMS error in strokes on flat surfaces of 160 mm, to 1.2 m, JND", 0, 1.2, kFlatSize_m, 1,
+     [](const PooledSurfaces& s) {
+       return rootMeanSquare(s.stroke.error_n) / justNoticeableDifference_n(s.still.largest_true_n);
+     }},
+    {"change of the force at a new frame, HIP still, 99 of 100, to 1.2 m, N", 0, 1.2, 0, 0.05,
+     [](const PooledSurfaces& s) { return quantile(s.still.new_frame_n, 0.99); }},
     {"change of the force at a new frame, HIP still, 99 of 100, 1.2 to 2.7 m, N", 1.2, 2.75, 0, 0.2,
-     stepP99_n}};
+     [](const PooledSurfaces& s) { return quantile(s.still.new_frame_n, 0.99); }}};
 
 std::vector<Requirement> requirementsOf(std::span<const SessionResult> sessions,
                                         const RecordingsOptions& options) {
@@ -288,56 +266,50 @@ std::string titleOf(const SessionResult& session) {
 
 Report recordingsReport(std::span<const SessionResult> sessions, const RecordingsOptions& options) {
   Report report;
-  Json document = Json::array();
-  report.say(kExplanation);
-  for (const SessionResult& session : sessions) {
-    report.show(titleOf(session), titleOf(session) + "\n", surfaceColumns(), session.surfaces);
+  report.say(kRecordingsExplanation);
+  report.note("/sessions", std::vector<Row>());
+  for (std::size_t i = 0; i < sessions.size(); ++i) {
+    const SessionResult& session = sessions[i];
+    const std::string at = fmt::format("/sessions/{}", i);
+    const std::vector<Row> surfaces = rowsOf(session.surfaces, surfaceCells);
+    report.show(titleOf(session), titleOf(session) + "\n", surfaces);
     report.say("\n");
-    document.push_back({{"session", session.session},
-                        {"frames", session.frames},
-                        {"camera",
-                         {{"width_px", session.camera.width_px},
-                          {"height_px", session.camera.height_px},
-                          {"principle", rt::wordOf(session.camera.principle)},
-                          {"disparity_unit_m_at_1_m", session.disparity_unit_m}}},
-                        {"surfaces", tableJson(surfaceColumns(), session.surfaces)},
-                        {"passings", tableJson(passingColumns(), session.passings)}});
+    report.note(at + "/session", session.session);
+    report.note(at + "/frames", session.frames);
+    report.note(at + "/camera/width_px", session.camera.width_px);
+    report.note(at + "/camera/height_px", session.camera.height_px);
+    report.note(at + "/camera/principle", rt::wordOf(session.camera.principle));
+    report.note(at + "/camera/disparity_unit_m_at_1_m", session.disparity_unit_m);
+    report.note(at + "/surfaces", surfaces);
+    report.note(at + "/passings", rowsOf(session.passings, passingCells));
   }
-  report.note("sessions", std::move(document));
   report.say(kPassingExplanation);
-  for (const SessionResult& session : sessions) {
-    report.show(session.session, session.session + "\n", passingColumns(), session.passings);
-  }
+  for (const SessionResult& session : sessions)
+    report.show(session.session, session.session + "\n", rowsOf(session.passings, passingCells));
   report.requirements(requirementsOf(sessions, options));
   return report;
 }
 
-struct Chosen {
-  RecordingsOptions options;
-  std::string recordings;
-  std::size_t most_frames = 300;
-};
-
-int runRecordings(const Chosen& chosen, const StudyCommand& command) {
-  const auto sessions = recordedSequences(chosen.recordings, chosen.most_frames);
+int runRecordings(const RecordingsOptions& options, const StudyCommand& command) {
+  const auto sessions = recordedSequences(options.recordings, options.most_frames);
   if (!sessions) return fail(sessions.error(), EX_NOINPUT);
   if (sessions->empty()) {
-    return fail({chosen.recordings, "holds no recordings",
+    return fail({options.recordings, "holds no recordings",
                  "name a folder whose subfolders are recordings with --recordings"},
                 EX_NOINPUT);
   }
   std::vector<SessionResult> results;
   for (const BenchSequence& session : *sessions) {
-    if (session.frames.size() >= 2) results.push_back(measureSession(session, chosen.options));
+    if (session.frames.size() >= 2) results.push_back(measureSession(session, options));
   }
-  return command.report(recordingsReport(results, chosen.options));
+  return command.report(recordingsReport(results, options));
 }
 
 }  // namespace
 
 StudyCommand recordingsCommand(CLI::App& app) {
-  const auto chosen = std::make_shared<Chosen>();
-  RecordingsOptions& options = chosen->options;
+  const auto chosen = std::make_shared<RecordingsOptions>();
+  RecordingsOptions& options = *chosen;
   StudyCommand command(
       app, "recordings",
       "forces on the resting surfaces of recordings, and while people pass in front of them");
@@ -346,10 +318,10 @@ StudyCommand recordingsCommand(CLI::App& app) {
     options.surfaces.most_per_class = 1;
     options.passed_places = 2;
   });
-  command.recordings(chosen->recordings);
+  command.recordings(options.recordings);
   command.names("--laws", options.laws, kProxyLawChoices, "all");
-  command->add_option("--frames", chosen->most_frames, "frames read of each recording (300)")
-      ->check(within(std::size_t{2}, std::size_t{100000}));
+  command.number("--frames", options.most_frames, std::size_t{2}, std::size_t{100000},
+                 "frames read of each recording (300)");
   command.onRun([chosen](const StudyCommand& self) { return runRecordings(*chosen, self); });
   return command;
 }

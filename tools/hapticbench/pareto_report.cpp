@@ -12,52 +12,52 @@
 #include "rt/base/realtime_thread.h"
 #include "tools/hapticbench/engine/study.h"
 #include "tools/hapticbench/pareto.h"
-#include "tools/lib/options/option_checks.h"
 #include "tools/lib/plot/gnuplot.h"
 
 namespace hapticd::tools {
 namespace {
 
-Columns<ParetoPoint> pointColumns() {
-  using P = ParetoPoint;
-  return {{"/name", "", 0, [](const P& p) { return p.run.kind.name; }},
-          {"/library", "", 0, [](const P& p) { return !p.run.kind.is_ours; }},
-          {"/force_us/median", "", 0, [](const P& p) { return p.cost.force_median_us; }},
-          {"/force_us/mean", "", 0, [](const P& p) { return p.cost.force_mean_us; }},
-          {"/force_us/p99_9", "", 0, [](const P& p) { return p.cost.force_p999_us; }},
-          {"/force_us/max", "", 0, [](const P& p) { return p.cost.force_max_us; }},
-          {"/model_us/median", "", 0, [](const P& p) { return p.cost.model_median_us; }},
-          {"/model_us/mean", "", 0, [](const P& p) { return p.cost.model_mean_us; }},
-          {"/model_us/max", "", 0, [](const P& p) { return p.cost.model_max_us; }},
-          {"/cpu_ms_per_s", "", 0, [](const P& p) { return p.cost.cpu_ms_per_s(); }},
-          {"/rms_error_jnd", "", 0, [](const P& p) { return p.error.error_jnd.rms(); }},
-          {"/rms_error_mm", "", 0, &P::error_mm}};
+Row pointCells(const ParetoPoint& p) {
+  return {{"/name", "", 0, p.run.kind.name},
+          {"/library", "", 0, !p.run.kind.is_ours},
+          {"/force_us/median", "", 0, p.cost.force_median_us},
+          {"/force_us/mean", "", 0, p.cost.force_mean_us},
+          {"/force_us/p99_9", "", 0, p.cost.force_p999_us},
+          {"/force_us/max", "", 0, p.cost.force_max_us},
+          {"/model_us/median", "", 0, p.cost.model_median_us},
+          {"/model_us/mean", "", 0, p.cost.model_mean_us},
+          {"/model_us/max", "", 0, p.cost.model_max_us},
+          {"/cpu_ms_per_s", "", 0, p.cost.cpu_ms_per_s()},
+          {"/rms_error_jnd", "", 0, p.error.error_jnd.rms()},
+          {"/rms_error_mm", "", 0, p.error_mm()}};
 }
 
-Columns<EvaluationRow> evaluationColumns() {
-  using Row = EvaluationRow;
-  return {{"/scene", "one force, medians", 0, &Row::scene},
-          {"/along_path", "along a path", 0, &Row::along_path},
-          {"/nanoflann_us", "nanoflann us", 2, &Row::nanoflann_us},
-          {"/nearest_springs_us", "nearest_springs us", 3, &Row::nearest_springs_us},
-          {"", "times", 1, [](const Row& r) { return r.nanoflann_us / r.nearest_springs_us; }},
-          {"/surface_us", "surface us", 3, &Row::surface_us},
-          {"", "times", 1, [](const Row& r) { return r.nanoflann_us / r.surface_us; }}};
+Row evaluationCells(const EvaluationRow& r) {
+  return {{"/scene", "one force, medians", 0, r.scene},
+          {"/along_path", "along a path", 0, r.along_path},
+          {"/nanoflann_us", "nanoflann us", 2, r.nanoflann_us},
+          {"/nearest_springs_us", "nearest_springs us", 3, r.nearest_springs_us},
+          {"", "times", 1, r.nanoflann_us / r.nearest_springs_us},
+          {"/surface_us", "surface us", 3, r.surface_us},
+          {"", "times", 1, r.nanoflann_us / r.surface_us}};
 }
 
-Columns<HardFrameRow> hardFrameColumns() {
-  using Row = HardFrameRow;
-  return {{"/frame", "hard frame", 0, &Row::frame},
-          {"/law", "law", 0, &Row::law},
-          {"/force_max_us", "force max us", 1, &Row::force_max_us},
-          {"", "% of tick", 2, [](const Row& r) { return r.force_max_us / 10; }},
-          {"/model_max_us", "model max us", 0, &Row::model_max_us}};
+Row hardFrameCells(const HardFrameRow& r) {
+  return {{"/frame", "hard frame", 0, r.frame},
+          {"/law", "law", 0, r.law},
+          {"/force_max_us", "force max us", 1, r.force_max_us},
+          {"", "% of tick", 2, r.force_max_us / 10},
+          {"/model_max_us", "model max us", 0, r.model_max_us}};
 }
 
-/// Appends `value` unless the list contains it.
-template <typename Value>
-void addOnce(std::vector<Value>& values, const Value& value) {
-  if (std::ranges::find(values, value) == values.end()) values.push_back(value);
+/// The different values of a member, in the order in which they come.
+template <typename Item, typename Value>
+std::vector<Value> differentOf(const std::vector<Item>& items, Value Item::*member) {
+  std::vector<Value> values;
+  for (const Item& item : items) {
+    if (std::ranges::find(values, item.*member) == values.end()) values.push_back(item.*member);
+  }
+  return values;
 }
 
 /// The name of a noise model in the tables.
@@ -94,17 +94,11 @@ std::string cellOf(const ParetoResult& result, const std::string& law, SceneNois
 template <typename Figure>
 std::string errorsTable(const ParetoResult& result, const std::string& heading, bool with_springs,
                         Figure figure) {
-  std::vector<std::string> laws;
-  std::vector<SceneNoise> noises;
-  std::vector<double> distances_m;
-  for (const DistanceError& row : result.distance_errors) {
-    if (with_springs || !row.law.ends_with("springs")) addOnce(laws, row.law);
-    addOnce(noises, row.noise);
-    addOnce(distances_m, row.distance_m);
-  }
+  const std::vector<double> distances_m = differentOf(result.distance_errors, &DistanceError::distance_m);
   std::vector<std::vector<std::string>> rows;
-  for (const std::string& law : laws) {
-    for (const SceneNoise noise : noises) {
+  for (const std::string& law : differentOf(result.distance_errors, &DistanceError::law)) {
+    if (!with_springs && law.ends_with("springs")) continue;
+    for (const SceneNoise noise : differentOf(result.distance_errors, &DistanceError::noise)) {
       auto& cells = rows.emplace_back(std::vector<std::string>{"`" + law + "`", cameraOf(noise)});
       for (const double distance_m : distances_m)
         cells.push_back(cellOf(result, law, noise, distance_m, figure));
@@ -149,12 +143,8 @@ std::string rangeOf(const ParetoResult& result, SurfaceKind kind, double distanc
 
 std::string sensorMarkdown(const ParetoResult& result) {
   if (result.sensor_limits.empty()) return "";
-  std::vector<SceneNoise> noises;
-  std::vector<double> distances_m;
-  for (const SensorLimit& limit : result.sensor_limits) {
-    addOnce(noises, limit.noise);
-    addOnce(distances_m, limit.distance_m);
-  }
+  const std::vector<SceneNoise> noises = differentOf(result.sensor_limits, &SensorLimit::noise);
+  const std::vector<double> distances_m = differentOf(result.sensor_limits, &SensorLimit::distance_m);
   std::vector<std::vector<std::string>> rows;
   const auto add = [&](const char* what, const char* camera, SceneNoise noise, double SensorLimit::*figure) {
     auto& cells = rows.emplace_back(std::vector<std::string>{what, camera});
@@ -175,11 +165,10 @@ std::string sensorMarkdown(const ParetoResult& result) {
 }
 
 std::string costsMarkdown(const ParetoResult& result) {
-  std::vector<double> distances_m;
-  for (const LawAtDistance& row : result.laws) {
-    if (std::ranges::find(kCostDistances_m, row.distance_m) != std::end(kCostDistances_m))
-      addOnce(distances_m, row.distance_m);
-  }
+  std::vector<double> distances_m = differentOf(result.laws, &LawAtDistance::distance_m);
+  std::erase_if(distances_m, [](double distance_m) {
+    return std::ranges::find(kCostDistances_m, distance_m) == std::end(kCostDistances_m);
+  });
   if (distances_m.empty()) return "";
   std::vector<std::vector<std::string>> rows;
   for (const LawSetting& setting : shippedSettings()) {
@@ -240,20 +229,20 @@ Report paretoReport(const ParetoResult& result, int cpu) {
       "the fastest of several runs, sample by sample, less the cost of the clock.\n\n",
       cpu < 0 ? ", not pinned" : fmt::format(", CPU {}", cpu), fmt::join(result.scenes, ", ")));
   report.say(figuresMarkdown(result));
-  report.note("cpu", cpu);
-  report.note("scenes", result.scenes);
-  report.note("points", tableJson(pointColumns(), result.points));
-  report.table("evaluations", "\n", evaluationColumns(), result.evaluations);
-  report.table("hard_frames", "\n", hardFrameColumns(), result.hard_frames);
+  report.note("/cpu", cpu);
+  for (std::size_t i = 0; i < result.scenes.size(); ++i)
+    report.note(fmt::format("/scenes/{}", i), result.scenes[i]);
+  report.note("/points", rowsOf(result.points, pointCells));
+  report.table("evaluations", "\n", rowsOf(result.evaluations, evaluationCells));
+  report.table("hard_frames", "\n", rowsOf(result.hard_frames, hardFrameCells));
   report.requirements(requirementsOf(result));
   return report;
 }
 
 std::string surfaceErrorMarkdown(const ParetoResult& result) {
-  std::vector<double> distances_m;
-  for (const DistanceError& row : result.distance_errors) addOnce(distances_m, row.distance_m);
+  const std::vector<double> distances_m = differentOf(result.distance_errors, &DistanceError::distance_m);
   std::vector<std::vector<std::string>> rows;
-  for (const SurfaceKind kind : kSurfaceKinds) {
+  for (const SurfaceKind kind : kAllOf<SurfaceKind>) {
     auto& cells = rows.emplace_back(std::vector<std::string>{fmt::format("{} surface", nameOf(kind))});
     for (const double distance_m : distances_m) cells.push_back(rangeOf(result, kind, distance_m));
   }
@@ -328,7 +317,8 @@ std::string plotScript(const ParetoResult& result, const std::filesystem::path& 
 
 namespace {
 
-struct Chosen {
+/// What is measured, and where it goes.
+struct ParetoFiles {
   ParetoOptions options;
   std::string markdown_file, surface_table_file, laws_table_file;
   int cpu = -1;
@@ -351,40 +341,36 @@ void useQuickOptions(ParetoOptions& options) {
   options.hard_frames = false;
 }
 
-int runPareto(const Chosen& chosen, const StudyCommand& command) {
+int runPareto(const ParetoFiles& chosen, const StudyCommand& command) {
   const int cpu = rt::pinToCpu(chosen.cpu);
   const auto result = measurePareto(chosen.options);
   if (!result) return fail(result.error(), EX_NOINPUT);
   Report report = paretoReport(*result, cpu);
   report.drawAs([&result](const std::filesystem::path& image) { return plotScript(*result, image); });
-  if (const int status = command.report(report); status != EX_OK) return status;
-  if (const int status = writeReport(chosen.markdown_file, paretoMarkdown(*result)); status != EX_OK)
-    return status;
-  if (const int status = writeReport(chosen.surface_table_file, surfaceErrorMarkdown(*result));
-      status != EX_OK)
-    return status;
-  return writeReport(chosen.laws_table_file, lawsTable(result->laws, "tools/figures"));
+  int status = command.report(report);
+  const auto write = [&status](const std::string& file, const std::string& text) {
+    if (status == EX_OK) status = writeReport(file, text);
+  };
+  write(chosen.markdown_file, paretoMarkdown(*result));
+  write(chosen.surface_table_file, surfaceErrorMarkdown(*result));
+  write(chosen.laws_table_file, lawsTable(result->laws, "tools/figures"));
+  return status;
 }
 
 }  // namespace
 
 StudyCommand paretoCommand(CLI::App& app) {
-  const auto chosen = std::make_shared<Chosen>();
+  const auto chosen = std::make_shared<ParetoFiles>();
   StudyCommand command(app, "pareto", "CPU time against force error, every law and setting as one point");
-  const auto file = [&command](const char* option, std::string& name, const char* what) {
-    return command->add_option(option, name, what)->type_name("FILE");
-  };
   command.quick("short motions, one run, the default settings only",
                 [chosen] { useQuickOptions(chosen->options); });
-  command->add_option("--cpu", chosen->cpu, "CPU to run on (the last one)")->check(within(-1, 1023));
+  command.number("--cpu", chosen->cpu, -1, 1023, "CPU to run on (the last one)");
   command.recordings(chosen->options.recordings);
-  file("--markdown", chosen->markdown_file, "write all tables there as Markdown")->check(endsIn(".md"));
-  file("--surface-table", chosen->surface_table_file,
-       "write the error of the law surface by distance there, one table as Markdown")
-      ->check(endsIn(".md"));
-  file("--laws-table", chosen->laws_table_file,
-       "write the table that `auto` chooses by (config/settings/measured_laws.inc)")
-      ->check(endsIn(".inc"));
+  command.file("--markdown", chosen->markdown_file, ".md", "write all tables there as Markdown");
+  command.file("--surface-table", chosen->surface_table_file, ".md",
+               "write the error of the law surface by distance there, one table as Markdown");
+  command.file("--laws-table", chosen->laws_table_file, ".inc",
+               "write the table that `auto` chooses by (config/settings/measured_laws.inc)");
   command.onRun([chosen](const StudyCommand& self) { return runPareto(*chosen, self); });
   return command;
 }

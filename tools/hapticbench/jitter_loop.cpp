@@ -17,7 +17,7 @@
 #include "rt/depth/depth_model.h"
 #include "rt/loop/force_loop.h"
 #include "rt/modelling/scene_builder.h"
-#include "tools/hapticbench/jitter/jitter.h"
+#include "tools/hapticbench/jitter.h"
 
 namespace hapticd::tools {
 namespace {

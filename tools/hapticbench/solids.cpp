@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -9,9 +11,8 @@
 
 #include "rt/fixtures/distance_grid.h"
 #include "rt/fixtures/grid_region.h"
-#include "tools/hapticbench/engine/measures.h"
-#include "tools/hapticbench/solids/exact_surface.h"
-#include "tools/hapticbench/solids/solids.h"
+#include "tools/hapticbench/engine/study.h"
+#include "tools/hapticbench/solids.h"
 #include "tools/lib/solids/field/mesh_field.h"
 #include "tools/lib/solids/field/spline_field.h"
 
@@ -247,6 +248,171 @@ SpacingError sphereError(double spacing_m, int places, double radius_m) {
     error_m.add(std::abs(value(((radius_m + off_m) / norm(d)) * d) - off_m));
   }
   return {spacing_m, error_m.max(), error_m.rms()};
+}
+
+namespace {
+
+constexpr const char* kSolidsExplanation =
+    "Signed distance of a mesh on a grid, as the force loop reads it, compared with the mesh itself: "
+    "nearest\n"
+    "triangle, sign by the winding number. max, rms, within: of the distance at places up to 5 mm from the\n"
+    "surface; surface: at those within one spacing of it; wrong signs: farther from it than the tolerance.\n"
+    "smooth: places at least one spacing from an edge and two from a medial surface; gradient errors are of\n"
+    "these. fold: median angle between neighbouring faces, by half of which any smooth surface is off.\n\n";
+
+constexpr const char* kPushExplanation =
+    "\nForces of hands pushed 1 to 3 mm through the surface, out of the body and into it, compared with the\n"
+    "nearest point of the mesh, on smooth parts. far: those three spacings from an edge. rest: next to "
+    "edges, or nearer to another part of the surface, which a "
+    "proxy\n"
+    "must not jump to.\n";
+
+std::string describe(const SolidRow& row) {
+  return fmt::format("{}, {}, {:g} mm", nameOf(row.of.body), nameOf(row.of.damage), 1e3 * row.of.tolerance_m);
+}
+
+bool isMade(const SolidRow& row) {
+  return row.refusal.empty();
+}
+
+Row caseCells(const SolidRow& r) {
+  return {{"/body", "body", 0, nameOf(r.of.body)},
+          {"/mesh", "mesh", 0, nameOf(r.of.damage)},
+          {"/tolerance_m", "tolerance mm", 1, r.of.tolerance_m, 1e3}};
+}
+
+Row fieldCells(const SolidRow& r) {
+  const auto ofMade = [&r](Figure figure) { return Figure::where(isMade(r), std::move(figure)); };
+  return joined(caseCells(r), {{"/refusal", "", 0, Figure::where(!isMade(r), r.refusal)},
+                               {"/faces", "faces", 0, r.faces},
+                               {"/fold_deg", "fold deg", 2, r.fold_deg},
+                               {"/spacing_m", "spacing mm", 2, ofMade(r.spacing_m), 1e3},
+                               {"/bytes", "MB", 2, ofMade(static_cast<double>(r.bytes)), 1e-6},
+                               {"/make_s", "made in s", 1, ofMade(r.make_s)},
+                               {"/max_m", "max mm", 3, ofMade(r.max_m), 1e3},
+                               {"/rms_m", "rms mm", 4, ofMade(r.rms_m), 1e3},
+                               {"/surface_max_m", "surface mm", 3, ofMade(r.surface_max_m), 1e3},
+                               {"/within_percent", "within %", 2, ofMade(r.within_percent)},
+                               {"/wrong_signs", "wrong signs", 0, ofMade(r.wrong_signs)},
+                               {"/smooth_percent", "smooth %", 0, ofMade(r.smooth_percent)},
+                               {"/gradient/median_deg", "gradient median", 2, ofMade(r.gradient_median_deg)},
+                               {"/gradient/p99_deg", "p99 deg", 2, ofMade(r.gradient_p99_deg)}});
+}
+
+Row pushCells(const SolidRow& r) {
+  Row row = caseCells(r);
+  const auto add = [&](const std::string& name, const PushErrors& errors) {
+    const auto cell = [&](const char* key, const char* heading, int decimals, Figure figure) {
+      row.push_back(
+          {"/" + name + key, name + heading, decimals, Figure::where(isMade(r), std::move(figure))});
+    };
+    cell("/pushes", "", 0, errors.pushes);
+    cell("/p99_percent", " p99 %", 3, errors.p99_percent);
+    cell("/max_percent", " max %", 2, errors.max_percent);
+    cell("/p99_deg", " p99 deg", 2, errors.p99_deg);
+    cell("/max_deg", " max deg", 2, errors.max_deg);
+  };
+  add("out", r.out);
+  add("in", r.in);
+  add("far", r.far);
+  add("rest", r.rest);
+  return row;
+}
+
+std::vector<Limit> limitsOf(const SolidRow& r) {
+  constexpr double kMaxForce_percent = 0.1;
+  constexpr double kMaxForce_deg = 0.5;
+  const bool has_pushes = isMade(r) && r.out.pushes + r.in.pushes > 0;
+  return {{"meshes refused", true, isMade(r) ? 0.0 : 1.0, 0},
+          {"distance at places within one spacing of the surface by the tolerance", isMade(r),
+           r.surface_max_m / r.of.tolerance_m, 1},
+          {"distance at places within 5 mm by the tolerance", isMade(r), r.max_m / r.of.tolerance_m, 1},
+          {"wrong signs beyond the tolerance", isMade(r), static_cast<double>(r.wrong_signs), 0},
+          {"force on smooth parts, 99th percentile, %", has_pushes,
+           std::max(r.out.p99_percent, r.in.p99_percent), kMaxForce_percent},
+          {"its direction, 99th percentile, degrees", has_pushes, std::max(r.out.p99_deg, r.in.p99_deg),
+           kMaxForce_deg}};
+}
+
+Row spacingCells(const SpacingError& of) {
+  return {{"/spacing_m", "spacing mm", 3, of.spacing_m, 1e3},
+          {"/max_m", "max um", 2, of.max_m, 1e6},
+          {"/rms_m", "rms um", 3, of.rms_m, 1e6}};
+}
+
+Row costCells(const QueryCost& of) {
+  return {{"/query", "one value and gradient", 0, of.query},
+          {"/spline_ns", "spline ns", 1, of.spline_ns},
+          {"/trilinear_ns", "trilinear ns", 1, of.trilinear_ns},
+          {"/ratio", "ratio", 2, of.ratio()}};
+}
+
+struct SolidsOptions {
+  SolidOptions options;
+  std::vector<BodyKind> bodies = everyOne<BodyKind>();
+  std::vector<Damage> meshes = everyOne<Damage>();
+  std::vector<double> tolerances_mm{0.5, 0.2};
+  int rounds = 300;
+};
+
+Report reportOf(const SolidsOptions& chosen, const std::vector<SolidRow>& rows) {
+  Report report;
+  report.table("rows", kSolidsExplanation, rowsOf(rows, fieldCells));
+  report.table("pushes", kPushExplanation, rowsOf(rows, pushCells));
+  for (const SolidRow& row : rows)
+    if (!isMade(row)) report.say(fmt::format("\n{} is refused: {}\n", describe(row), row.refusal));
+  std::vector<SpacingError> spacings;
+  for (const double spacing_mm : {4.0, 2.0, 1.0, 0.5})
+    spacings.push_back(sphereError(1e-3 * spacing_mm, chosen.options.places));
+  report.table("spacings", "\nthe spline of a sphere of radius 15 mm, sampled exactly; counts of 16 bits\n",
+               rowsOf(spacings, spacingCells));
+  showProgress("cost");
+  const SolidCost cost = measureSolidCost(chosen.rounds);
+  report.table("cost", "\ncost with 128 samples along each axis, 4.2 MB\n", rowsOf(cost.queries, costCells));
+  report.say(fmt::format("\neight ticks of one region in contact: {:.0f} ns\n", cost.eight_ticks_ns));
+  report.note("/eight_ticks_ns", cost.eight_ticks_ns);
+  report.requirements(checked(
+      {"clean meshes", "damaged meshes"}, rows,
+      [](const SolidRow& r, const std::string& meshes) {
+        return (r.of.damage == Damage::none) == (meshes == "clean meshes");
+      },
+      limitsOf, describe));
+  return report;
+}
+
+}  // namespace
+
+StudyCommand solidsCommand(CLI::App& app) {
+  const auto chosen = std::make_shared<SolidsOptions>();
+  StudyCommand command(app, "solids",
+                       "how exactly fixtures of any shape follow meshes, and what a query costs");
+  command.quick("a box and a sphere, small, clean and with missing faces", [chosen] {
+    chosen->options = {.divisions = 24, .places = 2000, .pushes = 200};
+    chosen->bodies = {BodyKind::box, BodyKind::sphere};
+    chosen->meshes = {Damage::none, Damage::missing};
+    chosen->tolerances_mm = {0.5};
+    chosen->rounds = 10;
+  });
+  command.choices("--bodies", chosen->bodies, kAllOf<BodyKind>, "all");
+  command.choices("--meshes", chosen->meshes, kAllOf<Damage>, "all");
+  command.numbers("--tolerances", chosen->tolerances_mm, 0.05, 5.0, "of the distance, mm (0.5,0.2)");
+  command.number("--divisions", chosen->options.divisions, 8, 512, "of the meshes along an edge (96)");
+  command.seed(chosen->options.seed, "of the places, the pushes and the damage (1)");
+  command.onReport([chosen] {
+    std::vector<double> tolerances_m;
+    for (const double tolerance_mm : chosen->tolerances_mm) tolerances_m.push_back(1e-3 * tolerance_mm);
+    std::vector<SolidCase> cases = varied(std::vector<SolidCase>(1), &SolidCase::body, chosen->bodies);
+    cases = varied(cases, &SolidCase::damage, chosen->meshes);
+    cases = varied(cases, &SolidCase::tolerance_m, tolerances_m);
+    std::vector<SolidRow> rows;
+    for (const SolidCase& one : cases) {
+      showProgress(
+          fmt::format("{}, {}, {:g} mm", nameOf(one.body), nameOf(one.damage), 1e3 * one.tolerance_m));
+      rows.push_back(measureSolid(one, chosen->options));
+    }
+    return reportOf(*chosen, rows);
+  });
+  return command;
 }
 
 }  // namespace hapticd::tools

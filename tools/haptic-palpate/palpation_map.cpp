@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/lib/palpation/palpation_map.h"
+#include "tools/haptic-palpate/palpation_map.h"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>

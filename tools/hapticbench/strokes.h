@@ -17,8 +17,6 @@
 #include "tools/hapticbench/engine/report.h"
 #include "tools/lib/truth/body_scene.h"
 #include "tools/lib/truth/noise_floor.h"
-#include "tools/lib/truth/rigid_frame.h"
-#include "tools/lib/truth/true_body.h"
 
 namespace hapticd::tools {
 
