@@ -14,9 +14,9 @@ void addCommands(hapticd::tools::CommandLine& line) {
   addTraceCommands(line);
   addSnapshotCommand(line);
   addViewCommand(line);
-  line.addHelped({"register", "calibrate"});
+  line.addAllHelped({"register", "calibrate"});
   line.addGroup("camera", "Connected cameras, and what they deliver");
-  line.addHelped({"camera list", "camera test"});
+  line.addAllHelped({"camera list", "camera test"});
   line.addGroup("handle", "Connected haptic handles");
   line.addHelped("handle list");
   addRosCommand(line);

@@ -300,7 +300,7 @@ void addTraceCommands(CommandLine& line) {
   addRecording(line, group);
   addMark(line, group);
   addTraceFolderCommands(line, group);
-  line.addHelped({"trace info", "trace breaches", "trace export", "trace recover", "trace plot"});
+  line.addAllHelped({"trace info", "trace breaches", "trace export", "trace recover", "trace plot"});
 }
 
 }  // namespace hapticd::tools

@@ -177,7 +177,7 @@ CLI::App& CommandLine::addHelped(const std::string& path, Action action) {
   return add(group, path.substr(blank + 1), command->help, std::move(action));
 }
 
-void CommandLine::addHelped(const std::vector<std::string>& paths) {
+void CommandLine::addAllHelped(const std::vector<std::string>& paths) {
   for (const std::string& path : paths) addHelped(path);
 }
 

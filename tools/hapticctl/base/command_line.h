@@ -46,8 +46,8 @@ class CommandLine {
   CLI::App& add(CLI::App& group, const std::string& name, const std::string& help, Action action);
   /// Adds a command that a helper does (helpers.h), to the group that its path names. action: of the helper.
   CLI::App& addHelped(const std::string& path, Action action = {});
-  /// The same for all commands of a group that a helper does.
-  void addHelped(const std::vector<std::string>& paths);
+  /// The same for several commands.
+  void addAllHelped(const std::vector<std::string>& paths);
 
   /// The options of all commands, filled in by run(); the reference is valid while the command line lives.
   const CommandOptions& options() const { return options_; }
