@@ -93,26 +93,16 @@ hapticd_together(drivers_tests APART
   --
   tests/unit/drivers/edge_errors_test.cpp)
 hapticd_together(emulator_tests)
-hapticd_together(hapticctl APART
-  tools/hapticctl/additions/addition_commands.cpp
-  tools/hapticctl/additions/addition_options.cpp
-  tools/hapticctl/additions/fixture_touch.cpp
-  tools/hapticctl/base/command_line.cpp
-  tools/hapticctl/camera_commands.cpp
-  tools/hapticctl/metrics_command.cpp
-  --
-  tools/hapticctl/additions/model_import.cpp
-  tools/hapticctl/handle_command.cpp)
+hapticd_together(hapticctl)
+hapticd_together(hapticctl_additions)
+hapticd_together(hapticctl_command_line)
 hapticd_together(hapticctl_library_tests)
 hapticd_together(hapticctl_tests APART
   tests/system/hapticctl/hapticctl_every_command_test.cpp
   --
   tests/system/hapticctl/hapticctl_view_test.cpp)
 hapticd_together(hapticctl_text)
-hapticd_together(hapticctl_work APART
-  tools/hapticctl/events.cpp
-  --
-  tools/hapticctl/metrics_command.cpp)
+hapticd_together(hapticctl_work)
 hapticd_together(hapticd_bench SETS
   tools/hapticbench/accuracy.cpp
   tools/hapticbench/buzz.cpp
@@ -154,6 +144,7 @@ hapticd_together(hapticd_bench SETS
   tools/hapticbench/engine/study.cpp)
 hapticd_together(hapticd_box_test_support)
 hapticd_together(hapticd_bridge)
+hapticd_together(hapticd_client)
 hapticd_together(hapticd_config SETS
   config/additions/addition_checks.cpp
   config/additions/addition_conversion.cpp
@@ -202,10 +193,7 @@ hapticd_together(hapticd_daemon APART
 hapticd_together(hapticd_device_check)
 hapticd_together(hapticd_doctor APART
   tools/hapticctl/doctor/checks.cpp
-  tools/hapticctl/doctor/examination.cpp
-  tools/hapticctl/doctor/gpio_check.cpp
-  --
-  tools/hapticctl/doctor/handle_check.cpp)
+  tools/hapticctl/doctor/examination.cpp)
 hapticd_together(hapticd_drivers SETS
   drivers/camera/freenect/freenect_camera.cpp
   drivers/camera/freenect/freenect_session.cpp
@@ -241,6 +229,7 @@ hapticd_together(hapticd_emulated_uvc APART
 hapticd_together(hapticd_ros_commands)
 hapticd_together(hapticd_ros_dds)
 hapticd_together(hapticd_ros_messages)
+hapticd_together(hapticd_snapshot)
 hapticd_together(hapticd_state APART
   daemon/state/profile_folder.cpp)
 hapticd_together(hapticd_test_support)

@@ -143,6 +143,24 @@ TEST(ProgramOptions, EveryProgramSaysItsVersionAndReportsWrongUsageInTheSameForm
   }
 }
 
+TEST(ProgramOptions, HapticctlSaysWhichOfItsProgramsIsMissing) {
+  const TemporaryFolder folder;
+  const std::string alone = folder.path() / "bin/hapticctl";
+  std::filesystem::create_directory(folder.path() / "bin");
+  std::filesystem::copy_file(HAPTICCTL_PROGRAM, alone);
+  EXPECT_EQ(runToEnd({alone, "--help"}).ending, exitedWith(0));
+  for (const Words& command :
+       std::vector<Words>{{"trace", "info", "x"}, {"doctor", "--help"}, {"help", "calibrate"}}) {
+    Words line{alone};
+    line.insert(line.end(), command.begin(), command.end());
+    const Finished refused = runToEnd(line);
+    EXPECT_EQ(refused.ending, exitedWith(1)) << command[0];
+    EXPECT_EQ(refused.output, "") << command[0];
+    EXPECT_NE(refused.errors.find("/libexec/hapticd/hapticctl-"), std::string::npos) << refused.errors;
+    EXPECT_NE(refused.errors.find("cannot be executed: No such file"), std::string::npos) << refused.errors;
+  }
+}
+
 TEST(ProgramOptions, TheDaemonTakesTheStandardConfigurationAndSaysSo) {
   const std::string standard = "/etc/hapticd/hapticd.yaml";
   const Finished checked = runToEnd({HAPTICD_PROGRAM, "--check"});

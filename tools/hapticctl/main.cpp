@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <string_view>
-
-#include "config/base/program.h"
 #include "tools/hapticctl/base/command_line.h"
-#include "tools/hapticctl/completion.h"
 
 namespace {
 
-int run(int argc, char** argv) {
+void addCommands(hapticd::tools::CommandLine& line) {
   using namespace hapticd::tools;
-  CommandLine line;
   addStateCommands(line);
   addControlCommands(line);
   addProfileCommands(line);
@@ -19,21 +14,18 @@ int run(int argc, char** argv) {
   addTraceCommands(line);
   addSnapshotCommand(line);
   addViewCommand(line);
-  addRegisterCommand(line);
-  addCalibrateCommand(line);
-  addCameraCommands(line);
-  addHandleCommands(line);
+  line.addAllHelped({"register", "calibrate"});
+  line.addGroup("camera", "Connected cameras, and what they deliver");
+  line.addAllHelped({"camera list", "camera test"});
+  line.addGroup("handle", "Connected haptic handles");
+  line.addHelped("handle list");
   addRosCommand(line);
-  addDoctorCommand(line);
+  line.addHelped("doctor");
   addCompletionCommand(line);
-  addHelpCommand(line);
-  if (argc > 1 && argv[1] == std::string_view("__complete"))
-    return printCandidates(line, {argv + 2, argv + argc});
-  return line.run(argc, argv);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  return hapticd::base::runProgram("hapticctl", [&] { return run(argc, argv); });
+  return hapticd::tools::runCommandLine(argc, argv, /*is_helper=*/false, addCommands);
 }

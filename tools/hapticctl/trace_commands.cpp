@@ -2,29 +2,21 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "config/base/program.h"
-#include "config/settings/settings.h"
+#include "config/base/value_text.h"
 #include "daemon/trace/format/trace_format.h"
-#include "daemon/trace/mcap/trace_file.h"
 #include "tools/hapticctl/base/command_line.h"
-#include "tools/hapticctl/commands.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/hapticctl/text/list_text.h"
 #include "tools/lib/client/reply_reader.h"
-#include "tools/lib/options/option_checks.h"
-#include "tools/lib/ros/ros_name.h"
 #include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {
-
-namespace fs = std::filesystem;
 
 /// How long calls about traces may take: a disk may need long to write the end of a file.
 constexpr std::chrono::seconds kDiskLimit{15};
@@ -256,27 +248,6 @@ void addTraceFolderCommands(CommandLine& line, CLI::App& group) {
   addNote(line, group);
 }
 
-constexpr double kMaxTrace_s = 1e9;  // nanoseconds of it fit into 64 bits
-
-/// The daemon's folder of traces; the default one if it does not report it.
-fs::path traceFolder(const CommandOptions& options) {
-  const auto reply = callOnce(options, {"io.hapticd.Status.ListTraces"});
-  const Json* folder = reply ? fieldAt(*reply, "folder") : nullptr;
-  if (folder && folder->is_string()) return folder->get<std::string>();
-  return fs::path(config::StateSettings().folder) / "traces";
-}
-
-/// The file of a trace that is given by its path or by its name in the daemon's folder, finished or not.
-fs::path traceFile(const CommandOptions& options, const std::string& text) {
-  std::error_code ignored;
-  if (text.find('/') != std::string::npos || fs::exists(text, ignored)) return text;
-  const fs::path folder = traceFolder(options);
-  if (fs::exists(folder / text, ignored)) return folder / text;  // with its ending
-  const fs::path file = folder / (text + ".mcap");
-  const fs::path open = trace::partOf(file);
-  return !fs::exists(file, ignored) && fs::exists(open, ignored) ? open : file;
-}
-
 void addRecording(CommandLine& line, CLI::App& group) {
   const CommandOptions& options = line.options();
   const auto label = std::make_shared<std::string>();
@@ -322,103 +293,6 @@ void addMark(CommandLine& line, CLI::App& group) {
       ->required();
 }
 
-/// Adds a command that works on the file of one trace.
-CLI::App& addForFile(CommandLine& line, CLI::App& group, const char* name, const char* help,
-                     std::function<int(const fs::path&)> action) {
-  const CommandOptions& options = line.options();
-  const auto file = std::make_shared<std::string>();
-  CLI::App& command = line.add(group, name, help, [&options, file, action = std::move(action)] {
-    return action(traceFile(options, *file));
-  });
-  command.add_option("TRACE", *file, "Name of a trace in the daemon's folder, or a path")
-      ->type_name("NAME|FILE")
-      ->required();
-  return command;
-}
-
-void addTimes(CLI::App& command, trace::TraceSelection& selection) {
-  command.add_option("--from", selection.from_s, "Begin this many seconds after the first tick")
-      ->type_name("S")
-      ->check(within(0.0, kMaxTrace_s));
-  command.add_option("--to", selection.to_s, "End this many seconds after the first tick")
-      ->type_name("S")
-      ->check(within(0.0, kMaxTrace_s));
-}
-
-void addFiles(CommandLine& line, CLI::App& group) {
-  const CommandOptions& options = line.options();
-  addForFile(line, group, "info", "Check a trace and show what it contains",
-             [&options](const fs::path& file) { return runTraceInfo(options, file); });
-
-  addForFile(line, group, "breaches",
-             "Report how often, how long and how deep the HIP was in forbidden regions",
-             [&options](const fs::path& file) { return runTraceBreaches(options, file); });
-
-  const auto requested = std::make_shared<ExportOptions>();
-  CLI::App& exported = addForFile(
-      line, group, "export", "Write a trace in a format that other programs read",
-      [&options, requested](const fs::path& file) { return runTraceExport(options, file, *requested); });
-  exported
-      .add_option("--format", requested->format,
-                  "csv (default); recording: the depth as a folder that camera.driver recorded plays, in\n"
-                  "libfreenect's format if it is of a Kinect v1; rosbag2: a bag of ROS 2 with the topics of\n"
-                  "hapticd-ros, and depth where the trace holds it")
-      ->type_name("FORMAT")
-      ->check(CLI::IsMember({"csv", "recording", "rosbag2"}));
-  exported
-      .add_option("--channel", requested->channel,
-                  "What a CSV file holds: ticks (default), models, directives, events")
-      ->type_name("CHANNEL")
-      ->check(CLI::IsMember({"ticks", "models", "directives", "events"}));
-  exported
-      .add_option("--out", requested->out,
-                  "The .csv, folder or .mcap of a bag to write (default: the name of the trace, in this "
-                  "folder); the\n"
-                  "settings are written beside a CSV file")
-      ->type_name("FILE");
-  exported
-      .add_option("--namespace", requested->name_space,
-                  "Namespace of the topics and frames of a bag (default: hapticd)")
-      ->type_name("NAME")
-      ->transform(CLI::Validator(ros::namespaceProblem, ""));
-  addForce(exported, requested->if_exists);
-  exported
-      .add_option("--rows", requested->selection.most_ticks,
-                  "Export at most this many ticks; all peaks of the force are kept")
-      ->type_name("N")
-      ->check(within(2, 1'000'000'000));
-  addTimes(exported, requested->selection);
-
-  const auto recovered_out = std::make_shared<std::string>();
-  CLI::App& recovered = addForFile(line, group, "recover",
-                                   "Save the intact parts of a damaged or cut off trace into a new file",
-                                   [&options, recovered_out](const fs::path& file) {
-                                     return runTraceRecover(options, file, *recovered_out);
-                                   });
-  recovered
-      .add_option(
-          "--out", *recovered_out,
-          "The file to write, which must not exist (default: the name with -recovered, beside the trace)")
-      ->type_name("FILE");
-
-  const auto plot = std::make_shared<PlotOptions>();
-  CLI::App& plotted = addForFile(
-      line, group, "plot", "Draw forces, penetration, modes, events and latency of a trace with gnuplot",
-      [&options, plot](const fs::path& file) { return runTracePlot(options, file, *plot); });
-  CLI::Option* const out =
-      plotted
-          .add_option("--out", plot->out,
-                      "The .png, .svg or .pdf to write (default: the name of the trace, in this folder)")
-          ->type_name("FILE");
-  plotted
-      .add_option("--format", plot->format, "png, svg or pdf (17 cm wide), in the file of the default name")
-      ->type_name("FORMAT")
-      ->check(CLI::IsMember({"png", "svg", "pdf"}))
-      ->excludes(out);
-  addForce(plotted, plot->if_exists);
-  addTimes(plotted, plot->selection);
-}
-
 }  // namespace
 
 void addTraceCommands(CommandLine& line) {
@@ -426,7 +300,7 @@ void addTraceCommands(CommandLine& line) {
   addRecording(line, group);
   addMark(line, group);
   addTraceFolderCommands(line, group);
-  addFiles(line, group);
+  line.addAllHelped({"trace info", "trace breaches", "trace export", "trace recover", "trace plot"});
 }
 
 }  // namespace hapticd::tools

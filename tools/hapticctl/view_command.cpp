@@ -4,8 +4,10 @@
 #include <poll.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <memory>
@@ -13,9 +15,16 @@
 #include <thread>
 
 #include "config/base/descriptor.h"
+#include "config/base/whole_file.h"
+#include "rt/base/parameters.h"
 #include "tools/hapticctl/base/command_line.h"
+#include "tools/hapticctl/commands.h"
+#include "tools/hapticctl/snapshot/depth_picture.h"
+#include "tools/hapticctl/snapshot/snapshot.h"
 #include "tools/hapticctl/text/error_text.h"
+#include "tools/lib/client/reply_reader.h"
 #include "tools/lib/options/option_checks.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {
@@ -106,6 +115,58 @@ int runView(const CommandOptions& options, const ViewOptions& view) {
   return kOk;
 }
 
+struct SnapshotOptions {
+  std::string ply;
+  std::string png;
+  base::IfExists if_exists = base::IfExists::refuse;
+};
+
+/// The radius of the HIP's neighbourhood; the default if the daemon does not report it.
+double neighbourhood_m(const CommandOptions& options) {
+  const auto reply = callOnce(options, {"io.hapticd.Status.GetParameters", {{"names", {"force.radius_m"}}}});
+  const Json rows = reply ? listAt(*reply, "parameters") : Json::array();
+  const double radius_m = rows.empty() ? std::nan("") : numberAt(rows.front(), "value");
+  return std::isnan(radius_m) ? rt::SpringParameters().radius_m : radius_m;
+}
+
+base::Result<void> writeFiles(const Snapshot& snapshot, const SnapshotOptions& requested, double radius_m) {
+  if (!requested.ply.empty()) {
+    const auto written = base::writeWholeFile(requested.ply, plyOf(snapshot, radius_m), requested.if_exists);
+    if (!written) return written;
+  }
+  if (requested.png.empty()) return {};
+  const auto png = pngOf(snapshot);
+  if (!png) return std::unexpected(png.error());
+  return base::writeWholeFile(requested.png, *png, requested.if_exists);
+}
+
+void showSnapshot(const Snapshot& snapshot, const SnapshotOptions& requested, bool json) {
+  const auto measured = std::ranges::count_if(snapshot.raw, [&](auto raw) {
+    return raw != snapshot.depth_model.raw_no_measurement && raw < snapshot.depth_model.raw_values;
+  });
+  Json files = Json::array();
+  for (const std::string& file : {requested.ply, requested.png}) {
+    if (!file.empty()) files.push_back(file);
+  }
+  if (json) return printJson({{"frame", snapshot.frame}, {"measuredPixels", measured}, {"files", files}});
+  fmt::print("frame {}: {} of {} pixels measured\n", snapshot.frame, measured, snapshot.raw.size());
+  for (const Json& file : files) fmt::print("{}\n", printable(file.get<std::string>()));
+}
+
+int runSnapshot(const CommandOptions& options, const SnapshotOptions& requested) {
+  for (const std::string& file : {requested.ply, requested.png}) {
+    const auto good = file.empty() ? base::Result<void>() : base::mayWrite(file, requested.if_exists);
+    if (!good) return report(good.error(), options.json);
+  }
+  const auto snapshot = fetchSnapshot(options);
+  if (!snapshot) return snapshot.error();
+  const double radius_m = requested.ply.empty() ? 0 : neighbourhood_m(options);
+  const auto written = writeFiles(*snapshot, requested, radius_m);
+  if (!written) return report(written.error(), options.json);
+  showSnapshot(*snapshot, requested, options.json);
+  return kOk;
+}
+
 }  // namespace
 
 void addViewCommand(CommandLine& line) {
@@ -120,6 +181,21 @@ void addViewCommand(CommandLine& line) {
       ->capture_default_str();
   command.add_option("--token-file", view->token_file, "File with the token (" + view->token_file + ")")
       ->type_name("FILE");
+}
+
+void addSnapshotCommand(CommandLine& line) {
+  const CommandOptions& options = line.options();
+  const auto requested = std::make_shared<SnapshotOptions>();
+  CLI::App& command = line.add("snapshot", "Save the depth image of this moment, with the HIP marked",
+                               [&options, requested] { return runSnapshot(options, *requested); });
+  command.add_option("--ply", requested->ply, "The points in the world, in metres, for MeshLab and others")
+      ->type_name("FILE")
+      ->check(endsIn(".ply"));
+  command
+      .add_option("--png", requested->png, "The depth image, light where it is near, with a scale in metres")
+      ->type_name("FILE")
+      ->check(endsIn(".png"));
+  addForce(command, requested->if_exists);
 }
 
 }  // namespace hapticd::tools

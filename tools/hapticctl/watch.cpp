@@ -15,10 +15,10 @@
 #include <string>
 #include <string_view>
 
-#include "config/base/counted.h"
 #include "config/base/program.h"
 #include "tools/hapticctl/base/calls.h"
 #include "tools/hapticctl/text/error_text.h"
+#include "tools/hapticctl/text/printer.h"
 #include "tools/hapticctl/text/status_text.h"
 #include "tools/lib/client/reply_reader.h"
 
@@ -32,19 +32,16 @@ void WatchSummary::add(const Json& reply) {
 }
 
 std::string WatchSummary::text() const {
-  const auto count = [this](const char* path) { return countAt(status_, path); };
-  return fmt::format(
-      "ticks         {} in {} s, {}, {}, {} in contact\n"
-      "frames        {} from the camera, {} modelled, {} skipped, the last one of {}\n"
-      "force         {}..{} N\n"
-      "wake-up       {}\n"
-      "compute       {}\n",
-      count("loop.counters.ticks"), fixed(numberAt(status_, "uptimeS"), 1),
-      base::counted(count("loop.counters.overruns"), "overrun(s)"),
-      base::counted(count("loop.counters.skippedPeriods"), "skipped period(s)"),
-      count("loop.counters.contactTicks"), count("camera.frames"), count("scene.models"),
-      count("scene.skippedFrames"), sceneContentText(status_), fixed(min_force_n_, 2), fixed(max_force_n_, 2),
-      latencyText(status_, "loop.wakeupLatency"), latencyText(status_, "loop.computeTime"));
+  return filled(
+             status_,
+             "ticks         {loop.counters.ticks:#} in {uptimeS:.1} s, {loop.counters.overruns:#overrun(s)}, "
+             "{loop.counters.skippedPeriods:#skipped period(s)}, {loop.counters.contactTicks:#} in contact\n"
+             "frames        {camera.frames:#} from the camera, {scene.models:#} modelled, "
+             "{scene.skippedFrames:#} skipped, the last one of ") +
+         sceneContentText(status_) +
+         fmt::format("\nforce         {}..{} N\n", fixed(min_force_n_, 2), fixed(max_force_n_, 2)) +
+         filled(status_,
+                "wake-up       {loop.wakeupLatency:latency}\ncompute       {loop.computeTime:latency}\n");
 }
 
 Json WatchSummary::json() const {
@@ -236,10 +233,10 @@ class WholeScreen : public Display {
     if (has_room) {
       for (std::string& line : history_.lines(kHistoryRows, size.columns, utf8_)) lines.push_back(line);
     }
-    const std::string last_line = fmt::format(
-        "force {}..{} N, wake-up max {}, {} states dropped   Ctrl-C ends",
-        fixed(numberAt(newest_, "window.minForceN"), 2), fixed(numberAt(newest_, "window.maxForceN"), 2),
-        duration(numberAt(newest_, "window.maxWakeupLatencyNs")), countAt(newest_, "droppedCount"));
+    const std::string last_line =
+        filled(newest_,
+               "force {window.minForceN:.2}..{window.maxForceN:.2} N, wake-up max "
+               "{window.maxWakeupLatencyNs:ns}, {droppedCount:#} states dropped   Ctrl-C ends");
     lines.push_back(painted(cutTo(note_.empty() ? last_line : "! " + note_, size.columns),
                             note_.empty() ? Colour::plain : Colour::red, colours_));
     return screen_.show(lines);

@@ -5,9 +5,10 @@ set(HAPTICD_GENERATED ${CMAKE_BINARY_DIR}/generated)
 file(MAKE_DIRECTORY ${HAPTICD_GENERATED})
 set(generated_files)
 
-# add_manual_page(page [PROGRAM program that it describes] [INTERFACES Varlink interfaces that it describes])
+# add_manual_page(page [PROGRAM program that it describes] [HELPERS what this executes] [INTERFACES Varlink interfaces that it
+# describes])
 function(add_manual_page page)
-  cmake_parse_arguments(PARSE_ARGV 1 PAGE "" "PROGRAM" "INTERFACES")
+  cmake_parse_arguments(PARSE_ARGV 1 PAGE "" "PROGRAM" "HELPERS;INTERFACES")
   set(template ${CMAKE_SOURCE_DIR}/tools/manual/${page}.in)
   set(options)
   if(PAGE_PROGRAM)
@@ -20,7 +21,7 @@ function(add_manual_page page)
     OUTPUT ${HAPTICD_GENERATED}/${page} ${HAPTICD_GENERATED}/${page}.gz
     COMMAND $<TARGET_FILE:manual-page> --template ${template} --out ${HAPTICD_GENERATED}/${page} ${options}
     COMMAND ${GZIP} -9nkf ${HAPTICD_GENERATED}/${page}
-    DEPENDS manual-page ${PAGE_PROGRAM} ${PAGE_INTERFACES} ${template}
+    DEPENDS manual-page ${PAGE_PROGRAM} ${PAGE_HELPERS} ${PAGE_INTERFACES} ${template}
     COMMENT "Manual page ${page}"
     VERBATIM)
   set(generated_files ${generated_files} ${HAPTICD_GENERATED}/${page}.gz PARENT_SCOPE)
@@ -44,7 +45,8 @@ add_manual_page(hapticd-varlink.7 INTERFACES
   ${CMAKE_SOURCE_DIR}/daemon/control/io.hapticd.Status.varlink
   ${CMAKE_SOURCE_DIR}/daemon/control/io.hapticd.Control.varlink
   ${CMAKE_SOURCE_DIR}/daemon/control/org.varlink.service.varlink)
-add_manual_page(hapticctl.1 PROGRAM hapticctl)
+get_target_property(helpers hapticctl_helpers MANUALLY_ADDED_DEPENDENCIES)
+add_manual_page(hapticctl.1 PROGRAM hapticctl HELPERS ${helpers})
 add_manual_page(haptic-bridge.1 PROGRAM haptic-bridge)
 add_manual_page(haptic-palpate.1 PROGRAM haptic-palpate)
 add_manual_page(haptic-replay.1 PROGRAM haptic-replay)
@@ -75,7 +77,7 @@ add_compressed(${CMAKE_SOURCE_DIR}/CHANGELOG.md changelog.gz)
 
 # All that an installation needs, and no test.
 add_custom_target(installable ALL DEPENDS ${generated_files})
-add_dependencies(installable hapticd hapticd-view hapticctl haptic-bridge haptic-palpate haptic-replay)
+add_dependencies(installable hapticd hapticd-view hapticctl hapticctl_helpers haptic-bridge haptic-palpate haptic-replay)
 if(HAPTICD_ROS)
   add_dependencies(installable hapticd-ros haptic-crtk-bridge)
 endif()

@@ -22,11 +22,11 @@ if(HAPTICD_ROS)
 endif()
 
 # Symbols are resolved at the start: the force thread must not wait for the dynamic linker.
-foreach(program hapticd hapticd-view hapticctl haptic-bridge haptic-palpate haptic-replay ${bench} ${ros})
+foreach(program hapticd hapticd-view hapticctl ${helpers} haptic-bridge haptic-palpate haptic-replay ${bench} ${ros})
   target_link_options(${program} PRIVATE LINKER:-z,relro,-z,now)
 endforeach()
 
-install(TARGETS hapticd RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/hapticd COMPONENT hapticd)
+install(TARGETS hapticd ${helpers} RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/hapticd COMPONENT hapticd)
 install(TARGETS hapticd-view RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT hapticd)
 install(DIRECTORY tools/hapticd-view/page/ DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/hapticd/view COMPONENT hapticd
         FILES_MATCHING PATTERN *.html PATTERN *.js PATTERN *.css PATTERN *.svg)

@@ -245,12 +245,12 @@ int touchFixture(const CommandOptions& options, const TouchOptions& requested, c
 
 }  // namespace
 
-void addFixtureTouch(CommandLine& line, CLI::App& group) {
+void addFixtureTouch(CommandLine& line, CLI::App&) {
   const CommandOptions& options = line.options();
   const auto requested = std::make_shared<TouchOptions>();
   const auto members = std::make_shared<Json>(Json::object());
-  CLI::App& command = line.add(group, "touch", "Add a fixture whose shape is touched with the handle",
-                               [=, &options] { return touchFixture(options, *requested, *members); });
+  CLI::App& command =
+      line.addHelped("fixture touch", [=, &options] { return touchFixture(options, *requested, *members); });
   command.add_option("NAME", requested->name, "Its name: 1 to 32 letters, digits, '_' and '-'")
       ->type_name("TEXT")
       ->required();

@@ -178,10 +178,6 @@ std::string reasonsIn(const std::vector<std::string>& notes) {
 
 }  // namespace
 
-bool isMarkupFile(std::string_view file) {
-  return file.ends_with(".mrk.json") || file.ends_with(".fcsv");
-}
-
 base::Result<ModelLandmarks> landmarksOfMarkups(const std::string& file) {
   auto read = solids::readMarkups(file);
   if (!read) return std::unexpected(read.error());

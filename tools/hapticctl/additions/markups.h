@@ -14,7 +14,9 @@
 namespace hapticd::tools {
 
 /// Whether the ending of a file's name is that of markups: .mrk.json or .fcsv.
-bool isMarkupFile(std::string_view file);
+inline bool isMarkupFile(std::string_view file) {
+  return file.ends_with(".mrk.json") || file.ends_with(".fcsv");
+}
 
 /// Landmarks of a model.
 struct ModelLandmarks {

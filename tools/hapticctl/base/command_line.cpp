@@ -134,7 +134,8 @@ std::string usageText(const CLI::App& app, const CLI::ParseError& error) {
 
 }  // namespace
 
-CommandLine::CommandLine() : app_("Queries and tunes a running hapticd", "hapticctl") {
+CommandLine::CommandLine(bool is_helper)
+    : app_("Queries and tunes a running hapticd", "hapticctl"), is_helper_(is_helper) {
   app_.formatter(std::make_shared<HelpFormatter>());  // inherited by all commands
   app_.set_version_flag("-V,--version", "hapticctl " HAPTICD_VERSION);
   app_.add_flag("--json", options_.json, "Print what the text says as JSON; streams an object a line");
@@ -166,7 +167,38 @@ CLI::App& CommandLine::add(CLI::App& group, const std::string& name, const std::
   return *command;
 }
 
+CLI::App& CommandLine::addHelped(const std::string& path, Action action) {
+  const HelpedCommand* const command = helpedCommand(path);
+  const std::size_t blank = path.find(' ');
+  if (blank == std::string::npos) return add(path, command->help, std::move(action));
+  const std::string name = path.substr(0, blank);
+  const auto groups = app_.get_subcommands([&](const CLI::App* one) { return one->get_name() == name; });
+  CLI::App& group = groups.empty() ? addGroup(name, "") : *groups.front();
+  return add(group, path.substr(blank + 1), command->help, std::move(action));
+}
+
+void CommandLine::addAllHelped(const std::vector<std::string>& paths) {
+  for (const std::string& path : paths) addHelped(path);
+}
+
+const HelpedCommand* CommandLine::helped(const CLI::App& command) const {
+  if (is_helper_ || command.get_parent() == nullptr) return nullptr;
+  std::string path = command.get_name();
+  for (const CLI::App* above = command.get_parent(); above->get_parent() != nullptr;
+       above = above->get_parent()) {
+    path = above->get_name() + " " + path;
+  }
+  return helpedCommand(path);
+}
+
+int CommandLine::runHelper(const HelpedCommand& command) const {
+  return report(executeHelper(command, arguments_), options_.json);
+}
+
 int CommandLine::run(int argc, char** argv) {
+  arguments_ = argv;
+  if (argc > 1 && argv[1] == std::string_view("__complete"))
+    return printCandidates(*this, {argv + 2, argv + argc});
   const auto full = withFullNames(app_, {argv + 1, argv + argc});
   // the parser may fail before it has read --json
   const bool json = std::find(argv + 1, argv + argc, std::string_view("--json")) != argv + argc;
@@ -175,10 +207,22 @@ int CommandLine::run(int argc, char** argv) {
   try {
     app_.parse(std::move(words));
   } catch (const CLI::ParseError& error) {
+    // the helper has the options, and says what is wrong with them
+    if (const HelpedCommand* const command = helped(namedIn(app_))) return runHelper(*command);
     if (error.get_exit_code() == 0) return base::endWithoutWork(app_, error, kUsage);
     return reportUsage(base::commandPath(app_), usageText(app_, error), json);
   }
-  return action_();
+  const HelpedCommand* const command = helped(namedIn(app_));
+  return command != nullptr && command->help != nullptr ? runHelper(*command) : action_();
+}
+
+int runCommandLine(int argc, char** argv, bool is_helper, void (*add)(CommandLine& line)) {
+  return base::runProgram("hapticctl", [=] {
+    CommandLine line(is_helper);
+    add(line);
+    addHelpCommand(line);
+    return line.run(argc, argv);
+  });
 }
 
 void addForce(CLI::App& command, base::IfExists& if_exists, const char* help) {
@@ -204,7 +248,9 @@ Json helpJson(const CLI::App& command, const std::string& path, const std::strin
   return {{"command", path}, {"commands", std::move(commands)}, {"text", text}};
 }
 
-int runHelp(const CommandOptions& options, const CLI::App& app, const std::vector<std::string>& words) {
+int runHelp(const CommandLine& line, const std::vector<std::string>& words) {
+  const CommandOptions& options = line.options();
+  const CLI::App& app = line.app();
   const CLI::App* command = &app;
   std::string path = "hapticctl";
   for (const std::string& word : words) {
@@ -216,6 +262,7 @@ int runHelp(const CommandOptions& options, const CLI::App& app, const std::vecto
     command = below;
     path += " " + below->get_name();
   }
+  if (const HelpedCommand* const helped = line.helped(*command)) return line.runHelper(*helped);
   const std::string text = command->get_formatter()->make_help(command, path, CLI::AppFormatMode::Normal);
   if (options.json) {
     printJson(helpJson(*command, path, text));
@@ -230,7 +277,7 @@ int runHelp(const CommandOptions& options, const CLI::App& app, const std::vecto
 void addHelpCommand(CommandLine& line) {
   const auto words = std::make_shared<std::vector<std::string>>();
   line.add("help", "Show the help of hapticctl, or of a command",
-           [&line, words] { return runHelp(line.options(), line.app(), *words); })
+           [&line, words] { return runHelp(line, *words); })
       .add_option("COMMAND", *words, "The command, such as trace list")
       ->type_name("COMMAND");
 }

@@ -5,9 +5,11 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "config/base/whole_file.h"
 #include "tools/hapticctl/base/calls.h"
+#include "tools/hapticctl/base/helpers.h"
 
 namespace hapticd::tools {
 
@@ -30,7 +32,9 @@ using Action = std::function<int()>;
 /// The command line of hapticctl: its commands, and the options that hold for all of them.
 class CommandLine {
  public:
-  CommandLine();
+  /// is_helper: of a program that hapticctl executes, and which has no other commands than those that it
+  /// does.
+  explicit CommandLine(bool is_helper = false);
   CommandLine(const CommandLine&) = delete;
   CommandLine& operator=(const CommandLine&) = delete;
 
@@ -40,20 +44,34 @@ class CommandLine {
   CLI::App& addGroup(const std::string& name, const std::string& help);
   /// Adds a command of a group.
   CLI::App& add(CLI::App& group, const std::string& name, const std::string& help, Action action);
+  /// Adds a command that a helper does (helpers.h), to the group that its path names. action: of the helper.
+  CLI::App& addHelped(const std::string& path, Action action = {});
+  /// The same for several commands.
+  void addAllHelped(const std::vector<std::string>& paths);
 
   /// The options of all commands, filled in by run(); the reference is valid while the command line lives.
   const CommandOptions& options() const { return options_; }
   const CLI::App& app() const { return app_; }
 
   /// Parses the arguments, in which names of commands may be shortened (command_words.h), and runs the action
-  /// of the command; returns the exit code.
+  /// of the command, or the helper that does it; returns the exit code.
   int run(int argc, char** argv);
+
+  /// The row of a command, if a helper does it, or what this program does not know of it; null otherwise.
+  const HelpedCommand* helped(const CLI::App& command) const;
+  /// Gives the whole command line to a helper; returns the exit code if that fails.
+  int runHelper(const HelpedCommand& command) const;
 
  private:
   CLI::App app_;
   CommandOptions options_;
   Action action_;
+  bool is_helper_;
+  char** arguments_ = nullptr;
 };
+
+/// The main function of hapticctl and of its helpers. add: adds the commands.
+int runCommandLine(int argc, char** argv, bool is_helper, void (*add)(CommandLine& line));
 
 /// Adds --force to a command that writes files, or other things that may exist.
 void addForce(CLI::App& command, base::IfExists& if_exists, const char* help = "Replace files that exist");
@@ -71,13 +89,16 @@ void addFrameCommands(CommandLine& line);      ///< frame ...
 void addTraceCommands(CommandLine& line);      ///< trace ...
 void addSnapshotCommand(CommandLine& line);    ///< snapshot
 void addViewCommand(CommandLine& line);        ///< view
-void addRegisterCommand(CommandLine& line);    ///< register
-void addCalibrateCommand(CommandLine& line);   ///< calibrate
-void addCameraCommands(CommandLine& line);     ///< camera ...
-void addHandleCommands(CommandLine& line);     ///< handle list
 void addRosCommand(CommandLine& line);         ///< ros
-void addDoctorCommand(CommandLine& line);      ///< doctor
 void addCompletionCommand(CommandLine& line);  ///< completion
 void addHelpCommand(CommandLine& line);        ///< help
+
+/// The hidden command `hapticctl __complete WORD...`, which the shells' completions call: prints what may
+/// stand in place of the last of `typed`, the words behind `hapticctl` up to the cursor. One candidate a
+/// line, behind it a tab and its help where it has one; `:files` stands for the names of files. Commands,
+/// options and their words are those of `line`, parameters those of the parameter table, and what has a name
+/// in the daemon is asked for. A candidate that ends with '=' is not followed by a blank. Returns the exit
+/// code.
+int printCandidates(const CommandLine& line, const std::vector<std::string>& typed);
 
 }  // namespace hapticd::tools

@@ -2,22 +2,89 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "config/settings/settings.h"
 #include "tools/hapticctl/doctor/examination.h"
-#include "tools/hapticctl/doctor/findings.h"
 
 namespace hapticd::tools {
 
+/// ok: as it should be, or irrelevant. warn: hapticd works, but with more latency, less safely or with fewer
+/// features than it could, or the check could not find out. fail: in this state hapticd cannot work.
+enum class Verdict { ok, warn, fail };
+
+/// The result of a check.
+struct Finding {
+  Verdict verdict = Verdict::ok;
+  std::string name;    ///< empty: that of the check
+  std::string fact;    ///< what was found
+  std::string remedy;  ///< what to do about it: a command or a line for a file; empty: nothing
+};
+
+/// The results of a check.
+class Findings : public std::vector<Finding> {
+ public:
+  using vector::vector;
+  Findings() = default;
+  Findings(Finding finding) { push_back(std::move(finding)); }
+  /// "PATH cannot be read: REASON".
+  Findings(const Unread& unread);
+
+  void add(const Findings& more) { insert(end(), more.begin(), more.end()); }
+  /// These, or where there is none the other one.
+  Findings orElse(Finding other) const { return empty() ? Findings(std::move(other)) : *this; }
+};
+
+/// The findings, those without a name with this one.
+Findings named(const std::string& name, Findings findings);
+
+/// "ok", "warn" or "fail".
+std::string_view verdictText(Verdict verdict);
+
+/// The exit status for these findings: 0, or 1 if one fails.
+int exitStatus(const Findings& findings);
+
+/// The findings for people, a line each: "warn  clock: hpet (what to do)".
+std::string textOf(const Findings& findings);
+
+/// The findings for programs: an array of {name, verdict, fact, remedy}.
+std::string jsonOf(const Findings& findings);
+
+// Wording that several checks share.
+
+/// What a running daemon reports of a device: "hapticd uses v4l2 D435: streaming", or a warning with what to
+/// do; nothing if none responds.
+Findings findingsOfInUse(const DeviceInUse& device);
+
+Finding good(std::string fact);
+Finding warning(std::string fact, std::string remedy);
+Finding failure(std::string fact, std::string remedy);
+
+/// The verdict on something that keeps the service from working: a failure, but only a warning on a machine
+/// without the service.
+Finding failureOfTheService(const Examination& box, std::string fact, std::string remedy);
+
+/// The first entries of a list: "a, b, c and 4 more".
+std::string someOf(const std::vector<std::string>& words, std::size_t most = 6);
+
+/// The daemon's user, and the group of its devices.
+inline constexpr const char* kDeviceGroup = "hapticd";
+inline constexpr const char* kControlGroup = "haptic";
+/// Of the devices that haptic-bridge drives.
+inline constexpr const char* kVendorGroup = "hapticd-vendor";
+
+/// Returns the problems with the permissions of a device file that the daemon must open; empty if they are
+/// right: group hapticd, readable and writable by the group, not by everyone.
+Findings accessFindings(const Examination& box, const std::string& device, const std::string& path);
+
 // Each check examines one thing and returns at least one finding, whatever it can or cannot read.
 
-// kernel_checks.cpp
 Findings checkKernel(const Examination& box);
 Findings checkClock(const Examination& box);
 Findings checkThrottling(const Examination& box);
-Findings checkMemory(const Examination& box);
-
-// cpu_checks.cpp
 Findings checkIsolation(const Examination& box);
 Findings checkCpuKind(const Examination& box);
 Findings checkInterrupts(const Examination& box);
@@ -25,38 +92,23 @@ Findings checkSibling(const Examination& box);
 Findings checkGovernor(const Examination& box);
 Findings checkIdleStates(const Examination& box);
 Findings checkCpuQuota(const Examination& box);
-
-// service_checks.cpp
+Findings checkMemory(const Examination& box);
 Findings checkLimits(const Examination& box);
 Findings checkAccounts(const Examination& box);
 Findings checkCaller(const Examination& box);
-
-// device_checks.cpp
+Findings checkConfiguration(const Examination& box);
 Findings checkUdevRules(const Examination& box);
 Findings checkOtherRules(const Examination& box);
-Findings checkHid(const Examination& box);
-
-// gpio_check.cpp
-Findings checkGpio(const Examination& box);
-
-// camera_check.cpp
 Findings checkKinect(const Examination& box);
 Findings checkCameras(const Examination& box);
-
-// handle_check.cpp
+Findings checkHid(const Examination& box);
+Findings checkGpio(const Examination& box);
 Findings checkHandle(const Examination& box);
-
-// vendor_handle_check.cpp
 Findings checkVendorHandles(const Examination& box);
-
-// storage_check.cpp
 Findings checkTraces(const Examination& box);
-Findings checkGnuplot(const Examination& box);
 Findings checkStorage(const Examination& box);
-
-// service_checks.cpp
+Findings checkGnuplot(const Examination& box);
 Findings checkService(const Examination& box);
-Findings checkConfiguration(const Examination& box);
 Findings checkDaemon(const Examination& box);
 
 /// The findings of all checks, in the order in which they are shown.

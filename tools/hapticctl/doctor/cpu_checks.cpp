@@ -15,7 +15,6 @@
 #include "drivers/base/cpu_list.h"
 #include "drivers/base/cpu_quota.h"
 #include "tools/hapticctl/doctor/checks.h"
-#include "tools/hapticctl/doctor/findings.h"
 #include "tools/hapticctl/doctor/machine.h"
 
 namespace hapticd::tools {
@@ -213,29 +212,26 @@ Findings checkIsolation(const Examination& box) {
   const Machine& machine = box.machine;
   const CpuSet online = onlineCpus(machine);
   if (online.size() == 1) {
-    return {warning("isolation", "the machine has one CPU: none can be kept free for the force loop",
-                    "use a machine with more CPUs")};
+    return warning("the machine has one CPU: none can be kept free for the force loop",
+                   "use a machine with more CPUs");
   }
   const Reading<CpuSet> isolated = cpusIn(machine, kCpus + "isolated");
-  if (!isolated) return {unreadable("isolation", kCpus + "isolated", isolated.error())};
+  if (!isolated) return isolated.error();
   const std::string tickless = machine.read(kCpus + "nohz_full").value_or("");
   std::string fact = isolated->empty() ? "no CPU is isolated" : "isolated: CPU " + cpuListText(*isolated);
   if (isNumber(tickless.substr(0, 1))) fact += ", without timer ticks: CPU " + tickless;
   if (box.daemon.cpu && isolated->contains(*box.daemon.cpu)) {
-    return {good("isolation", fmt::format("{}; the force loop runs on CPU {}", fact, *box.daemon.cpu))};
+    return good(fmt::format("{}; the force loop runs on CPU {}", fact, *box.daemon.cpu));
   }
-  if (isolated->empty())
-    return {warning("isolation", fact + ": other programs delay the force loop", kSetACpuAside)};
+  if (isolated->empty()) return warning(fact + ": other programs delay the force loop", kSetACpuAside);
   const std::string remedy = fmt::format(
       "'loop:' with 'cpu: {}' below it in /etc/hapticd/hapticd.yaml, then systemctl restart hapticd",
       bestOf(machine, *isolated));
   if (box.daemon.cpu) {
-    return {warning("isolation", fmt::format("{}, but the force loop runs on CPU {}", fact, *box.daemon.cpu),
-                    remedy)};
+    return warning(fmt::format("{}, but the force loop runs on CPU {}", fact, *box.daemon.cpu), remedy);
   }
-  if (box.daemon.answers)
-    return {warning("isolation", fact + ", but the force loop is not pinned to a CPU", remedy)};
-  return {good("isolation", fact)};
+  if (box.daemon.answers) return warning(fact + ", but the force loop is not pinned to a CPU", remedy);
+  return good(fact);
 }
 
 Findings checkCpuKind(const Examination& box) {
@@ -244,62 +240,57 @@ Findings checkCpuKind(const Examination& box) {
   const CpuKinds kinds = readCpuKinds(machine, online);
   const CpuSet big = bigCpus(kinds, online);
   const std::optional<int> cpu = forceCpu(box);
-  if (kinds.speed.empty()) return {good("cpu kind", "no CPU is known to be slower than the others")};
+  if (kinds.speed.empty()) return good("no CPU is known to be slower than the others");
   if (!cpu || !kinds.speed.contains(*cpu)) {
-    return {
-        warning("cpu kind",
-                "the CPU of the force loop is not one of the CPUs that are online: " + cpuListText(online),
-                "'cpu:' below 'loop:' in /etc/hapticd/hapticd.yaml")};
+    return warning("the CPU of the force loop is not one of the CPUs that are online: " + cpuListText(online),
+                   "'cpu:' below 'loop:' in /etc/hapticd/hapticd.yaml");
   }
   CpuSet little = online;
   little.erase(0);
   for (const int one : big) little.erase(one);
-  if (little.empty()) return {good("cpu kind", fmt::format("all are alike ({})", kinds.measure))};
+  if (little.empty()) return good(fmt::format("all are alike ({})", kinds.measure));
   const std::string fact =
       fmt::format("big: CPU {}, little: CPU {} ({} {} and {}); the force loop takes CPU {}", cpuListText(big),
                   cpuListText(little), kinds.measure, kinds.speed.at(*big.rbegin()),
                   kinds.speed.at(*little.rbegin()), *cpu);
-  if (big.contains(*cpu)) return {good("cpu kind", fact)};
-  return {
-      warning("cpu kind", fact + (little.contains(*cpu) ? ", a little one" : ", which cannot be kept free"),
-              fmt::format("hapticd-realtime-setup apply --cpu {0}, and 'loop:' with 'cpu: {0}' below it in "
-                          "/etc/hapticd/hapticd.yaml, then reboot",
-                          *big.rbegin()))};
+  if (big.contains(*cpu)) return good(fact);
+  return warning(
+      fact + (little.contains(*cpu) ? ", a little one" : ", which cannot be kept free"),
+      fmt::format("hapticd-realtime-setup apply --cpu {0}, and 'loop:' with 'cpu: {0}' below it in "
+                  "/etc/hapticd/hapticd.yaml, then reboot",
+                  *big.rbegin()));
 }
 
 Findings checkInterrupts(const Examination& box) {
   const CpuSet cpus = forceCpus(box);
-  if (cpus.empty()) return {warning("interrupts", "no CPU is kept free of them", kSetACpuAside)};
+  if (cpus.empty()) return warning("no CPU is kept free of them", kSetACpuAside);
   const Reading<Names> coming = interruptsOn(box.machine, cpus);
-  if (!coming) return {unreadable("interrupts", "proc/irq", coming.error())};
+  if (!coming) return Unread{coming.error().system_error, "proc/irq"};
   const std::string where = "CPU " + cpuListText(cpus);
-  if (coming->empty()) return {good("interrupts", "none can occur on " + where)};
-  return {warning("interrupts",
-                  fmt::format("{} can occur on {}: {}", base::counted(coming->size(), "interrupt(s)"), where,
-                              someOf(*coming)),
-                  "systemctl restart hapticd-realtime, which hapticd-realtime-setup apply sets up")};
+  if (coming->empty()) return good("none can occur on " + where);
+  return warning(fmt::format("{} can occur on {}: {}", base::counted(coming->size(), "interrupt(s)"), where,
+                             someOf(*coming)),
+                 "systemctl restart hapticd-realtime, which hapticd-realtime-setup apply sets up");
 }
 
 Findings checkSibling(const Examination& box) {
   const Machine& machine = box.machine;
   const CpuSet cpus = forceCpus(box);
-  if (cpus.empty()) return {good("sibling", "does not matter while no CPU is kept free for the force loop")};
+  if (cpus.empty()) return good("does not matter while no CPU is kept free for the force loop");
   CpuSet siblings;
   for (const int cpu : cpus) {
     const std::string path = cpuFolder(cpu) + "topology/thread_siblings_list";
     const Reading<CpuSet> of_this = cpusIn(machine, path);
-    if (!of_this) return {unreadable("sibling", path, of_this.error())};
+    if (!of_this) return of_this.error();
     siblings.insert(of_this->begin(), of_this->end());
   }
   for (const int cpu : cpus) siblings.erase(cpu);
   siblings = common(siblings, onlineCpus(machine));
-  if (siblings.empty())
-    return {good("sibling", fmt::format("CPU {} shares its core with no other", cpuListText(cpus)))};
-  return {
-      warning("sibling",
-              fmt::format("CPU {} shares its core with CPU {}, whose programs slow it down",
-                          cpuListText(cpus), cpuListText(siblings)),
-              fmt::format("echo off > /{}smt/control; nosmt on the kernel command line keeps it so", kCpus))};
+  if (siblings.empty()) return good(fmt::format("CPU {} shares its core with no other", cpuListText(cpus)));
+  return warning(
+      fmt::format("CPU {} shares its core with CPU {}, whose programs slow it down", cpuListText(cpus),
+                  cpuListText(siblings)),
+      fmt::format("echo off > /{}smt/control; nosmt on the kernel command line keeps it so", kCpus));
 }
 
 Findings checkGovernor(const Examination& box) {
@@ -310,43 +301,43 @@ Findings checkGovernor(const Examination& box) {
     const std::string path = cpuFolder(cpu) + "cpufreq/scaling_governor";
     const Reading<std::string> governor = box.machine.read(path);
     if (!governor && governor.error().absent()) continue;
-    if (!governor) return {unreadable("governor", path, governor.error())};
+    if (!governor) return governor.error();
     ++scaled;
     if (*governor == "performance") continue;
     const std::string policy = frequencyPolicy(box.machine, cpu);
     others.push_back(fmt::format("{} {}", cpuWithPolicy(box.machine, cpu, policy), *governor));
     files.insert(policy.empty() ? path : fmt::format("{}cpufreq/{}/scaling_governor", kCpus, policy));
   }
-  if (scaled == 0) return {good("governor", "the kernel does not change the CPUs' frequency")};
-  if (others.empty()) return {good("governor", "performance on " + base::counted(scaled, "CPU(s)"))};
+  if (scaled == 0) return good("the kernel does not change the CPUs' frequency");
+  if (others.empty()) return good("performance on " + base::counted(scaled, "CPU(s)"));
   const std::string command =
       files.size() == 1 ? fmt::format("echo performance > /{}", *files.begin())
                         : "echo performance | tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor";
-  return {warning("governor", someOf(others) + ": the frequency rises only once the CPU is busy",
-                  command + ", or hapticd-realtime-setup apply for the force loop's CPU at each boot")};
+  return warning(someOf(others) + ": the frequency rises only once the CPU is busy",
+                 command + ", or hapticd-realtime-setup apply for the force loop's CPU at each boot");
 }
 
 Findings checkIdleStates(const Examination& box) {
   IdleState deepest;
   for (const int cpu : forceCpusOrAll(box)) {
     const Reading<IdleState> state = deepestIdleState(box.machine, cpu);
-    if (!state) return {unreadable("idle states", cpuFolder(cpu) + "cpuidle", state.error())};
+    if (!state) return Unread{state.error().system_error, cpuFolder(cpu) + "cpuidle"};
     if (state->latency_us > deepest.latency_us) deepest = *state;
   }
-  if (deepest.latency_us == 0) return {good("idle states", "none that takes time to wake up from")};
+  if (deepest.latency_us == 0) return good("none that takes time to wake up from");
   if (deepest.latency_us <= kSlowWakeUs) {
-    return {good("idle states", fmt::format("waking up takes at most {} us", deepest.latency_us))};
+    return good(fmt::format("waking up takes at most {} us", deepest.latency_us));
   }
   const std::string fact = fmt::format("waking up from {} takes {} us", deepest.name, deepest.latency_us);
   if (!box.machine.exists("dev/cpu_dma_latency")) {
     const bool is_pc = architectureOf(box) == "x86_64";
-    return {warning(
-        "idle states", fact + ", and there is no /dev/cpu_dma_latency to prevent it",
-        fmt::format("{} on the kernel command line", is_pc ? "processor.max_cstate=1" : "cpuidle.off=1"))};
+    return warning(
+        fact + ", and there is no /dev/cpu_dma_latency to prevent it",
+        fmt::format("{} on the kernel command line", is_pc ? "processor.max_cstate=1" : "cpuidle.off=1"));
   }
-  Findings findings = accessFindings(box, "idle states", fact, "dev/cpu_dma_latency");
+  Findings findings = accessFindings(box, fact, "dev/cpu_dma_latency");
   if (findings.empty()) {
-    return {good("idle states", fact + "; hapticd can prevent it while it runs (/dev/cpu_dma_latency)")};
+    return good(fact + "; hapticd can prevent it while it runs (/dev/cpu_dma_latency)");
   }
   // only a warning: wake-ups are late, but the box works
   for (Finding& finding : findings) finding.verdict = Verdict::warn;
@@ -362,9 +353,9 @@ Findings checkCpuQuota(const Examination& box) {
   }
   if (process == "0") process = "self";
   const auto quota = drivers::cpuQuotaOf(process, box.machine.root());
-  if (!quota) return {good("cpu quota", "no control group limits the CPU time of hapticd")};
-  if (quota->throttled == 0 && quota->cpus >= 1) return {good("cpu quota", drivers::textOf(*quota))};
-  return {warning("cpu quota", drivers::textOf(*quota), drivers::kRaiseCpuQuota)};
+  if (!quota) return good("no control group limits the CPU time of hapticd");
+  if (quota->throttled == 0 && quota->cpus >= 1) return good(drivers::textOf(*quota));
+  return warning(drivers::textOf(*quota), drivers::kRaiseCpuQuota);
 }
 
 }  // namespace hapticd::tools

@@ -4,15 +4,16 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cerrno>
 #include <map>
 #include <optional>
 #include <sstream>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "tools/hapticctl/doctor/checks.h"
 #include "tools/hapticctl/doctor/devices.h"
-#include "tools/hapticctl/doctor/findings.h"
 #include "tools/hapticctl/doctor/machine.h"
 
 namespace hapticd::tools {
@@ -30,6 +31,9 @@ struct OpenRule {
   std::string file;
   bool final = false;  ///< set with ":=", so that no later rule changes it
 };
+
+/// Named where any of the folders cannot be read.
+constexpr const char* kRulesFolder = "usr/lib/udev/rules.d";
 
 /// The folders of rules, the one with the highest precedence first.
 constexpr std::array kFolders{"etc/udev/rules.d/", "run/udev/rules.d/", "usr/local/lib/udev/rules.d/",
@@ -88,7 +92,8 @@ Reading<std::vector<RulesFile>> rulesFiles(const Machine& machine) {
   std::map<std::string, RulesFile> files;
   for (const std::string folder : kFolders) {
     const Reading<Names> names = machine.list(folder);
-    if (!names && !names.error().absent()) return std::unexpected(names.error());
+    if (!names && !names.error().absent())
+      return std::unexpected(Unread{names.error().system_error, kRulesFolder});
     for (const std::string& name : names.value_or(Names{})) {
       if (!name.ends_with(".rules") || files.contains(name)) continue;
       const Reading<std::string> content = machine.read(folder + name);
@@ -127,29 +132,28 @@ bool givesHidDevice(const Machine& machine, const RulesFile& file, const std::st
 }
 
 constexpr const char* kOwnRules = "72-hapticd.rules";
-constexpr const char* kRulesFolder = "usr/lib/udev/rules.d";
 
 }  // namespace
 
 Findings checkUdevRules(const Examination& box) {
   const Reading<std::vector<RulesFile>> files = rulesFiles(box.machine);
-  if (!files) return {unreadable("udev rules", kRulesFolder, files.error())};
+  if (!files) return files.error();
   const auto own = std::ranges::find(*files, kOwnRules, &RulesFile::name);
   if (own == files->end()) {
-    return {failureOfTheService(box, "udev rules", fmt::format("{} is not installed", kOwnRules),
-                                "install hapticd's package: without its rules no device belongs to hapticd")};
+    return failureOfTheService(box, fmt::format("{} is not installed", kOwnRules),
+                               "install hapticd's package: without its rules no device belongs to hapticd");
   }
   if (own->masked) {
-    return {failureOfTheService(
-        box, "udev rules", fmt::format("/{} switches hapticd's rules off", own->path),
-        fmt::format("rm /{}, then udevadm control --reload && udevadm trigger", own->path))};
+    return failureOfTheService(
+        box, fmt::format("/{} switches hapticd's rules off", own->path),
+        fmt::format("rm /{}, then udevadm control --reload && udevadm trigger", own->path));
   }
-  return {good("udev rules", "/" + own->path)};
+  return good("/" + own->path);
 }
 
 Findings checkOtherRules(const Examination& box) {
   const Reading<std::vector<RulesFile>> files = rulesFiles(box.machine);
-  if (!files) return {unreadable("other udev rules", kRulesFolder, files.error())};
+  if (!files) return files.error();
   Findings findings;
   for (const RulesFile& file : *files) {
     if (file.name == kOwnRules) continue;
@@ -157,23 +161,21 @@ Findings checkOtherRules(const Examination& box) {
       // our rule overrides an earlier one, unless that is final
       if (file.name < kOwnRules && !rule.final) continue;
       findings.push_back(
-          warning("other udev rules",
-                  fmt::format("/{} lets everyone use a Kinect, and overrides hapticd's", rule.file),
+          warning(fmt::format("/{} lets everyone use a Kinect, and overrides hapticd's", rule.file),
                   fmt::format("ln -s /dev/null /etc/udev/rules.d/{}, then udevadm control --reload "
                               "&& udevadm trigger",
                               file.name)));
       break;
     }
   }
-  if (findings.empty()) findings.push_back(good("other udev rules", "none lets everyone use a Kinect"));
-  return findings;
+  return findings.orElse(good("none lets everyone use a Kinect"));
 }
 
 /// The HID devices that a udev rule gives to the group hapticd: only these rules determine which devices
 /// are handles.
 Findings checkHid(const Examination& box) {
   const Reading<Names> names = box.machine.list("sys/class/hidraw");
-  if (!names && !names.error().absent()) return {unreadable("hid", "sys/class/hidraw", names.error())};
+  if (!names && !names.error().absent()) return names.error();
   const std::vector<RulesFile> files = rulesFiles(box.machine).value_or(std::vector<RulesFile>{});
   Findings findings;
   for (const std::string& name : names.value_or(Names{})) {
@@ -185,11 +187,92 @@ Findings checkHid(const Examination& box) {
       continue;
     }
     const std::string device = variableOf(uevent, "HID_NAME");
-    const Findings wrong = accessFindings(box, "hid", device, "dev/" + name);
-    findings.insert(findings.end(), wrong.begin(), wrong.end());
-    if (wrong.empty()) findings.push_back(good("hid", fmt::format("{} at /dev/{}", device, name)));
+    findings.add(
+        accessFindings(box, device, "dev/" + name).orElse(good(fmt::format("{} at /dev/{}", device, name))));
   }
-  if (findings.empty()) findings.push_back(good("hid", "no handle that udev gives to hapticd is on hidraw"));
+  return findings.orElse(good("no handle that udev gives to hapticd is on hidraw"));
+}
+
+namespace {
+
+constexpr const char* kChipPrefix = "gpiochip";
+
+struct Chip {
+  std::string name;  ///< "gpiochip0"
+  std::expected<std::string, int> label;
+};
+
+std::string textOf(const Chip& chip) {
+  return chip.label ? fmt::format("{} ({})", chip.name, *chip.label) : chip.name;
+}
+
+std::vector<std::string> textsOf(const std::vector<Chip>& chips) {
+  std::vector<std::string> texts;
+  for (const Chip& chip : chips) texts.push_back(textOf(chip));
+  return texts;
+}
+
+/// Links are left out: some kernels make one for a number that a chip had before.
+Reading<std::vector<Chip>> chipsOf(const Examination& box) {
+  const Reading<Names> names = box.machine.list("dev");
+  if (!names) return std::unexpected(names.error());
+  std::vector<Chip> chips;
+  for (const std::string& name : *names) {
+    if (!name.starts_with(kChipPrefix) || !box.machine.linkedName("dev/" + name).empty()) continue;
+    const auto label = box.gpio_label ? box.gpio_label("/dev/" + name) : std::unexpected(ENOTSUP);
+    chips.push_back({name, label});
+  }
+  return chips;
+}
+
+/// The chip that leds.chip names: by path, name or label, as the driver takes it.
+Finding configuredChip(const Examination& box, const std::vector<Chip>& chips) {
+  const std::string& wanted = box.configuration.settings.leds.chip;
+  const std::string path = wanted.starts_with('/') ? wanted.substr(1) : "dev/" + wanted;
+  const bool names_a_file = wanted.starts_with('/') || wanted.starts_with(kChipPrefix);
+  if (names_a_file && box.machine.exists(path)) {
+    const auto chip =
+        std::ranges::find(chips, std::filesystem::path(wanted).filename().string(), &Chip::name);
+    return good(fmt::format("leds.chip is {}", chip == chips.end() ? wanted : textOf(*chip)));
+  }
+  for (const Chip& chip : chips) {
+    if (chip.label && *chip.label == wanted) return good(fmt::format("leds.chip is {}", textOf(chip)));
+  }
+  const auto unread = std::ranges::find_if(chips, [](const Chip& chip) { return !chip.label; });
+  if (!names_a_file && unread != chips.end()) {
+    return warning(
+        fmt::format("whether a chip has the label leds.chip = {} is not known: the label of {} cannot be "
+                    "read ({})",
+                    wanted, unread->name, std::generic_category().message(unread->label.error())),
+        "run as root");
+  }
+  const std::string fact = fmt::format("there is no chip leds.chip = {}", wanted);
+  if (chips.empty()) {
+    return warning(fact + ", nor another one", "load the driver of the chip, or set leds.driver: none");
+  }
+  return warning(
+      fmt::format("{}; there are {}", fact, someOf(textsOf(chips), 12)),
+      "below 'leds:' in /etc/hapticd/hapticd.yaml set 'chip:' to the label of one of them, which no kernel "
+      "renumbers, then systemctl restart hapticd");
+}
+
+}  // namespace
+
+/// Of other chips hapticd has no need, and the udev rules do not give them to it.
+Findings checkGpio(const Examination& box) {
+  if (box.configuration.settings.leds.driver != config::LedDriver::gpiod)
+    return good("no LEDs are configured, so no chip is needed");
+  const Reading<std::vector<Chip>> chips = chipsOf(box);
+  if (!chips) return chips.error();
+  Findings findings{configuredChip(box, *chips)};
+  const auto used =
+      std::ranges::find_if(*chips, [&](const Chip& chip) { return isChipOfLeds(box, chip.name); });
+  if (used == chips->end()) return findings;
+  for (Finding& finding : accessFindings(box, textOf(*used), "dev/" + used->name)) {
+    // a box works without LEDs
+    if (finding.verdict == Verdict::fail) finding.verdict = Verdict::warn;
+    findings.push_back(std::move(finding));
+  }
   return findings;
 }
 

@@ -68,7 +68,7 @@ std::string UsbDevice::text() const {
 }
 
 Reading<std::vector<UsbDevice>> usbDevices(const Machine& machine) {
-  const Reading<Names> names = machine.list(kDevices);
+  const Reading<Names> names = machine.list(kDevices.substr(0, kDevices.size() - 1));
   if (!names && names.error().absent()) return std::vector<UsbDevice>{};
   if (!names) return std::unexpected(names.error());
   std::vector<UsbDevice> devices;

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "config/settings/settings.h"
-#include "tools/hapticctl/doctor/camera_list.h"
+#include "tools/hapticctl/doctor/cameras.h"
 #include "tools/hapticctl/doctor/machine.h"
 
 namespace hapticd::tools {

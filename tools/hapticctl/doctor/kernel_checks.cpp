@@ -8,7 +8,6 @@
 #include <sstream>
 
 #include "tools/hapticctl/doctor/checks.h"
-#include "tools/hapticctl/doctor/findings.h"
 
 namespace hapticd::tools {
 namespace {
@@ -104,37 +103,36 @@ std::string memoryRemedy(const MemoryNeed& need) {
 Findings checkKernel(const Examination& box) {
   const Machine& machine = box.machine;
   const Reading<std::string> release = machine.read(kRelease);
-  if (!release) return {unreadable("kernel", kRelease, release.error())};
+  if (!release) return release.error();
   const std::string kernel = kernelText(machine, *release);
   const Reading<std::string> realtime = machine.read("sys/kernel/realtime");
-  if ((realtime && *realtime == "1") || saysPreemptRt(machine))
-    return {good("kernel", kernel + ", PREEMPT_RT")};
+  if ((realtime && *realtime == "1") || saysPreemptRt(machine)) return good(kernel + ", PREEMPT_RT");
   if (!realtime && !realtime.error().absent()) {
-    return {unreadable("kernel", "sys/kernel/realtime", realtime.error())};
+    return realtime.error();
   }
   const auto installed = installedRealtimeKernel(machine);
   const std::string remedy =
       installed ? fmt::format("boot {}, which is installed", *installed) : realtimeRemedy(box, *release);
-  return {warning("kernel", kernel + ", without PREEMPT_RT: wake-ups can be milliseconds late", remedy)};
+  return warning(kernel + ", without PREEMPT_RT: wake-ups can be milliseconds late", remedy);
 }
 
 Findings checkClock(const Examination& box) {
   const Reading<std::string> clock = box.machine.read(std::string(kClocks) + "current_clocksource");
-  if (!clock) return {unreadable("clock", std::string(kClocks) + "current_clocksource", clock.error())};
-  if (*clock == "tsc" || *clock == "arch_sys_counter") return {good("clock", *clock)};
+  if (!clock) return clock.error();
+  if (*clock == "tsc" || *clock == "arch_sys_counter") return good(*clock);
   const std::string available = box.machine.read(std::string(kClocks) + "available_clocksource").value_or("");
   if ((available + " ").find("tsc ") != std::string::npos) {
-    return {warning("clock", *clock + ", although the kernel offers tsc, which is read faster",
-                    fmt::format("echo tsc > /{}current_clocksource", kClocks))};
+    return warning(*clock + ", although the kernel offers tsc, which is read faster",
+                   fmt::format("echo tsc > /{}current_clocksource", kClocks));
   }
   if (*clock == "hpet" || *clock == "acpi_pm") {
-    return {
-        warning("clock", *clock + ": each reading takes microseconds; the kernel does not trust the tsc",
-                "'dmesg | grep -i tsc' shows why; a newer firmware may help, or tsc=reliable on the kernel "
-                "command line")};
+    return warning(
+        *clock + ": each reading takes microseconds; the kernel does not trust the tsc",
+        "'dmesg | grep -i tsc' shows why; a newer firmware may help, or tsc=reliable on the kernel "
+        "command line");
   }
-  return {warning("clock", *clock + ", a virtual machine's: its host decides when the force loop runs",
-                  "run the box on hardware")};
+  return warning(*clock + ", a virtual machine's: its host decides when the force loop runs",
+                 "run the box on hardware");
 }
 
 Findings checkThrottling(const Examination& box) {
@@ -143,24 +141,23 @@ Findings checkThrottling(const Examination& box) {
       fmt::format("sysctl -w kernel.sched_rt_runtime_us={0}; the same line in /etc/sysctl.d/hapticd.conf",
                   kUsualRuntimeUs);
   if (!runtime_us && runtime_us.error().absent()) {
-    return {good("throttling", "this kernel does not limit real-time threads")};
+    return good("this kernel does not limit real-time threads");
   }
-  if (!runtime_us) return {unreadable("throttling", kThrottling, runtime_us.error())};
+  if (!runtime_us) return runtime_us.error();
   if (*runtime_us < 0) {
-    return {warning("throttling", "off: a runaway real-time thread takes its CPU forever", remedy)};
+    return warning("off: a runaway real-time thread takes its CPU forever", remedy);
   }
   const std::string fact = fmt::format("real-time threads get {} us of a CPU's period", *runtime_us);
-  if (*runtime_us == 0) return {failure("throttling", "real-time threads get no time at all", remedy)};
-  if (*runtime_us < kMinRuntimeUs)
-    return {warning("throttling", fact + ": the force loop may be paused", remedy)};
-  return {good("throttling", fact)};
+  if (*runtime_us == 0) return failure("real-time threads get no time at all", remedy);
+  if (*runtime_us < kMinRuntimeUs) return warning(fact + ": the force loop may be paused", remedy);
+  return good(fact);
 }
 
 Findings checkMemory(const Examination& box) {
   const Reading<std::string> table = box.machine.read("proc/meminfo");
-  if (!table) return {unreadable("memory", "proc/meminfo", table.error())};
+  if (!table) return table.error();
   const auto available = memoryMib(*table, "MemAvailable");
-  if (!available) return {warning("memory", "/proc/meminfo does not list the available memory", "")};
+  if (!available) return warning("/proc/meminfo does not list the available memory", "");
   const std::int64_t swap = memoryMib(*table, "SwapTotal").value_or(0);
   // a running daemon has its memory already
   const std::int64_t need = mibOf(memoryNeed(box.configuration.settings).total());
@@ -174,13 +171,13 @@ Findings checkMemory(const Examination& box) {
     return {{verdict, "memory", fmt::format("{}, too much for {} MiB in all", fact, *total),
              memoryRemedy(memoryNeed(box.configuration.settings))}};
   }
-  if (left < kTooLittleMemoryMib) return {failure("memory", fact, remedy)};
-  if (left < kLittleMemoryMib) return {warning("memory", fact, remedy)};
+  if (left < kTooLittleMemoryMib) return failure(fact, remedy);
+  if (left < kLittleMemoryMib) return warning(fact, remedy);
   if (swap > 0 && box.daemon.answers && !box.daemon.memory_locked) {
-    return {warning("memory", fact + ", and hapticd's memory is not locked: it can be paged out",
-                    "LimitMEMLOCK=infinity in the unit, or swapoff -a")};
+    return warning(fact + ", and hapticd's memory is not locked: it can be paged out",
+                   "LimitMEMLOCK=infinity in the unit, or swapoff -a");
   }
-  return {good("memory", fact)};
+  return good(fact);
 }
 
 }  // namespace hapticd::tools

@@ -23,21 +23,21 @@ namespace {
 
 constexpr std::size_t kMaxBytes = 1U << 20U;
 
-std::unexpected<Unread> unread(int system_error) {
-  return std::unexpected(Unread{system_error});
+std::unexpected<Unread> unread(int system_error, const std::string& path) {
+  return std::unexpected(Unread{system_error, path});
 }
 
 void dropWhiteSpaceAtTheEnd(std::string& text) {
   text.erase(text.find_last_not_of(" \t\n\r") + 1);
 }
 
-Reading<std::string> contentOf(int file) {
+Reading<std::string> contentOf(int file, const std::string& path) {
   std::string content;
   std::array<char, 4096> part{};
   while (content.size() < kMaxBytes) {
     const ssize_t count = ::read(file, part.data(), part.size());
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) return unread(errno);
+    if (count < 0) return unread(errno, path);
     if (count == 0) break;
     content.append(part.data(), static_cast<std::size_t>(count));
   }
@@ -85,8 +85,8 @@ bool Unread::denied() const {
 Reading<std::string> Machine::read(const std::string& path) const {
   // so that opening a pipe that somebody put there does not wait for its other end
   const int file = ::open((root_ / path).c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
-  if (file < 0) return unread(errno);
-  Reading<std::string> content = contentOf(file);
+  if (file < 0) return unread(errno, path);
+  Reading<std::string> content = contentOf(file, path);
   ::close(file);
   if (content) dropWhiteSpaceAtTheEnd(*content);
   return content;
@@ -96,12 +96,12 @@ Reading<std::int64_t> Machine::readNumber(const std::string& path) const {
   const Reading<std::string> text = read(path);
   if (!text) return std::unexpected(text.error());
   if (const auto number = base::numberFrom<std::int64_t>(*text)) return *number;
-  return unread(EINVAL);
+  return unread(EINVAL, path);
 }
 
 Reading<Names> Machine::list(const std::string& path) const {
   const std::unique_ptr<DIR, int (*)(DIR*)> folder(::opendir((root_ / path).c_str()), ::closedir);
-  if (!folder) return unread(errno);
+  if (!folder) return unread(errno, path);
   Names names;
   while (const dirent* entry = ::readdir(folder.get())) {
     if (entry->d_name[0] != '.') names.emplace_back(entry->d_name);
@@ -114,13 +114,13 @@ Reading<Names> Machine::list(const std::string& path) const {
 
 Reading<Access> Machine::access(const std::string& path) const {
   struct stat status {};
-  if (::stat((root_ / path).c_str(), &status) != 0) return unread(errno);
+  if (::stat((root_ / path).c_str(), &status) != 0) return unread(errno, path);
   return Access{status.st_mode & 07777U, status.st_uid, status.st_gid, groupsInAclOf(root_ / path)};
 }
 
 Reading<std::uint64_t> Machine::freeBytes(const std::string& path) const {
   struct statvfs disk {};
-  if (::statvfs((root_ / path).c_str(), &disk) != 0) return unread(errno);
+  if (::statvfs((root_ / path).c_str(), &disk) != 0) return unread(errno, path);
   return std::uint64_t{disk.f_bavail} * disk.f_frsize;
 }
 

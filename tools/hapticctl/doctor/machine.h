@@ -14,7 +14,8 @@ namespace hapticd::tools {
 
 /// Why a file could not be read.
 struct Unread {
-  int system_error = 0;  ///< errno
+  int system_error = 0;   ///< errno
+  std::string path = {};  ///< without the leading slash
 
   bool absent() const;
   bool denied() const;

@@ -8,12 +8,10 @@
 
 #include "daemon/trace/writer/trace_writer.h"
 #include "tools/hapticctl/doctor/checks.h"
-#include "tools/hapticctl/doctor/findings.h"
 
 namespace hapticd::tools {
 namespace {
 
-constexpr const char* kStorage = "storage";
 constexpr const char* kMounts = "proc/self/mountinfo";
 
 /// A line of /proc/self/mountinfo (proc_pid_mountinfo(5)), as far as it matters here.
@@ -111,30 +109,26 @@ std::string boundText(const config::TraceSettings& trace) {
 Findings checkStorage(const Examination& box) {
   const config::Settings& settings = box.configuration.settings;
   const Reading<std::string> mounts = box.machine.read(kMounts);
-  if (!mounts) return {unreadable(kStorage, kMounts, mounts.error())};
+  if (!mounts) return mounts.error();
   const std::string folder = box.machine.resolved(settings.state.folder);
   const auto mount = mountOf(*mounts, folder);
   const std::string disk = mount ? diskOf(box.machine, *mount) : "";
-  if (disk.empty()) return {good(kStorage, fmt::format("which disk holds {} is not known", folder))};
+  if (disk.empty()) return good(fmt::format("which disk holds {} is not known", folder));
   const std::string flash = flashText(box.machine, disk);
-  if (flash.empty()) return {good(kStorage, fmt::format("{} is on {}", folder, disk))};
+  if (flash.empty()) return good(fmt::format("{} is on {}", folder, disk));
   const std::string writing = fmt::format("{}; {}", volumeText(settings), boundText(settings.trace));
   if (!settings.trace.at_start) {
-    return {good(kStorage,
-                 fmt::format("{} is on {}, which writing wears out; a trace writes {}; none begins by itself",
-                             folder, flash, writing))};
+    return good(fmt::format("{} is on {}, which writing wears out; a trace writes {}; none begins by itself",
+                            folder, flash, writing));
   }
-  return {warning(
-      kStorage,
+  return warning(
       fmt::format("{} is on {}, and with trace.at_start writing wears it out all the time: {}", folder, flash,
                   writing),
       "trace.at_start: false, or state.folder on a USB or NVMe disk; trace.depth: false and trace.scene: off "
-      "write less")};
+      "write less");
 }
 
 namespace {
-
-constexpr const char* kTraces = "traces";
 
 /// The folder of the traces, without the leading slash.
 std::string stateFolder(const Examination& box) {
@@ -142,26 +136,24 @@ std::string stateFolder(const Examination& box) {
   return folder.starts_with('/') ? folder.substr(1) : folder;
 }
 
-Finding rightFinding(const Examination& box, const std::string& folder, const Access& access) {
-  if (runsByHand(box))
-    return good(kTraces, fmt::format("/{}, of the hapticd that was started by hand", folder));
+Findings checkRights(const Examination& box, const std::string& folder, const Access& access) {
+  if (runsByHand(box)) return good(fmt::format("/{}, of the hapticd that was started by hand", folder));
   const auto user = box.machine.user(kDeviceGroup);
-  if (!user) return unreadable(kTraces, "etc/passwd", user.error());
+  if (!user) return user.error();
   const bool own = user->has_value() && (*user)->id == access.owner && (access.mode & S_IWUSR) != 0;
-  if (own) return good(kTraces, fmt::format("hapticd may write to /{}", folder));
-  return failureOfTheService(box, kTraces, fmt::format("the user hapticd may not write to /{}", folder),
+  if (own) return good(fmt::format("hapticd may write to /{}", folder));
+  return failureOfTheService(box, fmt::format("the user hapticd may not write to /{}", folder),
                              fmt::format("chown -R hapticd:hapticd /{0} && chmod u+rwx /{0}", folder));
 }
 
-Finding spaceFinding(const Examination& box, const std::string& folder) {
+Findings checkSpace(const Examination& box, const std::string& folder) {
   const Reading<std::uint64_t> free_bytes = box.machine.freeBytes(folder);
-  if (!free_bytes) return unreadable("trace space", folder, free_bytes.error());
+  if (!free_bytes) return free_bytes.error();
   const double free_mb = static_cast<double>(*free_bytes) / 1e6;
   const double least_mb = box.configuration.settings.trace.min_free_mb;
   const std::string fact = fmt::format("{:.0f} MB free at /{}", free_mb, folder);
-  if (free_mb >= least_mb) return good("trace space", fact);
-  return warning("trace space",
-                 fmt::format("{}, less than trace.min_free_mb = {:.0f}: no trace is written", fact, least_mb),
+  if (free_mb >= least_mb) return good(fact);
+  return warning(fmt::format("{}, less than trace.min_free_mb = {:.0f}: no trace is written", fact, least_mb),
                  "hapticctl trace list, then hapticctl trace delete NAME, or free space otherwise");
 }
 
@@ -171,21 +163,14 @@ Findings checkTraces(const Examination& box) {
   const std::string state = stateFolder(box);
   const std::string traces = state + "/traces";
   const Reading<Access> of_state = box.machine.access(state);
-  if (!of_state && of_state.error().absent()) {
-    return {warning(kTraces, fmt::format("there is no /{} yet", state),
-                    "the service creates it at its first start")};
-  }
-  if (!of_state) return {unreadable(kTraces, state, of_state.error())};
+  if (!of_state && of_state.error().absent())
+    return warning(fmt::format("there is no /{} yet", state), "the service creates it at its first start");
+  if (!of_state) return of_state.error();
   const Reading<Access> of_traces = box.machine.access(traces);
-  Findings findings;
-  if (of_traces) {
-    findings.push_back(rightFinding(box, traces, *of_traces));
-  } else if (of_traces.error().absent()) {
-    findings.push_back(rightFinding(box, state, *of_state));
-  } else {
-    findings.push_back(unreadable(kTraces, traces, of_traces.error()));
-  }
-  findings.push_back(spaceFinding(box, state));
+  Findings findings = of_traces                    ? checkRights(box, traces, *of_traces)
+                      : of_traces.error().absent() ? checkRights(box, state, *of_state)
+                                                   : Findings(of_traces.error());
+  findings.add(named("trace space", checkSpace(box, state)));
   return findings;
 }
 
@@ -193,8 +178,8 @@ Findings checkGnuplot(const Examination& box) {
   static constexpr std::array kPlaces{"usr/bin/gnuplot", "usr/local/bin/gnuplot"};
   const auto found =
       std::ranges::find_if(kPlaces, [&](const char* place) { return box.machine.exists(place); });
-  if (found != kPlaces.end()) return {good("gnuplot", fmt::format("/{}", *found))};
-  return {warning("gnuplot", "not installed: hapticctl trace plot cannot draw", "apt install gnuplot-nox")};
+  if (found != kPlaces.end()) return good(fmt::format("/{}", *found));
+  return warning("not installed: hapticctl trace plot cannot draw", "apt install gnuplot-nox");
 }
 
 }  // namespace hapticd::tools

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "tools/hapticctl/text/status_text.h"
+#include "tools/hapticctl/text/printer.h"
 #include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
@@ -14,10 +14,6 @@ namespace {
 /// "-" for what is not known.
 std::string withUnit(double value, int digits, const char* unit) {
   return std::isnan(value) ? "-" : fmt::format("{} {}", fixed(value, digits), unit);
-}
-
-std::string millimetres(double metres) {
-  return withUnit(metres * 1e3, 1, "mm");
 }
 
 std::string speedText(double m_per_s) {

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/hapticctl/text/calibration_text.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string_view>
 
+#include "tools/hapticctl/text/printer.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/text/terminal_text.h"
 
@@ -90,21 +89,18 @@ std::string calibrationText(const Json& calibration, std::size_t columns) {
                flagAt(rule, "binds") ? "binds" : "", textAt(rule, "remedy")});
   }
   std::string text = table.text(columns);
-  text += fmt::format("\nlargest stiffness {} N/m, limited by {}",
-                      fixed(numberAt(calibration, "stiffnessNPerM"), 0), textAt(calibration, "bound"));
-  if (const double margin = numberAt(calibration, "margin"); !std::isnan(margin))
-    text += fmt::format("; the next rule allows {} times as much", fixed(margin, 1));
-  text += fmt::format("\nsurface noise {} mm", fixed(1e3 * numberAt(calibration, "surfaceNoiseM"), 2));
-  if (const double distance_m = numberAt(calibration, "distanceM"); !std::isnan(distance_m))
-    text += fmt::format(" at {} m", fixed(distance_m, 2));
-  text += fmt::format(", from {} frames\n", fixed(numberAt(calibration, "noiseFrames"), 0));
-  const double latency_s = numberAt(calibration, "latencyS");
-  if (std::isnan(latency_s)) return text;
-  return text + fmt::format(
-                    "forces act {} ms after their command, {} ms of which the driver cannot tell; device and "
-                    "hand move as {} g\n",
-                    fixed(1e3 * latency_s, 0), fixed(1e3 * numberAt(calibration, "hiddenLatencyS"), 0),
-                    fixed(1e3 * numberAt(calibration, "massKg"), 0));
+  const auto say = [&](const char* known, const char* pattern) {
+    if (!std::isnan(numberAt(calibration, known))) text += filled(calibration, pattern);
+  };
+  text += filled(calibration, "\nlargest stiffness {stiffnessNPerM:.0} N/m, limited by {bound}");
+  say("margin", "; the next rule allows {margin:.1} times as much");
+  text += filled(calibration, "\nsurface noise {surfaceNoiseM:.2*1000} mm");
+  say("distanceM", " at {distanceM:.2} m");
+  text += filled(calibration, ", from {noiseFrames:.0} frames\n");
+  say("latencyS",
+      "forces act {latencyS:.0*1000} ms after their command, {hiddenLatencyS:.0*1000} ms of which the driver "
+      "cannot tell; device and hand move as {massKg:.0*1000} g\n");
+  return text;
 }
 
 }  // namespace hapticd::tools

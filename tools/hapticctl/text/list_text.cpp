@@ -6,22 +6,17 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <string_view>
 #include <utility>
 
-#include "config/base/counted.h"
 #include "rt/base/words.h"
 #include "rt/loop/loop_state.h"
-#include "tools/hapticctl/text/status_text.h"
+#include "tools/hapticctl/text/printer.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {
-
-/// A length in millimetres, because fixtures act within a few of them.
-std::string millimetres(double metres) {
-  return std::isnan(metres) ? "-" : fmt::format("{:.1f} mm", metres * 1e3);
-}
 
 std::string memberText(const Json& value) {
   if (!value.is_array()) return valueText(value);
@@ -105,9 +100,8 @@ std::string fixtureListText(const Json& reply, std::size_t columns) {
                stateOf(entry),
                fixtureStiffnessText(numberAt(entry, "stiffnessNPerM"),
                                     numberAt(entry, "definition.stiffness_n_per_m")),
-               fixed(numberAt(entry, "forceN"), 2) + " N",
-               fixed(numberAt(entry, "definition.max_force_n"), 1) + " N",
-               millimetres(numberAt(entry, "distanceM"))});
+               filled(entry, "{forceN:.2} N"), filled(entry, "{definition.max_force_n:.1} N"),
+               filled(entry, "{distanceM:mm}")});
   }
   return table.text(columns);
 }
@@ -118,11 +112,10 @@ std::string regionListText(const Json& reply, std::size_t columns) {
   Table table({{"NAME"}, {"PLACE"}, {"OF"}, {"MODEL"}, {"STIFFNESS", true}, {"STATE"}});
   for (const Json& entry : listAt(reply, "regions")) {
     const bool label = textAt(entry, "definition.place") == "label";
-    table.add({textAt(entry, "name"),
-               label ? "label " + countAt(entry, "definition.label") : textAt(entry, "definition.shape"),
-               textAt(entry, "origin"), textAt(entry, "definition.model"),
-               fixed(numberAt(entry, "definition.stiffness_n_per_m"), 0) + " N/m",
-               flagAt(entry, "inContact") ? "in contact" : ""});
+    table.add(
+        {textAt(entry, "name"), filled(entry, label ? "label {definition.label:#}" : "{definition.shape}"),
+         textAt(entry, "origin"), textAt(entry, "definition.model"),
+         filled(entry, "{definition.stiffness_n_per_m:.0} N/m"), filled(entry, "{inContact?in contact|}")});
   }
   return table.text(columns);
 }
@@ -147,32 +140,54 @@ std::string frameListText(const Json& reply, std::size_t columns) {
     return "there are no frames; the configuration's list 'frames' makes them\n";
   Table table({{"NAME"}, {"STATE"}, {"AGE", true}, {"LAG", true}, {"ON LOSS"}, {"OF"}, {"FIXTURES"}});
   for (const Json& entry : listAt(reply, "frames")) {
-    table.add({textAt(entry, "name"), textAt(entry, "state"), ageText(entry),
-               millimetres(numberAt(entry, "lagM")), textAt(entry, "definition.on_loss"),
-               textAt(entry, "origin"), joinedNames(listAt(entry, "fixtures"))});
+    table.add({textAt(entry, "name"), textAt(entry, "state"), ageText(entry), filled(entry, "{lagM:mm}"),
+               textAt(entry, "definition.on_loss"), textAt(entry, "origin"),
+               joinedNames(listAt(entry, "fixtures"))});
   }
   return table.text(columns);
 }
 
-std::string frameText(const Json& entry) {
-  std::string text = additionText(entry);
-  const auto row = [&](const char* title, const std::string& value) {
-    text += fmt::format("{:<26}{}\n", title, value);
-  };
-  row("state", textAt(entry, "state"));
-  if (const std::string refusal = textAt(entry, "refusal"); refusal != "-")
-    row("newest pose refused", refusal);
-  row("age of the newest pose", ageText(entry));
-  row("lag", millimetres(numberAt(entry, "lagM")));
-  if (const std::string verdict = textAt(entry, "tracking"); verdict != "-") {
-    row("tracking", fmt::format("{}, {} % of the pixels agree", verdict,
-                                fixed(100 * numberAt(entry, "trackingShare"), 0)));
-    row("tracking error", millimetres(numberAt(entry, "trackingErrorM")) + " next to the HIP");
+namespace {
+
+/// The rows of an entry of a list; those without text are left out.
+std::string entryRows(const std::vector<Row>& rows) {
+  std::string text;
+  for (const auto& [title, value] : rows) {
+    if (!value.empty()) text += fmt::format("{:<26}{}\n", title, value);
   }
-  if (const Json* const place = fieldAt(entry, "positionM")) row("position in the world", place->dump());
-  if (const Json* const turn = fieldAt(entry, "orientationXyzw")) row("orientation x y z w", turn->dump());
-  row("fixtures", joinedNames(listAt(entry, "fixtures")));
   return text;
+}
+
+/// The pattern filled, if the number at `path` is positive; otherwise nothing.
+std::string filledIfPositive(const Json& entry, std::string_view path, std::string_view pattern) {
+  return numberAt(entry, path) > 0 ? filled(entry, pattern) : "";
+}
+
+/// The pattern filled, where there is a text or a number at `path`.
+std::string filledIf(const Json& entry, std::string_view path, std::string_view pattern) {
+  return textAt(entry, path) == "-" && std::isnan(numberAt(entry, path)) ? "" : filled(entry, pattern);
+}
+
+std::string dumpAt(const Json& entry, std::string_view path) {
+  const Json* const field = fieldAt(entry, path);
+  return field ? field->dump() : "";
+}
+
+}  // namespace
+
+std::string frameText(const Json& entry) {
+  const auto error = filledIf(entry, "tracking", "{trackingErrorM:mm} next to the HIP");
+  return additionText(entry) +
+         entryRows({{"state", textAt(entry, "state")},
+                    {"newest pose refused", filledIf(entry, "refusal", "{refusal}")},
+                    {"age of the newest pose", ageText(entry)},
+                    {"lag", filled(entry, "{lagM:mm}")},
+                    {"tracking",
+                     filledIf(entry, "tracking", "{tracking}, {trackingShare:.0*100} % of the pixels agree")},
+                    {"tracking error", error},
+                    {"position in the world", dumpAt(entry, "positionM")},
+                    {"orientation x y z w", dumpAt(entry, "orientationXyzw")}}) +
+         fmt::format("{:<26}{}\n", "fixtures", joinedNames(listAt(entry, "fixtures")));
 }
 
 std::string framesText(const Json& status) {
@@ -193,65 +208,52 @@ std::string additionText(const Json& entry) {
   }
   text += fmt::format("{:<26}{}\n", "of", textAt(entry, "origin"));
   if (flagAt(entry, "inContact")) text += "in contact\n";
-  const auto row = [&](const char* title, const std::string& value) {
-    text += fmt::format("{:<26}{}\n", title, value);
-  };
-  if (const double stiffness = numberAt(entry, "stiffnessNPerM"); stiffness > 0)
-    row("stiffness in effect", fixed(stiffness, 1) + " N/m");
-  if (const double force = numberAt(entry, "forceN"); !std::isnan(force))
-    row("force exerted", fixed(force, 2) + " N");
-  if (const double distance = numberAt(entry, "distanceM"); !std::isnan(distance))
-    row("distance of the HIP", millimetres(distance));
-  if (fieldAt(entry, "onCameraLoss")) row("while the camera is lost", textAt(entry, "onCameraLoss"));
-  if (const std::string stage = textAt(entry, "stage"); stage != "-") row("stage", stage);
-  if (numberAt(entry, "warnings") > 0) row("warnings", countAt(entry, "warnings"));
-  if (numberAt(entry, "breaches") > 0) {
-    row("breaches",
-        fmt::format("{}, {} s together, at most {} deep", countAt(entry, "breaches"),
-                    fixed(numberAt(entry, "breachedS"), 2), millimetres(numberAt(entry, "deepestBreachM"))));
-  }
-  if (!fieldAt(entry, "state") && numberAt(entry, "lagM") > 1e-4)
-    row("behind its frame", millimetres(numberAt(entry, "lagM")));
+  const bool lags = !fieldAt(entry, "state") && numberAt(entry, "lagM") > 1e-4;
+  text += entryRows(
+      {{"stiffness in effect", filledIfPositive(entry, "stiffnessNPerM", "{stiffnessNPerM:.1} N/m")},
+       {"force exerted", filledIf(entry, "forceN", "{forceN:.2} N")},
+       {"distance of the HIP", filledIf(entry, "distanceM", "{distanceM:mm}")},
+       {"while the camera is lost", fieldAt(entry, "onCameraLoss") ? textAt(entry, "onCameraLoss") : ""},
+       {"stage", filledIf(entry, "stage", "{stage}")},
+       {"warnings", filledIfPositive(entry, "warnings", "{warnings:#}")},
+       {"breaches",
+        filledIfPositive(entry, "breaches",
+                         "{breaches:#}, {breachedS:.2} s together, at most {deepestBreachM:mm} deep")},
+       {"behind its frame", lags ? filled(entry, "{lagM:mm}") : ""}});
   if (flagAt(entry, "nearest")) text += "nearest forbidden region\n";
   return text;
 }
 
 std::string fixturesText(const Json& status) {
   if (!(numberAt(status, "fixtures.count") > 0)) return "";
-  std::string text =
-      fmt::format("{} of {} enabled", countAt(status, "fixtures.enabled"), countAt(status, "fixtures.count"));
-  if (const std::string nearest = textAt(status, "fixtures.nearest"); nearest != "-") {
-    text += fmt::format(", nearest {} at {}{}", nearest, millimetres(numberAt(status, "fixtures.distanceM")),
-                        flagAt(status, "fixtures.warning") ? " (warning)" : "");
-  }
-  if (const std::string contacts = contactsText(status); !contacts.empty())
-    text += ", in contact: " + contacts;
-  return text + fmt::format(", {} N, guidance {} N", fixed(numberAt(status, "fixtures.forceN"), 2),
-                            fixed(numberAt(status, "fixtures.guidanceForceN"), 2));
+  const std::string contacts = contactsText(status);
+  return filled(status, "{fixtures.enabled:#} of {fixtures.count:#} enabled") +
+         filledIf(status, "fixtures.nearest",
+                  ", nearest {fixtures.nearest} at {fixtures.distanceM:mm}{fixtures.warning? (warning)|}") +
+         (contacts.empty() ? "" : ", in contact: " + contacts) +
+         filled(status, ", {fixtures.forceN:.2} N, guidance {fixtures.guidanceForceN:.2} N");
 }
 
 std::string tissueText(const Json& status) {
   const bool fed = numberAt(status, "tissue.feed.accepted") > 0 ||
                    numberAt(status, "tissue.feed.limited") > 0 || numberAt(status, "tissue.feed.outside") > 0;
   if (!(numberAt(status, "tissue.count") > 0) && !fed) return "";
-  std::string text = base::counted(countAt(status, "tissue.count"), "region(s)");
-  if (const std::string name = textAt(status, "tissue.inContact"); name != "-")
-    text += ", in contact: " + name;
-  if (!fed) return text;
-  return text + fmt::format("; {} measurements of stiffness, {} too fast, {} outside",
-                            countAt(status, "tissue.feed.accepted"), countAt(status, "tissue.feed.limited"),
-                            countAt(status, "tissue.feed.outside"));
+  return filled(status, "{tissue.count:#region(s)}") +
+         filledIf(status, "tissue.inContact", ", in contact: {tissue.inContact}") +
+         (fed ? filled(
+                    status,
+                    "; {tissue.feed.accepted:#} measurements of stiffness, {tissue.feed.limited:#} too fast, "
+                    "{tissue.feed.outside:#} outside")
+              : "");
 }
 
 std::string surfaceStiffnessText(const Json& status) {
-  const double stiffness = numberAt(status, "tick.stiffnessNPerM");
-  if (!(stiffness > 0)) return "";
-  std::string text = fmt::format("{} N/m", fixed(stiffness, 0));
+  if (!(numberAt(status, "tick.stiffnessNPerM") > 0)) return "";
   const std::string bound = boundText(textAt(status, "tick.stiffnessBound"));
-  text += bound.empty() ? ", as configured" : ", automatic, limited by " + bound;
-  const double noise_m = numberAt(status, "tick.surfaceNoiseM");
-  if (!std::isnan(noise_m)) text += fmt::format(", surface noise {:.2f} mm", noise_m * 1e3);
-  return text;
+  const std::string text = filled(status, "{tick.stiffnessNPerM:.0} N/m") +
+                           (bound.empty() ? ", as configured" : ", automatic, limited by " + bound);
+  if (std::isnan(numberAt(status, "tick.surfaceNoiseM"))) return text;
+  return text + filled(status, ", surface noise {tick.surfaceNoiseM:.2*1000} mm");
 }
 
 namespace {
@@ -424,7 +426,7 @@ std::string traceListText(const Json& traces, const Json& reply, std::optional<s
     const std::string age =
         begin_ns && now_ns ? ageText((static_cast<double>(*now_ns) - *begin_ns) / 1e9) : "-";
     table.add({textAt(trace, "name"), begin_ns ? utcTime(*begin_ns) : "-", age,
-               bytesText(numberAt(trace, "bytes")), stateText(trace), note == "-" ? "" : note});
+               filled(trace, "{bytes:bytes}"), stateText(trace), note == "-" ? "" : note});
   }
   std::string text = (traces.empty() ? "" : table.text(columns)) + traceSumText(traces);
   if (traces.size() != all.size()) text += fmt::format(" of {}", traceSumText(all));

@@ -4,18 +4,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 #include <string_view>
-#include <utility>
 
-#include "config/base/counted.h"
 #include "config/settings/cause_text.h"
 #include "drivers/led/led_panel.h"
 #include "rt/base/words.h"
 #include "rt/loop/loop_state.h"
 #include "tools/hapticctl/text/list_text.h"
+#include "tools/hapticctl/text/printer.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/text/terminal_text.h"
 
@@ -29,140 +27,45 @@ std::string causeText(const std::string& mode_word, const std::string& word) {
   return word == "-" ? "" : word;
 }
 
-std::string privilegesText(const Json& status) {
+/// Whether the reply has the field, with a value.
+bool has(const Json& status, std::string_view path) {
+  const Json* const field = fieldAt(status, path);
+  return field && !field->is_null();
+}
+
+std::string cpuText(const Json& status) {
   const Json* cpu = fieldAt(status, "loop.cpu");
-  return fmt::format("{}, {}, memory {}", cpu && cpu->is_number() ? "CPU " + valueText(*cpu) : "not pinned",
-                     flagAt(status, "loop.realtimeScheduling") ? "SCHED_FIFO" : "no real-time scheduling",
-                     flagAt(status, "loop.memoryLocked") ? "locked" : "not locked");
-}
-
-std::string vectorText(const Json& status, const std::string& path, int digits) {
-  return fmt::format("({}, {}, {})", fixed(numberAt(status, path + ".x"), digits),
-                     fixed(numberAt(status, path + ".y"), digits),
-                     fixed(numberAt(status, path + ".z"), digits));
-}
-
-/// A counter of the status and what it counts, as counted() takes it.
-using Counter = std::pair<const char*, const char*>;
-/// "12 overruns, 3 skipped periods".
-std::string countersText(const Json& status, const std::string& group,
-                         std::initializer_list<Counter> counters) {
-  std::string text;
-  for (const auto& [name, words] : counters) {
-    text += (text.empty() ? "" : ", ") + base::counted(countAt(status, group + name), words);
-  }
-  return text;
-}
-
-std::string line(std::string_view title, const std::string& text) {
-  return statusRow(title, text) + "\n";
-}
-
-std::string loopText(const Json& status) {
-  return line("force loop", fixed(numberAt(status, "loop.rateHz"), 1) + " Hz, " + privilegesText(status)) +
-         line("", countersText(status, "loop.counters.",
-                               {{"ticks", "tick(s)"},
-                                {"overruns", "overrun(s)"},
-                                {"skippedPeriods", "skipped period(s)"}}) +
-                      ", " + base::counted(countAt(status, "loop.pageFaults"), "page fault(s)")) +
-         line("wake-up", latencyText(status, "loop.wakeupLatency")) +
-         line("compute", latencyText(status, "loop.computeTime"));
-}
-
-std::string forceText(const Json& status) {
-  const std::string force = "tick.commandForceNInWorld";
-  return line("force",
-              fmt::format("{} N {}, by the law {} N, {}", fixed(lengthAt(status, force), 3),
-                          vectorText(status, force, 3), fixed(lengthAt(status, "tick.lawForceNInWorld"), 3),
-                          contactText(status))) +
-         line("", "at " + vectorText(status, "tick.hipMInWorld", 4) + " m in the world") +
-         line("", countersText(status, "loop.counters.",
-                               {{"contactTicks", "tick(s) in contact"},
-                                {"slewLimitedTicks", "slew limited"},
-                                {"magnitudeClampedTicks", "clamped"},
-                                {"notFiniteTicks", "not finite"}}));
-}
-
-std::string lawText(const Json& status) {
-  std::string text = textAt(status, "law.chosen");
-  if (flagAt(status, "law.filtered")) text += ", filtered depth";
-  return line("law", text + ": " + textAt(status, "law.reason"));
+  return cpu && cpu->is_number() ? "CPU " + valueText(*cpu) : "not pinned";
 }
 
 /// The device, mode, firmware, serial number and temperature of a camera; empty where it does not report
 /// them.
 std::string cameraDetailsText(const Json& status) {
-  const Json* details = fieldAt(status, "camera.details");
-  if (!details || details->is_null()) return "";
-  std::string text = fmt::format("{}, {} {} x {} at {} Hz", textAt(*details, "node"),
-                                 textAt(*details, "format"), countAt(*details, "widthPx"),
-                                 countAt(*details, "heightPx"), fixed(numberAt(*details, "rateHz"), 0));
-  const auto add = [&](const char* title, const char* path) {
-    const std::string value = textAt(*details, path);
-    if (!value.empty() && value != "-") text += fmt::format(", {} {}", title, value);
-  };
-  add("firmware", "firmware");
-  add("serial", "serial");
-  const double temperature_c = numberAt(*details, "temperatureC");
-  if (!std::isnan(temperature_c)) text += fmt::format(", {} degrees Celsius", fixed(temperature_c, 0));
-  return line("", text);
-}
-
-std::string cameraText(const Json& status) {
-  return line("camera",
-              fmt::format("{}, {}", textAt(status, "camera.state"), textAt(status, "camera.identity"))) +
-         line("",
-              countersText(status, "camera.",
-                           {{"frames", "frame(s)"}, {"damagedFrames", "damaged"}, {"lostFrames", "lost"}})) +
-         cameraDetailsText(status);
+  if (!has(status, "camera.details")) return "";
+  const Json& details = *fieldAt(status, "camera.details");
+  std::string text = filled(details, "{node}, {format} {widthPx:#} x {heightPx:#} at {rateHz:.0} Hz");
+  for (const char* const name : {"firmware", "serial"}) {
+    const std::string value = textAt(details, name);
+    if (!value.empty() && value != "-") text += fmt::format(", {} {}", name, value);
+  }
+  if (!std::isnan(numberAt(details, "temperatureC")))
+    text += filled(details, ", {temperatureC:.0} degrees Celsius");
+  return text;
 }
 
 /// Empty where the whole depth frame is modelled, or nothing yet.
 std::string ballText(const Json& status) {
-  const double radius_m = numberAt(status, "scene.ballRadiusM");
-  if (std::isnan(radius_m)) return "";
-  return line("", fmt::format("within {:.0f} mm of {} m in the world", radius_m * 1e3,
-                              vectorText(status, "scene.ballCentreMInWorld", 4)));
-}
-
-std::string sceneText(const Json& status) {
-  return line("scene", fmt::format("{} frames per second, {}, modelled in {}, age {}",
-                                   fixed(numberAt(status, "scene.frameRateHz"), 1), sceneContentText(status),
-                                   duration(numberAt(status, "scene.lastModelNs")),
-                                   duration(numberAt(status, "tick.sceneAgeNs")))) +
-         line("", countersText(status, "scene.",
-                               {{"frames", "frame(s)"},
-                                {"skippedFrames", "skipped"},
-                                {"models", "model(s)"},
-                                {"remodels", "of them remodelled"},
-                                {"pointsOverCapacity", "point(s) over capacity"}})) +
-         ballText(status) +
-         line("", countersText(status, "loop.counters.",
-                               {{"outsideModelTicks", "tick(s) outside the model"},
-                                {"depthStaleTicks", "with stale depth"}}));
-}
-
-/// The statistics of the handle's connection; empty without any.
-std::string linkText(const Json& status) {
-  const Json* link = fieldAt(status, "handle.link");
-  if (!link || link->is_null()) return "";
-  return line("link", countersText(status, "handle.link.",
-                                   {{"sent", "sent"},
-                                    {"received", "received"},
-                                    {"lost", "lost"},
-                                    {"duplicated", "twice"},
-                                    {"reordered", "late"},
-                                    {"rejected", "rejected"}})) +
-         line("round trip", latencyText(status, "handle.link.roundTrip"));
+  if (std::isnan(numberAt(status, "scene.ballRadiusM"))) return "";
+  return filled(status,
+                "within {scene.ballRadiusM:.0*1000} mm of {scene.ballCentreMInWorld:(.4} m in the world");
 }
 
 /// The latency of commands; empty if none has been sent.
 std::string lastHopText(const Json& status) {
-  const Json* hop = fieldAt(status, "handle.lastHop");
-  if (!hop || hop->is_null()) return "";
-  const double priority = numberAt(status, "handle.threadPriority");
-  return line("last hop", latencyText(status, "handle.lastHop") +
-                              (priority > 0 ? fmt::format(", at priority {}", fixed(priority, 0)) : ""));
+  if (!has(status, "handle.lastHop")) return "";
+  const bool has_priority = numberAt(status, "handle.threadPriority") > 0;
+  return filled(status, "{handle.lastHop:latency}") +
+         (has_priority ? filled(status, ", at priority {handle.threadPriority:.0}") : "");
 }
 
 /// The stiffness at the hand, and the rule that reduces it.
@@ -170,47 +73,23 @@ std::string stiffnessText(const Json& status) {
   const double at_hand = numberAt(status, "law.handStiffnessNPerM");
   const double gain = numberAt(status, "tick.stiffnessGain");
   const std::string damping =
-      fmt::format(", {} N s/m in contact{}", fixed(numberAt(status, "tick.contactDampingNSPerM"), 2),
-                  flagAt(status, "tick.handleDamps") ? " by the device" : "");
+      filled(status, ", {tick.contactDampingNSPerM:.2} N s/m in contact{tick.handleDamps? by the device|}");
   if (!(gain > 0 && gain < 1)) return fmt::format("{} N/m at the hand{}", fixed(at_hand, 0), damping);
   const auto rule = rt::withWord<rt::StiffnessRule>(textAt(status, "tick.stiffnessRule"));
   const char* const why = rule == rt::StiffnessRule::mass    ? "mass of the device at"
                           : rule == rt::StiffnessRule::delay ? "damping of the hand at"
                                                              : "rising again after";
-  return fmt::format("{} of {} N/m at the hand ({} {} ms delay){}", fixed(at_hand, 0),
-                     fixed(at_hand / gain, 0), why, fixed(numberAt(status, "tick.handleDelayS") * 1e3, 1),
-                     damping);
-}
-
-std::string safetyText(const Json& status) {
-  return line("safety", countersText(status, "loop.counters.",
-                                     {{"passivityTicks", "ticks damped for passivity"},
-                                      {"thermallyLimitedTicks", "warm"},
-                                      {"stiffnessLimitedTicks", "softened for delay"}}) +
-                            ", " + stiffnessText(status));
-}
-
-std::string handleText(const Json& status) {
-  return line("handle",
-              fmt::format("{}, {}{}", textAt(status, "handle.state"), textAt(status, "handle.identity"),
-                          flagAt(status, "handle.exertsForce") ? "" : ", exerts no force")) +
-         line("",
-              countersText(status, "handle.", {{"measurements", "measurements"}, {"rejected", "rejected"}}) +
-                  ", " +
-                  countersText(status, "loop.counters.",
-                               {{"handleStaleTicks", "ticks stale"},
-                                {"handleInvalidTicks", "ticks invalid"},
-                                {"releases", "releases"}})) +
-         lastHopText(status) + linkText(status);
+  return fmt::format("{} of {} N/m at the hand ({} {}){}", fixed(at_hand, 0), fixed(at_hand / gain, 0), why,
+                     filled(status, "{tick.handleDelayS:.1*1000} ms delay"), damping);
 }
 
 /// ", 12.3 of 20.0 GB in the folder"
 std::string folderText(const Json& status) {
-  const double bytes = numberAt(status, "trace.folderBytes");
-  const double limit = numberAt(status, "trace.folderLimitBytes");
-  if (std::isnan(bytes)) return "";
-  return fmt::format(", {}{} in the folder", bytesText(bytes),
-                     std::isnan(limit) ? "" : " of " + bytesText(limit));
+  if (std::isnan(numberAt(status, "trace.folderBytes"))) return "";
+  const bool is_limited = !std::isnan(numberAt(status, "trace.folderLimitBytes"));
+  return filled(status, is_limited
+                            ? ", {trace.folderBytes:bytes} of {trace.folderLimitBytes:bytes} in the folder"
+                            : ", {trace.folderBytes:bytes} in the folder");
 }
 
 /// "  fixture 3.2 mm  guidance 0.15 N"; empty where there is no fixture near or acting.
@@ -227,7 +106,7 @@ std::string nearFixtureText(const Json& reply) {
 }  // namespace
 
 std::string contactText(const Json& status) {
-  const std::string points = "from " + base::counted(countAt(status, "tick.pointsUsed"), "point(s)");
+  const std::string points = filled(status, "from {tick.pointsUsed:#point(s)}");
   const std::string law = textAt(status, "tick.law");
   if (law != "proxy" && law != "surface") return points;
   const std::string contact = textAt(status, "tick.contact");
@@ -240,11 +119,7 @@ std::string sceneContentText(const Json& status) {
   if (textAt(status, "tick.law") == "surface" || textAt(status, "law.chosen") == "surface") {
     return "all pixels (the law surface works on the depth image and models no points)";
   }
-  return base::counted(countAt(status, "scene.points"), "point(s)");
-}
-
-std::string statusRow(std::string_view title, const std::string& text) {
-  return fmt::format("{:<14}{}", title, text);
+  return filled(status, "{scene.points:#point(s)}");
 }
 
 std::string modeText(const Json& status) {
@@ -252,29 +127,16 @@ std::string modeText(const Json& status) {
   return textAt(status, "mode") + (cause.empty() ? "" : ": " + cause);
 }
 
-std::string bytesText(double bytes) {
-  if (std::isnan(bytes)) return "-";
-  if (bytes < 1e3) return fmt::format("{:.0f} B", bytes);
-  if (bytes < 1e6) return fmt::format("{:.1f} kB", bytes / 1e3);
-  return bytes < 1e9 ? fmt::format("{:.1f} MB", bytes / 1e6) : fmt::format("{:.1f} GB", bytes / 1e9);
-}
-
 std::string traceText(const Json& status) {
   const std::string state = textAt(status, "trace.state");
   std::string text = state;
-  if (state == "writing") {
-    text +=
-        fmt::format(" {}, {} in {}", textAt(status, "trace.name"), bytesText(numberAt(status, "trace.bytes")),
-                    ageText(numberAt(status, "trace.durationS")));
-  } else if (state == "waiting") {
-    text += ": " + textAt(status, "trace.detail");
-  }
-  text += fmt::format(", {} finished since the start", countAt(status, "trace.traces"));
-  text += folderText(status);
-  const double free_bytes = numberAt(status, "trace.freeBytes");
-  if (!std::isnan(free_bytes)) text += fmt::format(", {} free", bytesText(free_bytes));
-  if (numberAt(status, "trace.ticksLost") > 0)
-    text += ", " + base::counted(countAt(status, "trace.ticksLost"), "tick(s) lost");
+  if (state == "writing")
+    text += filled(status, " {trace.name}, {trace.bytes:bytes} in {trace.durationS:age}");
+  if (state == "waiting") text += filled(status, ": {trace.detail}");
+  text += filled(status, ", {trace.traces:#} finished since the start") + folderText(status);
+  if (!std::isnan(numberAt(status, "trace.freeBytes")))
+    text += filled(status, ", {trace.freeBytes:bytes} free");
+  if (numberAt(status, "trace.ticksLost") > 0) text += filled(status, ", {trace.ticksLost:#tick(s) lost}");
   return text;
 }
 
@@ -286,12 +148,11 @@ std::string ledsText(const Json& status) {
     const std::string pattern = textAt(status, fmt::format("leds.{}", led));
     if (pattern != "-") patterns += fmt::format("{}{} {}", patterns.empty() ? "" : ", ", led, pattern);
   }
-  return fmt::format("{}, {}: {}", state, textAt(status, "leds.identity"), patterns);
+  return filled(status, "{leds.state}, {leds.identity}: ") + patterns;
 }
 
 std::string versionsText(const Json& status) {
-  return fmt::format("hapticd {}, hapticctl {}, kernel {}", textAt(status, "version"), HAPTICD_VERSION,
-                     textAt(status, "kernel"));
+  return filled(status, "hapticd {version}, hapticctl " HAPTICD_VERSION ", kernel {kernel}");
 }
 
 std::vector<std::string> warningsOf(const Json& status) {
@@ -300,63 +161,104 @@ std::vector<std::string> warningsOf(const Json& status) {
   return lines;
 }
 
+namespace {
+
+std::vector<Row> statusRows(const Json& status) {
+  const auto says = [&status](std::string_view pattern) { return filled(status, pattern); };
+  return {
+      {"mode", modeText(status) + says(", up {uptimeS:age}")},
+      {"force loop", says("{loop.rateHz:.1} Hz, ") + cpuText(status) +
+                         says(", {loop.realtimeScheduling?SCHED_FIFO|no real-time scheduling}, "
+                              "memory {loop.memoryLocked?locked|not locked}")},
+      {"", says("{loop.counters.ticks:#tick(s)}, {loop.counters.overruns:#overrun(s)}, "
+                "{loop.counters.skippedPeriods:#skipped period(s)}, {loop.pageFaults:#page fault(s)}")},
+      {"wake-up", says("{loop.wakeupLatency:latency}")},
+      {"compute", says("{loop.computeTime:latency}")},
+      {"law", says("{law.chosen}{law.filtered?, filtered depth|}: {law.reason}")},
+      {"stiffness", surfaceStiffnessText(status)},
+      {"force", says("{tick.commandForceNInWorld:|.3} N {tick.commandForceNInWorld:(.3}, "
+                     "by the law {tick.lawForceNInWorld:|.3} N, ") +
+                    contactText(status)},
+      {"", says("at {tick.hipMInWorld:(.4} m in the world")},
+      {"",
+       says("{loop.counters.contactTicks:#tick(s) in contact}, "
+            "{loop.counters.slewLimitedTicks:#slew limited}, "
+            "{loop.counters.magnitudeClampedTicks:#clamped}, {loop.counters.notFiniteTicks:#not finite}")},
+      {"fixtures", fixturesText(status)},
+      {"frames", framesText(status)},
+      {"tissue", tissueText(status)},
+      {"safety", says("{loop.counters.passivityTicks:#ticks damped for passivity}, "
+                      "{loop.counters.thermallyLimitedTicks:#warm}, "
+                      "{loop.counters.stiffnessLimitedTicks:#softened for delay}, ") +
+                     stiffnessText(status)},
+      {"camera", says("{camera.state}, {camera.identity}")},
+      {"", says("{camera.frames:#frame(s)}, {camera.damagedFrames:#damaged}, {camera.lostFrames:#lost}")},
+      {"", cameraDetailsText(status)},
+      {"scene", says("{scene.frameRateHz:.1} frames per second, ") + sceneContentText(status) +
+                    says(", modelled in {scene.lastModelNs:ns}, age {tick.sceneAgeNs:ns}")},
+      {"", says("{scene.frames:#frame(s)}, {scene.skippedFrames:#skipped}, {scene.models:#model(s)}, "
+                "{scene.remodels:#of them remodelled}, {scene.pointsOverCapacity:#point(s) over capacity}")},
+      {"", ballText(status)},
+      {"", says("{loop.counters.outsideModelTicks:#tick(s) outside the model}, "
+                "{loop.counters.depthStaleTicks:#with stale depth}")},
+      {"handle", says("{handle.state}, {handle.identity}{handle.exertsForce?|, exerts no force}")},
+      {"", says("{handle.measurements:#measurements}, {handle.rejected:#rejected}, "
+                "{loop.counters.handleStaleTicks:#ticks stale}, "
+                "{loop.counters.handleInvalidTicks:#ticks invalid}, {loop.counters.releases:#releases}")},
+      {"last hop", lastHopText(status)},
+      {"link", !has(status, "handle.link")
+                   ? ""
+                   : says("{handle.link.sent:#sent}, {handle.link.received:#received}, "
+                          "{handle.link.lost:#lost}, {handle.link.duplicated:#twice}, "
+                          "{handle.link.reordered:#late}, {handle.link.rejected:#rejected}")},
+      {"round trip", !has(status, "handle.link") ? "" : says("{handle.link.roundTrip:latency}")},
+      {"leds", ledsText(status)},
+      {"trace", traceText(status)},
+      {"", says("{loop.traceTicksDropped:#tick(s) dropped}")},
+      {"", says("{trace.recordsLost:#records lost}, {trace.depthFramesLost:#depth frames lost}")},
+      {"control", says("{control.connections:#connections}, {control.refusedConnections:#refused}, "
+                       "{control.ticksLost:#ticks lost}, {control.logEntriesLost:#log entries lost}, "
+                       "{control.notificationsLost:#notifications lost}")},
+      {"versions", versionsText(status)}};
+}
+
+/// The share of ticks in contact in a window, in percent; NaN without ticks.
+std::string contactShare(const Json& reply) {
+  const double ticks = numberAt(reply, "window.ticks");
+  const double contact = ticks > 0 ? 100 * numberAt(reply, "window.contactTicks") / ticks : std::nan("");
+  return fmt::format("  contact {:>3} %", fixed(contact, 0));
+}
+
+}  // namespace
+
 std::string statusText(const Json& status) {
   std::string text;
   for (const std::string& line : warningsOf(status)) text += "! " + line + "\n";
-  text += line("mode", fmt::format("{}, up {}", modeText(status), ageText(numberAt(status, "uptimeS"))));
-  text += loopText(status) + lawText(status);
-  if (const std::string stiffness = surfaceStiffnessText(status); !stiffness.empty())
-    text += line("stiffness", stiffness);
-  text += forceText(status);
-  if (const std::string fixtures = fixturesText(status); !fixtures.empty())
-    text += line("fixtures", fixtures);
-  if (const std::string frames = framesText(status); !frames.empty()) text += line("frames", frames);
-  if (const std::string tissue = tissueText(status); !tissue.empty()) text += line("tissue", tissue);
-  text += safetyText(status) + cameraText(status) + sceneText(status) + handleText(status);
-  if (const std::string leds = ledsText(status); !leds.empty()) text += line("leds", leds);
-  text += line("trace", traceText(status));
-  text += line("", base::counted(countAt(status, "loop.traceTicksDropped"), "tick(s) dropped"));
-  text += line("", countersText(status, "trace.",
-                                {{"recordsLost", "records lost"}, {"depthFramesLost", "depth frames lost"}}));
-  text += line("control", countersText(status, "control.",
-                                       {{"connections", "connections"},
-                                        {"refusedConnections", "refused"},
-                                        {"ticksLost", "ticks lost"},
-                                        {"logEntriesLost", "log entries lost"},
-                                        {"notificationsLost", "notifications lost"}}));
-  text += line("versions", versionsText(status));
+  for (const auto& [title, value] : statusRows(status)) {
+    if (!value.empty()) text += statusRow(title, value) + "\n";
+  }
   return text;
 }
 
-std::string latencyText(const Json& status, const std::string& path) {
-  const auto at = [&](const char* name) { return duration(numberAt(status, path + name)); };
-  return fmt::format("p50 {}, p99 {}, p99.9 {}, max {}", at(".p50Ns"), at(".p99Ns"), at(".p999Ns"),
-                     at(".maxNs"));
-}
-
 std::string monitorLine(const Json& reply) {
-  const double ticks = numberAt(reply, "window.ticks");
-  const double contact = ticks > 0 ? 100 * numberAt(reply, "window.contactTicks") / ticks : std::nan("");
-  return fmt::format(
-      "{:>8} s  {:<9} {:>7} Hz  camera {:<9} {:>5} fps  contact {:>3} %  force {}..{} N  wake-up max {}  "
-      "overruns {}  dropped {}{}",
-      fixed(numberAt(reply, "status.uptimeS"), 1), textAt(reply, "status.mode"),
-      fixed(numberAt(reply, "status.loop.rateHz"), 1), textAt(reply, "status.camera.state"),
-      fixed(numberAt(reply, "status.scene.frameRateHz"), 1), fixed(contact, 0),
-      fixed(numberAt(reply, "window.minForceN"), 2), fixed(numberAt(reply, "window.maxForceN"), 2),
-      duration(numberAt(reply, "window.maxWakeupLatencyNs")), countAt(reply, "status.loop.counters.overruns"),
-      countAt(reply, "droppedCount"), nearFixtureText(reply));
+  return filled(reply,
+                "{status.uptimeS:.1>8} s  {status.mode:<9} {status.loop.rateHz:.1>7} Hz  "
+                "camera {status.camera.state:<9} {status.scene.frameRateHz:.1>5} fps") +
+         contactShare(reply) +
+         filled(reply,
+                "  force {window.minForceN:.2}..{window.maxForceN:.2} N  "
+                "wake-up max {window.maxWakeupLatencyNs:ns}  overruns {status.loop.counters.overruns:#}  "
+                "dropped {droppedCount:#}") +
+         nearFixtureText(reply);
 }
 
 std::string liveLine(const Json& reply) {
-  const double ticks = numberAt(reply, "window.ticks");
-  const double contact = ticks > 0 ? 100 * numberAt(reply, "window.contactTicks") / ticks : std::nan("");
-  return fmt::format("{:>6} s {:>7} Hz {:>5} fps  contact {:>3} %  force {:>5} N  wake-up max {:>8}  {}",
-                     fixed(numberAt(reply, "status.uptimeS"), 1),
-                     fixed(numberAt(reply, "status.loop.rateHz"), 1),
-                     fixed(numberAt(reply, "status.scene.frameRateHz"), 1), fixed(contact, 0),
-                     fixed(numberAt(reply, "window.maxForceN"), 2),
-                     duration(numberAt(reply, "window.maxWakeupLatencyNs")), textAt(reply, "status.mode"));
+  return filled(reply,
+                "{status.uptimeS:.1>6} s {status.loop.rateHz:.1>7} Hz {status.scene.frameRateHz:.1>5} fps") +
+         contactShare(reply) +
+         filled(reply,
+                "  force {window.maxForceN:.2>5} N  wake-up max {window.maxWakeupLatencyNs:ns>8}  "
+                "{status.mode}");
 }
 
 namespace {
@@ -399,76 +301,35 @@ std::vector<std::string> warningLines(const Json& status, std::size_t columns, s
   return lines;
 }
 
-std::string loopRow(const Json& status) {
-  return statusRow("force loop",
-                   fmt::format("{} Hz, {}, {}, {}{}", fixed(numberAt(status, "loop.rateHz"), 1),
-                               base::counted(countAt(status, "loop.counters.ticks"), "tick(s)"),
-                               base::counted(countAt(status, "loop.counters.overruns"), "overrun(s)"),
-                               flagAt(status, "loop.realtimeScheduling") ? "SCHED_FIFO" : "no real time",
-                               flagAt(status, "loop.memoryLocked") ? ", locked" : ""));
-}
-
-std::string forceRow(const Json& status) {
-  return statusRow("force",
-                   fmt::format("{} N, by the law {} N, {}, stable to {} N/m",
-                               fixed(lengthAt(status, "tick.commandForceNInWorld"), 2),
-                               fixed(lengthAt(status, "tick.lawForceNInWorld"), 2), contactText(status),
-                               fixed(numberAt(status, "tick.stiffnessLimitNPerM"), 0)));
-}
-
-std::string hipRow(const Json& status) {
-  const auto at = [&](const char* axis) {
-    return fixed(numberAt(status, std::string("tick.hipMInWorld.") + axis), 3);
-  };
-  return statusRow("HIP", fmt::format("({}, {}, {}) m in the world", at("x"), at("y"), at("z")));
-}
-
-std::string cameraRow(const Json& status) {
-  return statusRow("camera",
-                   fmt::format("{}, {} fps, {}, {} damaged, {}", textAt(status, "camera.state"),
-                               fixed(numberAt(status, "scene.frameRateHz"), 1),
-                               base::counted(countAt(status, "camera.frames"), "frame(s)"),
-                               countAt(status, "camera.damagedFrames"), textAt(status, "camera.identity")));
-}
-
-std::string sceneRow(const Json& status) {
-  return statusRow("scene", fmt::format("{}, modelled in {}, age {}", sceneContentText(status),
-                                        duration(numberAt(status, "scene.lastModelNs")),
-                                        duration(numberAt(status, "tick.sceneAgeNs"))));
-}
-
-std::string handleRow(const Json& status) {
-  return statusRow("handle",
-                   fmt::format("{}{}, {} measurements, {}", textAt(status, "handle.state"),
-                               flagAt(status, "handle.exertsForce") ? "" : " without force",
-                               countAt(status, "handle.measurements"), textAt(status, "handle.identity")));
-}
-
-/// The rows below the one of the force loop, the most important first.
-std::vector<std::string> rows(const Json& status) {
-  std::vector<std::string> lines{
-      statusRow("wake-up", latencyText(status, "loop.wakeupLatency")),
-      forceRow(status),
-      cameraRow(status),
-      handleRow(status),
-      statusRow("trace", traceText(status)),
-      sceneRow(status),
-      statusRow("law", textAt(status, "law.chosen") + ": " + textAt(status, "law.reason")),
-      statusRow("compute", latencyText(status, "loop.computeTime")),
-      hipRow(status),
-      statusRow("versions", versionsText(status))};
-  const auto insertBelowForce = [&](const char* title, const std::string& text) {
-    if (!text.empty()) lines.insert(lines.begin() + 2, statusRow(title, text));
-  };
-  if (textAt(status, "tick.stiffnessBound") != "configured")
-    insertBelowForce("stiffness", surfaceStiffnessText(status));
-  insertBelowForce("tissue", tissueText(status));
-  insertBelowForce("fixtures", fixturesText(status));
-  if (const std::string leds = ledsText(status); !leds.empty()) lines.push_back(statusRow("leds", leds));
+/// The rows below the one of the mode, the most important first.
+std::vector<Row> glanceRows(const Json& status) {
+  const auto says = [&status](std::string_view pattern) { return filled(status, pattern); };
+  const bool is_configured = textAt(status, "tick.stiffnessBound") == "configured";
   const Json* link = fieldAt(status, "handle.link");
-  if (link && link->is_object())
-    lines.push_back(statusRow("round trip", latencyText(status, "handle.link.roundTrip")));
-  return lines;
+  const bool has_link = link && link->is_object();
+  return {
+      {"force loop", says("{loop.rateHz:.1} Hz, {loop.counters.ticks:#tick(s)}, "
+                          "{loop.counters.overruns:#overrun(s)}, "
+                          "{loop.realtimeScheduling?SCHED_FIFO|no real time}{loop.memoryLocked?, locked|}")},
+      {"wake-up", says("{loop.wakeupLatency:latency}")},
+      {"force", says("{tick.commandForceNInWorld:|.2} N, by the law {tick.lawForceNInWorld:|.2} N, ") +
+                    contactText(status) + says(", stable to {tick.stiffnessLimitNPerM:.0} N/m")},
+      {"fixtures", fixturesText(status)},
+      {"tissue", tissueText(status)},
+      {"stiffness", is_configured ? "" : surfaceStiffnessText(status)},
+      {"camera", says("{camera.state}, {scene.frameRateHz:.1} fps, {camera.frames:#frame(s)}, "
+                      "{camera.damagedFrames:#} damaged, {camera.identity}")},
+      {"handle", says("{handle.state}{handle.exertsForce?| without force}, "
+                      "{handle.measurements:#} measurements, {handle.identity}")},
+      {"trace", traceText(status)},
+      {"scene",
+       sceneContentText(status) + says(", modelled in {scene.lastModelNs:ns}, age {tick.sceneAgeNs:ns}")},
+      {"law", says("{law.chosen}: {law.reason}")},
+      {"compute", says("{loop.computeTime:latency}")},
+      {"HIP", says("{tick.hipMInWorld:(.3} m in the world")},
+      {"versions", versionsText(status)},
+      {"leds", ledsText(status)},
+      {"round trip", has_link ? says("{handle.link.roundTrip:latency}") : ""}};
 }
 
 }  // namespace
@@ -481,11 +342,11 @@ std::vector<std::string> glanceLines(const Json& status, const GlanceStyle& styl
        warningLines(status, columns, has_limit ? kWarningRows : TerminalSize::kNoLimit)) {
     lines.push_back(painted(line, Colour::red, style.colours));
   }
-  const std::string mode =
-      statusRow("mode", fmt::format("{}, up {}", modeText(status), ageText(numberAt(status, "uptimeS"))));
+  const std::string mode = statusRow("mode", modeText(status) + filled(status, ", up {uptimeS:age}"));
   lines.push_back(painted(cutTo(mode, columns), colourOfMode(status), style.colours));
-  lines.push_back(cutTo(loopRow(status), columns));
-  for (const std::string& line : rows(status)) lines.push_back(cutTo(line, columns));
+  for (const auto& [title, text] : glanceRows(status)) {
+    if (!text.empty()) lines.push_back(cutTo(statusRow(title, text), columns));
+  }
   const std::size_t most = std::max<std::size_t>(style.size.rows, 2) - 1;
   if (lines.size() > most) lines.resize(most);
   return lines;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "tools/lib/client/reply_reader.h"
@@ -26,9 +25,6 @@ std::string ledsText(const Json& status);
 /// "hapticd 1.2, kernel 6.1, hapticctl 1.2".
 std::string versionsText(const Json& status);
 
-/// "850 B", "12.3 kB", "12.3 MB", "1.2 GB", in powers of ten as disks are sold; "-" for NaN.
-std::string bytesText(double bytes);
-
 /// The source of the force: "from 100 points", or, of laws with a proxy, "contact".
 std::string contactText(const Json& status);
 
@@ -44,12 +40,6 @@ std::string monitorLine(const Json& reply);
 /// The most important fields of it in less than 90 columns: rate, frames, contact, largest force and latest
 /// wake-up since the reply before.
 std::string liveLine(const Json& reply);
-
-/// "p50 24.6 us, p99 43.0 us, p99.9 524.3 us, max 9.10 ms" of the distribution at `path`.
-std::string latencyText(const Json& status, const std::string& path);
-
-/// "force loop    1000.0 Hz": one row of a status, without a line's end.
-std::string statusRow(std::string_view title, const std::string& text);
 
 /// Size and colours of a glance.
 struct GlanceStyle {

@@ -180,7 +180,8 @@ class Motion {
   Vec3 angles(const Vec3& angles_deg) const {
     const rt::PoseParameters own{
         {}, angles_deg.x / kDegPerRad, angles_deg.y / kDegPerRad, angles_deg.z / kDegPerRad};
-    const rt::PoseParameters turned = poseOf(rotation_ * matrixOf(own), Vector3d::Zero());
+    const Matrix3d rotation = rotation_ * matrixOf(own);
+    const rt::PoseParameters turned = poseOf(std::span<const double, 9>(rotation.data(), 9), {});
     return {kDegPerRad * turned.roll_rad, kDegPerRad * turned.pitch_rad, kDegPerRad * turned.yaw_rad};
   }
 

@@ -17,9 +17,10 @@ constexpr double kGimbalLock = 1e-9;
 
 }  // namespace
 
-rt::PoseParameters poseOf(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation_m) {
+rt::PoseParameters poseOf(std::span<const double, 9> columns, const rt::Vec3& translation_m) {
+  const Eigen::Map<const Eigen::Matrix3d> rotation(columns.data());
   rt::PoseParameters pose;
-  pose.position_m = {translation_m.x(), translation_m.y(), translation_m.z()};
+  pose.position_m = translation_m;
   const double cosine_of_pitch = std::hypot(rotation(0, 0), rotation(1, 0));
   pose.pitch_rad = std::atan2(-rotation(2, 0), cosine_of_pitch);
   if (cosine_of_pitch < kGimbalLock) {
@@ -106,7 +107,7 @@ base::Result<RigidFit> fitRigid(std::span<const PointPair> pairs, const char* wh
   const Eigen::VectorXd residuals = ((turn * camera).colwise() + shift - world).colwise().norm();
 
   RigidFit fit;
-  fit.T_world_camera = poseOf(turn, shift);
+  fit.T_world_camera = poseOf(std::span<const double, 9>(turn.data(), 9), {shift.x(), shift.y(), shift.z()});
   fit.residuals_m.assign(residuals.begin(), residuals.end());
   fit.rms_m = std::sqrt(residuals.squaredNorm() / static_cast<double>(residuals.size()));
   fit.largest_m = residuals.maxCoeff();

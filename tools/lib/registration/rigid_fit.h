@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Core>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,8 +13,8 @@ namespace hapticd::tools {
 
 /// The pose of a rotation matrix and a translation in metres: the inverse of rt::rotationOf(). Roll and yaw
 /// in -pi..pi, pitch in -pi/2..pi/2; where pitch is at an end and only the sum or difference of the others
-/// matters, yaw is 0.
-rt::PoseParameters poseOf(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation_m);
+/// matters, yaw is 0. rotation: column by column, as Eigen has it.
+rt::PoseParameters poseOf(std::span<const double, 9> rotation, const rt::Vec3& translation_m);
 
 /// A point in the camera frame and in the world frame.
 struct PointPair {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // `hapticctl camera list` on synthetic files of /sys and /dev.
-#include "tools/hapticctl/doctor/camera_list.h"
+#include "tools/hapticctl/doctor/cameras.h"
 
 #include <gtest/gtest.h>
 #include <linux/videodev2.h>

@@ -36,9 +36,9 @@ TEST_F(DoctorsMemory, CountsTheMemoryThatADaemonWillTakeWhileItDoesNotRun) {
   leave(257 * 1024);
   EXPECT_EQ(only(checkMemory).verdict, Verdict::ok);
   leave(250 * 1024);
-  EXPECT_TRUE(says(only(checkMemory), Verdict::warn, "hapticd takes about", "close other programs"));
+  finds(checkMemory, warn, "hapticd takes about", "close other programs");
   leave(50 * 1024);
-  EXPECT_TRUE(says(only(checkMemory), Verdict::fail, "hapticd takes about", "close other programs"));
+  finds(checkMemory, fail, "hapticd takes about", "close other programs");
 }
 
 TEST_F(DoctorsMemory, SaysThatAMachineHasTooLittleMemoryForTheConfiguration) {
@@ -61,18 +61,18 @@ TEST_F(DoctorsMemory, WeighsTheMemoryThatIsLeft) {
     files.set("proc/meminfo", "MemAvailable: " + std::to_string(kib) + " kB\nSwapTotal: 1024000 kB");
   };
   leave(256 * 1024);
-  EXPECT_TRUE(says(only(checkMemory), Verdict::ok, "256 MiB available, 1000 MiB of swap", ""));
+  finds(checkMemory, ok, "256 MiB available, 1000 MiB of swap");
   leave(255 * 1024);
-  EXPECT_TRUE(says(only(checkMemory), Verdict::warn, "255 MiB", "close other programs"));
+  finds(checkMemory, warn, "255 MiB", "close other programs");
   leave(63 * 1024);
-  EXPECT_TRUE(says(only(checkMemory), Verdict::fail, "63 MiB", "close other programs"));
+  finds(checkMemory, fail, "63 MiB", "close other programs");
 }
 
 TEST_F(DoctorsMemory, WarnsOfSwapWhenTheDaemonsMemoryIsNotLocked) {
   box.daemon.memory_locked = false;
   EXPECT_EQ(only(checkMemory).verdict, Verdict::ok);
   files.set("proc/meminfo", "MemAvailable: 4096000 kB\nSwapTotal: 1024000 kB");
-  EXPECT_TRUE(says(only(checkMemory), Verdict::warn, "not locked", "LimitMEMLOCK=infinity"));
+  finds(checkMemory, warn, "not locked", "LimitMEMLOCK=infinity");
 }
 
 using DoctorOnABoard = DoctorOnFiles;
@@ -111,8 +111,7 @@ TEST_F(DoctorOnABoard, TakesTheArchitectureOfTheRunningMachineWhereTheKernelHasN
   files.remove("proc/sys/kernel/arch");
   files.set("proc/sys/kernel/osrelease", "5.10.0-30-arm64");
   box.architecture = "aarch64";
-  EXPECT_TRUE(
-      says(only(checkKernel), Verdict::warn, "without PREEMPT_RT", "apt install linux-image-rt-arm64"));
+  finds(checkKernel, warn, "without PREEMPT_RT", "apt install linux-image-rt-arm64");
   box.architecture.clear();
   const Finding unknown = only(checkKernel);
   EXPECT_EQ(unknown.remedy.find("linux-image-rt"), std::string::npos) << unknown.remedy;
@@ -120,7 +119,7 @@ TEST_F(DoctorOnABoard, TakesTheArchitectureOfTheRunningMachineWhereTheKernelHasN
 
 TEST_F(DoctorOnABoard, BelievesAKernelThatSaysPreemptRtOfItself) {
   test::fillWithAnImx8(files);
-  EXPECT_TRUE(says(only(checkKernel), Verdict::ok, "6.6.36-lts-next-imx, PREEMPT_RT", ""));
+  finds(checkKernel, ok, "6.6.36-lts-next-imx, PREEMPT_RT");
   files.set("proc/sys/kernel/version", "#1 SMP PREEMPT Mon Aug 19 08:15:13 UTC 2024");
   EXPECT_EQ(only(checkKernel).verdict, Verdict::warn);
 }
@@ -129,33 +128,32 @@ TEST_F(DoctorOnABoard, BelievesAKernelThatSaysPreemptRtOfItself) {
 
 TEST_F(DoctorOnABoard, NamesTheKindsOfCpusAndThatOfTheForceLoop) {
   test::fillWithAnRk3588(files);
-  EXPECT_TRUE(says(only(checkCpuKind), Verdict::ok,
-                   "big: CPU 4-7, little: CPU 1-3 (cpu_capacity 1003 and 530); the force loop takes CPU 7",
-                   ""));
+  finds(checkCpuKind, ok,
+        "big: CPU 4-7, little: CPU 1-3 (cpu_capacity 1003 and 530); the force loop takes CPU 7");
 }
 
 TEST_F(DoctorOnABoard, WarnsOfALittleCpuAndNamesABigOne) {
   test::fillWithAnRk3588(files);
   const std::string remedy = "hapticd-realtime-setup apply --cpu 7, and 'loop:' with 'cpu: 7' below it";
   box.configuration.settings.loop.cpu = 2;
-  EXPECT_TRUE(says(only(checkCpuKind), Verdict::warn, "the force loop takes CPU 2, a little one", remedy));
+  finds(checkCpuKind, warn, "the force loop takes CPU 2, a little one", remedy);
   box.daemon.answers = true;
   box.daemon.cpu = 3;
-  EXPECT_TRUE(says(only(checkCpuKind), Verdict::warn, "the force loop takes CPU 3, a little one", remedy));
+  finds(checkCpuKind, warn, "the force loop takes CPU 3, a little one", remedy);
   box.daemon = {};
   box.configuration.settings.loop.cpu = -1;
   files.set("sys/devices/system/cpu/isolated", "1-2");
-  EXPECT_TRUE(says(only(checkCpuKind), Verdict::warn, "the force loop takes CPU 2, a little one", remedy));
+  finds(checkCpuKind, warn, "the force loop takes CPU 2, a little one", remedy);
 }
 
 TEST_F(DoctorOnABoard, NamesTheBigOneOfTheIsolatedCpus) {
   test::fillWithAnRk3588(files);
   files.set("sys/devices/system/cpu/isolated", "3-4");
   box.daemon.answers = true;
-  EXPECT_TRUE(says(only(checkIsolation), Verdict::warn, "not pinned", "'cpu: 4'"));
+  finds(checkIsolation, warn, "not pinned", "'cpu: 4'");
   files.set("sys/devices/system/cpu/cpu4/cpu_capacity", "400");
   files.set("sys/devices/system/cpu/isolated", "2-4,7");
-  EXPECT_TRUE(says(only(checkIsolation), Verdict::warn, "not pinned", "'cpu: 7'"));
+  finds(checkIsolation, warn, "not pinned", "'cpu: 7'");
 }
 
 TEST_F(DoctorOnABoard, HasNothingAgainstCpusThatDifferByAFewPerCent) {
@@ -166,7 +164,7 @@ TEST_F(DoctorOnABoard, HasNothingAgainstCpusThatDifferByAFewPerCent) {
   test::MadeUpMachine equal;
   test::fillWithARaspberryPi5(equal);
   box.machine = Machine(equal.root());
-  EXPECT_TRUE(says(only(checkCpuKind), Verdict::ok, "all are alike (cpu_capacity)", ""));
+  finds(checkCpuKind, ok, "all are alike (cpu_capacity)");
 }
 
 TEST_F(DoctorOnABoard, JudgesByTheLargestFrequencyWhereThereIsNoCapacity) {
@@ -175,18 +173,17 @@ TEST_F(DoctorOnABoard, JudgesByTheLargestFrequencyWhereThereIsNoCapacity) {
     files.set("sys/devices/system/cpu/cpu" + cpu + "/cpufreq/cpuinfo_max_freq",
               cpu == "3" ? "3300000" : "4700000");
   }
-  EXPECT_TRUE(
-      says(only(checkCpuKind), Verdict::warn, "(cpuinfo_max_freq 4700000 and 3300000)", "apply --cpu 2"));
+  finds(checkCpuKind, warn, "(cpuinfo_max_freq 4700000 and 3300000)", "apply --cpu 2");
 }
 
 // --- frequencies
 
 TEST_F(DoctorOnABoard, NamesTheFrequencyPolicyThatTheForceLoopsCpuShares) {
   test::fillWithAnRk3588(files);
-  EXPECT_TRUE(says(only(checkGovernor), Verdict::ok, "performance on 1 CPU", ""));
+  finds(checkGovernor, ok, "performance on 1 CPU");
   files.set("sys/devices/system/cpu/isolated", "5");
-  EXPECT_TRUE(says(only(checkGovernor), Verdict::warn, "CPU 5 (policy4, of CPU 4-5) ondemand",
-                   "echo performance > /sys/devices/system/cpu/cpufreq/policy4/scaling_governor"));
+  finds(checkGovernor, warn, "CPU 5 (policy4, of CPU 4-5) ondemand",
+        "echo performance > /sys/devices/system/cpu/cpufreq/policy4/scaling_governor");
 }
 
 // --- GPIO
@@ -258,9 +255,9 @@ TEST_F(DoctorsGpio, LooksAtTheGpioChipOfTheLedsOnly) {
   EXPECT_TRUE(says(findings.back(), Verdict::warn, "gpiochip0 (pinctrl-rp1): /dev/gpiochip0 has mode 0600",
                    "udevadm trigger"));
   box.configuration.settings.leds.chip = "/dev/gpiochip10";
-  EXPECT_TRUE(says(only(checkGpio), Verdict::ok, "leds.chip is gpiochip10", ""));
+  finds(checkGpio, ok, "leds.chip is gpiochip10");
   box.configuration.settings.leds.driver = config::LedDriver::none;
-  EXPECT_TRUE(says(only(checkGpio), Verdict::ok, "no LEDs are configured", ""));
+  finds(checkGpio, ok, "no LEDs are configured");
 }
 
 TEST_F(DoctorsGpio, NamesTheChipOfTheLedsAndNoOther) {
@@ -294,7 +291,7 @@ TEST_F(DoctorsGpio, AcceptsADeviceThatAnAccessControlListGivesToTheGroup) {
   if (!giveToOneMoreGroup(chip, kHapticd + 1)) GTEST_SKIP() << "the disk keeps no access control lists";
   EXPECT_EQ(checkGpio(box).size(), 2U) << "another group";
   ASSERT_TRUE(giveToOneMoreGroup(chip, kHapticd));
-  EXPECT_TRUE(says(only(checkGpio), Verdict::ok, "leds.chip is gpiochip0", ""));
+  finds(checkGpio, ok, "leds.chip is gpiochip0");
   files.setMode("dev/gpiochip0", 0640);  // which is the mask of such a list
   EXPECT_EQ(checkGpio(box).size(), 2U);
 }
@@ -319,13 +316,11 @@ class DoctorsStorage : public DoctorOnABoard {
 };
 
 TEST_F(DoctorsStorage, StatesWhatATraceWritesToAnSdCard) {
-  EXPECT_TRUE(says(
-      only(checkStorage), Verdict::ok,
-      "/var/lib/hapticd is on an SD card (mmcblk0p2), which writing wears out; a trace writes at most", ""));
-  EXPECT_TRUE(
-      says(only(checkStorage), Verdict::ok, "trace.min_free_mb = 500 MB is free; none begins by itself", ""));
+  finds(checkStorage, ok,
+        "/var/lib/hapticd is on an SD card (mmcblk0p2), which writing wears out; a trace writes at most");
+  finds(checkStorage, ok, "trace.min_free_mb = 500 MB is free; none begins by itself");
   box.configuration.settings.trace.max_folder_mb = 4000;
-  EXPECT_TRUE(says(only(checkStorage), Verdict::ok, "trace.max_folder_mb = 4000 MB", ""));
+  finds(checkStorage, ok, "trace.max_folder_mb = 4000 MB");
 }
 
 TEST_F(DoctorsStorage, WarnsOfTracesThatAreWrittenAllTheTime) {
@@ -339,19 +334,19 @@ TEST_F(DoctorsStorage, WarnsOfTracesThatAreWrittenAllTheTime) {
 
 TEST_F(DoctorsStorage, KnowsEmmcAndDisks) {
   files.set("sys/block/mmcblk0/device/type", "MMC");
-  EXPECT_TRUE(says(only(checkStorage), Verdict::ok, "is on eMMC (mmcblk0p2)", ""));
+  finds(checkStorage, ok, "is on eMMC (mmcblk0p2)");
   files.remove("sys/block/mmcblk0");
-  EXPECT_TRUE(says(only(checkStorage), Verdict::ok, "is on an SD card or eMMC (mmcblk0p2)", ""));
+  finds(checkStorage, ok, "is on an SD card or eMMC (mmcblk0p2)");
   mountFrom("259:2", "/dev/nvme0n1p2");
   files.link("sys/dev/block/259:2", "../../devices/pci0000:00/nvme/nvme0/nvme0n1/nvme0n1p2");
-  EXPECT_TRUE(says(only(checkStorage), Verdict::ok, "/var/lib/hapticd is on nvme0n1p2", ""));
+  finds(checkStorage, ok, "/var/lib/hapticd is on nvme0n1p2");
 }
 
 TEST_F(DoctorsStorage, TakesTheMountThatHoldsTheFolder) {
   box.configuration.settings.state.folder = "/var/lib/hapticd2/box";
-  EXPECT_TRUE(says(only(checkStorage), Verdict::ok, "/var/lib/hapticd2/box is on nvme0n1p1", ""));
+  finds(checkStorage, ok, "/var/lib/hapticd2/box is on nvme0n1p1");
   box.configuration.settings.state.folder = "/var/lib/hapticd2b";
-  EXPECT_TRUE(says(only(checkStorage), Verdict::ok, "/var/lib/hapticd2b is on an SD card", ""));
+  finds(checkStorage, ok, "/var/lib/hapticd2b is on an SD card");
 }
 
 TEST_F(DoctorsStorage, FollowsLinksAndVolumes) {
@@ -363,7 +358,7 @@ TEST_F(DoctorsStorage, FollowsLinksAndVolumes) {
   files.link("sys/dev/block/254:0", "../../devices/virtual/block/dm-0");
   files.makeFolder("sys/block/dm-0/slaves/mmcblk0p3");
   box.configuration.settings.state.folder = "/var/lib/linked";
-  EXPECT_TRUE(says(only(checkStorage), Verdict::ok, "/mnt/card is on an SD card (mmcblk0p3)", ""));
+  finds(checkStorage, ok, "/mnt/card is on an SD card (mmcblk0p3)");
 }
 
 TEST_F(DoctorsStorage, ReadsTheKernelsEscapesOfBlanks) {
@@ -371,16 +366,16 @@ TEST_F(DoctorsStorage, ReadsTheKernelsEscapesOfBlanks) {
       "proc/self/mountinfo",
       "24 1 8:1 / / rw - ext4 /dev/sda1 rw\n31 24 179:2 / /mnt/my\\040card rw - ext4 /dev/mmcblk0p2 rw");
   box.configuration.settings.state.folder = "/mnt/my card/state";
-  EXPECT_TRUE(says(only(checkStorage), Verdict::ok, "/mnt/my card/state is on an SD card", ""));
+  finds(checkStorage, ok, "/mnt/my card/state is on an SD card");
 }
 
 TEST_F(DoctorsStorage, SaysWhenTheDiskIsNotKnown) {
   files.set("proc/self/mountinfo", "24 1 0:30 / / rw - overlay overlay rw");
-  EXPECT_TRUE(says(only(checkStorage), Verdict::ok, "is not known", ""));
+  finds(checkStorage, ok, "is not known");
   files.set("proc/self/mountinfo", "garbage");
-  EXPECT_TRUE(says(only(checkStorage), Verdict::ok, "is not known", ""));
+  finds(checkStorage, ok, "is not known");
   files.remove("proc/self/mountinfo");
-  EXPECT_TRUE(says(only(checkStorage), Verdict::warn, "there is no /proc/self/mountinfo", ""));
+  finds(checkStorage, warn, "there is no /proc/self/mountinfo");
 }
 
 }  // namespace

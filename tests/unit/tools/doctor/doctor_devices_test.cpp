@@ -34,7 +34,7 @@ class DoctorsCamera : public DoctorOnFiles {
   }
 
   Finding named(const std::string& name) const {
-    const Findings findings = checkCameras(box);
+    const Findings findings = tools::named("depth camera", checkCameras(box));
     const auto found = std::ranges::find(findings, name, &Finding::name);
     return found == findings.end() ? Finding{} : *found;
   }

@@ -81,56 +81,52 @@ TEST_F(Doctor, NamesTheFileThatItMayNotReadAndSaysToRunAsRoot) {
 TEST_F(Doctor, NamesTheInterruptWhoseAffinityItMayNotRead) {
   files.setMode("proc/irq/24/smp_affinity_list", 0);
   const WithoutPrivileges nobody;
-  EXPECT_TRUE(says(only(checkInterrupts), Verdict::warn, "cannot be read as this user", "run as root"));
+  finds(checkInterrupts, warn, "cannot be read as this user", "run as root");
 }
 
 // --- kernel
 
 TEST_F(Doctor, NamesTheKernelsPackage) {
-  EXPECT_TRUE(says(only(checkKernel), Verdict::ok,
-                   "6.1.0-50-rt-amd64 from linux-image-6.1.0-50-rt-amd64, PREEMPT_RT", ""));
+  finds(checkKernel, ok, "6.1.0-50-rt-amd64 from linux-image-6.1.0-50-rt-amd64, PREEMPT_RT");
 }
 
 TEST_F(Doctor, SuggestsTheRealTimeKernelOfTheMachinesKind) {
   files.remove("sys/kernel/realtime");
-  EXPECT_TRUE(
-      says(only(checkKernel), Verdict::warn, "without PREEMPT_RT", "apt install linux-image-rt-amd64"));
+  finds(checkKernel, warn, "without PREEMPT_RT", "apt install linux-image-rt-amd64");
   files.set("proc/sys/kernel/arch", "aarch64");
   for (const char* release : {"6.1.0-50-arm64", "6.12.117+deb13-arm64-16k"}) {
     files.set("proc/sys/kernel/osrelease", release);
-    EXPECT_TRUE(says(only(checkKernel), Verdict::warn, "without PREEMPT_RT",
-                     "apt install linux-image-rt-arm64, then reboot"));
+    finds(checkKernel, warn, "without PREEMPT_RT", "apt install linux-image-rt-arm64, then reboot");
   }
 }
 
 TEST_F(Doctor, SaysToBootARealTimeKernelThatIsInstalled) {
   files.set("sys/kernel/realtime", "0");
   files.set("boot/vmlinuz-6.1.0-51-rt-amd64", "");
-  EXPECT_TRUE(says(only(checkKernel), Verdict::warn, "without PREEMPT_RT", "boot 6.1.0-51-rt-amd64"));
+  finds(checkKernel, warn, "without PREEMPT_RT", "boot 6.1.0-51-rt-amd64");
 }
 
 TEST_F(Doctor, WarnsOfASlowClock) {
   files.set(kClock + "current_clocksource", "hpet");
-  EXPECT_TRUE(says(only(checkClock), Verdict::warn, "hpet, although", "echo tsc >"));
+  finds(checkClock, warn, "hpet, although", "echo tsc >");
   files.set(kClock + "available_clocksource", "hpet acpi_pm");
-  EXPECT_TRUE(says(only(checkClock), Verdict::warn, "microseconds", "tsc=reliable"));
+  finds(checkClock, warn, "microseconds", "tsc=reliable");
   files.set(kClock + "current_clocksource", "kvm-clock");
-  EXPECT_TRUE(says(only(checkClock), Verdict::warn, "virtual machine", "hardware"));
+  finds(checkClock, warn, "virtual machine", "hardware");
 }
 
 TEST_F(Doctor, WeighsTheTimeThatRealTimeThreadsGet) {
   const std::string path = "proc/sys/kernel/sched_rt_runtime_us";
   files.set(path, "-1");
-  EXPECT_TRUE(
-      says(only(checkThrottling), Verdict::warn, "off", "sysctl -w kernel.sched_rt_runtime_us=950000"));
+  finds(checkThrottling, warn, "off", "sysctl -w kernel.sched_rt_runtime_us=950000");
   files.set(path, "0");
-  EXPECT_TRUE(says(only(checkThrottling), Verdict::fail, "no time at all", "sysctl -w"));
+  finds(checkThrottling, fail, "no time at all", "sysctl -w");
   files.set(path, "499999");
-  EXPECT_TRUE(says(only(checkThrottling), Verdict::warn, "may be paused", "sysctl -w"));
+  finds(checkThrottling, warn, "may be paused", "sysctl -w");
   files.set(path, "500000");
   EXPECT_EQ(only(checkThrottling).verdict, Verdict::ok);
   files.set(path, "plenty");
-  EXPECT_TRUE(says(only(checkThrottling), Verdict::warn, "cannot be read", ""));
+  finds(checkThrottling, warn, "cannot be read");
 }
 
 // --- CPUs
@@ -140,62 +136,59 @@ TEST_F(Doctor, NamesTheNarrowestQuotaOfCpuTimeOfTheDaemon) {
   box.unit = test::goodUnit();
   (*box.unit)["MainPID"] = "77";
   files.set("proc/77/cgroup", "4:memory:/m\n3:cpu,cpuacct:/a/b\n0::/system.slice/hapticd.service");
-  EXPECT_TRUE(says(only(checkCpuQuota), Verdict::ok, "no control group limits", ""));
+  finds(checkCpuQuota, ok, "no control group limits");
   files.set("sys/fs/cgroup/cpu/a/b/cpu.cfs_quota_us", "-1");
   files.set("sys/fs/cgroup/cpu/a/b/cpu.cfs_period_us", "100000");
   files.set("sys/fs/cgroup/system.slice/hapticd.service/cpu.max", "max 100000");
-  EXPECT_TRUE(says(only(checkCpuQuota), Verdict::ok, "no control group limits", ""));
+  finds(checkCpuQuota, ok, "no control group limits");
   files.set("sys/fs/cgroup/system.slice/cpu.max", "400000 100000");
-  EXPECT_TRUE(says(only(checkCpuQuota), Verdict::ok, "/system.slice has 4 CPUs", ""));
+  finds(checkCpuQuota, ok, "/system.slice has 4 CPUs");
   files.set("sys/fs/cgroup/system.slice/cpu.stat", stat);
-  EXPECT_TRUE(says(only(checkCpuQuota), Verdict::warn, "paused in 59 of 60 periods", "CPUQuota="));
+  finds(checkCpuQuota, warn, "paused in 59 of 60 periods", "CPUQuota=");
   files.set("sys/fs/cgroup/cpu/a/cpu.cfs_quota_us", "15000");
   files.set("sys/fs/cgroup/cpu/a/cpu.cfs_period_us", "100000");
-  EXPECT_TRUE(says(only(checkCpuQuota), Verdict::warn, "/a has 0.15 CPUs", "--cpus"));
+  finds(checkCpuQuota, warn, "/a has 0.15 CPUs", "--cpus");
   // one that was started by hand, whose socket is its own
   (*box.unit)["LoadState"] = "not-found";
   box.daemon.settings.emplace();
   box.daemon.socket_process = 78;
-  EXPECT_TRUE(says(only(checkCpuQuota), Verdict::ok, "no control group limits", ""));
+  finds(checkCpuQuota, ok, "no control group limits");
   files.set("proc/78/cgroup", "0::/");
   files.set("sys/fs/cgroup/cpu.max", "50000 100000");
-  EXPECT_TRUE(says(only(checkCpuQuota), Verdict::warn, "/ has 0.5 CPUs", "--cpus"));
+  finds(checkCpuQuota, warn, "/ has 0.5 CPUs", "--cpus");
 }
 
 TEST_F(Doctor, WarnsWhenNoCpuIsIsolated) {
   files.set(kIsolated, "");
-  EXPECT_TRUE(
-      says(only(checkIsolation), Verdict::warn, "no CPU is isolated", "hapticd-realtime-setup apply"));
+  finds(checkIsolation, warn, "no CPU is isolated", "hapticd-realtime-setup apply");
 }
 
 TEST_F(Doctor, WarnsWhenTheForceLoopRunsOnAnotherCpuThanTheIsolatedOne) {
   box.daemon.cpu = 1;
-  EXPECT_TRUE(says(only(checkIsolation), Verdict::warn, "isolated: CPU 3, but the force loop runs on CPU 1",
-                   "'cpu: 3'"));
+  finds(checkIsolation, warn, "isolated: CPU 3, but the force loop runs on CPU 1", "'cpu: 3'");
   box.daemon.cpu.reset();
-  EXPECT_TRUE(says(only(checkIsolation), Verdict::warn, "not pinned", "'cpu: 3'"));
+  finds(checkIsolation, warn, "not pinned", "'cpu: 3'");
 }
 
 TEST_F(Doctor, TakesTheIsolatedCpuForTheForceLoopsWhenThereIsNoDaemon) {
   box.daemon = {};
-  EXPECT_TRUE(says(only(checkIsolation), Verdict::ok, "isolated: CPU 3", ""));
-  EXPECT_TRUE(says(only(checkInterrupts), Verdict::ok, "CPU 3", ""));
+  finds(checkIsolation, ok, "isolated: CPU 3");
+  finds(checkInterrupts, ok, "CPU 3");
 }
 
 TEST_F(Doctor, SaysThatOneCpuIsTooFew) {
   files.set("sys/devices/system/cpu/online", "0");
-  EXPECT_TRUE(says(only(checkIsolation), Verdict::warn, "one CPU", "more CPUs"));
+  finds(checkIsolation, warn, "one CPU", "more CPUs");
 }
 
 TEST_F(Doctor, MentionsCpusWithoutTimerTicks) {
   files.set("sys/devices/system/cpu/nohz_full", "2-3");
-  EXPECT_TRUE(says(only(checkIsolation), Verdict::ok, "without timer ticks: CPU 2-3", ""));
+  finds(checkIsolation, ok, "without timer ticks: CPU 2-3");
 }
 
 TEST_F(Doctor, NamesTheInterruptsThatMayComeToTheForceLoopsCpu) {
   files.set("proc/irq/24/smp_affinity_list", "0-3");
-  EXPECT_TRUE(says(only(checkInterrupts), Verdict::warn, "1 interrupt can occur on CPU 3: 24 (xhci_hcd)",
-                   "hapticd-realtime"));
+  finds(checkInterrupts, warn, "1 interrupt can occur on CPU 3: 24 (xhci_hcd)", "hapticd-realtime");
 }
 
 TEST_F(Doctor, LeavesOutInterruptsThatTheKernelKeepsAwayItself) {
@@ -211,7 +204,7 @@ TEST_F(Doctor, LeavesOutInterruptsThatTheKernelKeepsAwayItself) {
 
 TEST_F(Doctor, WarnsOfASiblingThatIsOnline) {
   files.set(kCpu3 + "topology/thread_siblings_list", "1,3");
-  EXPECT_TRUE(says(only(checkSibling), Verdict::warn, "CPU 3 shares its core with CPU 1", "smt/control"));
+  finds(checkSibling, warn, "CPU 3 shares its core with CPU 1", "smt/control");
   files.set("sys/devices/system/cpu/online", "0,2-3");
   EXPECT_EQ(only(checkSibling).verdict, Verdict::ok);
 }
@@ -220,24 +213,22 @@ TEST_F(Doctor, LooksAtTheGovernorOfTheForceLoopsCpuOnly) {
   files.set("sys/devices/system/cpu/cpu0/cpufreq/scaling_governor", "powersave");
   EXPECT_EQ(only(checkGovernor).verdict, Verdict::ok);
   files.set(kCpu3 + "cpufreq/scaling_governor", "powersave");
-  EXPECT_TRUE(says(only(checkGovernor), Verdict::warn, "CPU 3 powersave",
-                   "echo performance > /" + kCpu3 + "cpufreq/scaling_governor"));
+  finds(checkGovernor, warn, "CPU 3 powersave", "echo performance > /" + kCpu3 + "cpufreq/scaling_governor");
 }
 
 TEST_F(Doctor, HasNothingAgainstACpuOfConstantFrequency) {
   files.remove(kCpu3 + "cpufreq");
-  EXPECT_TRUE(says(only(checkGovernor), Verdict::ok, "does not change", ""));
+  finds(checkGovernor, ok, "does not change");
 }
 
 TEST_F(Doctor, WarnsOfDeepIdleStatesThatTheDaemonMayNotForbid) {
-  EXPECT_TRUE(says(only(checkIdleStates), Verdict::ok, "waking up from C6 takes 133 us", ""));
+  finds(checkIdleStates, ok, "waking up from C6 takes 133 us");
   files.setMode("dev/cpu_dma_latency", 0600);
-  EXPECT_TRUE(says(only(checkIdleStates), Verdict::warn, "mode 0600", "udevadm trigger"));
+  finds(checkIdleStates, warn, "mode 0600", "udevadm trigger");
   files.remove("dev/cpu_dma_latency");
-  EXPECT_TRUE(
-      says(only(checkIdleStates), Verdict::warn, "no /dev/cpu_dma_latency", "processor.max_cstate=1"));
+  finds(checkIdleStates, warn, "no /dev/cpu_dma_latency", "processor.max_cstate=1");
   files.set("proc/sys/kernel/arch", "aarch64");
-  EXPECT_TRUE(says(only(checkIdleStates), Verdict::warn, "no /dev/cpu_dma_latency", "cpuidle.off=1"));
+  finds(checkIdleStates, warn, "no /dev/cpu_dma_latency", "cpuidle.off=1");
 }
 
 TEST_F(Doctor, LeavesOutIdleStatesThatAreSwitchedOff) {
@@ -250,20 +241,19 @@ TEST_F(Doctor, LeavesOutIdleStatesThatAreSwitchedOff) {
 
 TEST_F(Doctor, FailsWhenTheServiceMayNotRunInRealTime) {
   (*box.unit)["LimitRTPRIO"] = "79";
-  EXPECT_TRUE(says(only(checkLimits), Verdict::fail, "priority 79", "LimitRTPRIO=80"));
+  finds(checkLimits, fail, "priority 79", "LimitRTPRIO=80");
 }
 
 TEST_F(Doctor, FailsWhenTheServiceMayNotLockItsMemory) {
   (*box.unit)["LimitMEMLOCK"] = "8388608";
-  EXPECT_TRUE(says(only(checkLimits), Verdict::fail, "lock 8192 KiB", "LimitMEMLOCK=infinity"));
+  finds(checkLimits, fail, "lock 8192 KiB", "LimitMEMLOCK=infinity");
 }
 
 TEST_F(Doctor, LooksAtTheCallersLimitsWhereThereIsNoService) {
   box.unit.reset();
   EXPECT_EQ(only(checkLimits).verdict, Verdict::ok);
   box.caller.rtprio = 0;
-  EXPECT_TRUE(
-      says(only(checkLimits), Verdict::warn, "anna may take real-time priority 0", "anna - rtprio 80"));
+  finds(checkLimits, warn, "anna may take real-time priority 0", "anna - rtprio 80");
   box.caller.user = 0;
   EXPECT_EQ(only(checkLimits).verdict, Verdict::ok);
 }
@@ -271,23 +261,21 @@ TEST_F(Doctor, LooksAtTheCallersLimitsWhereThereIsNoService) {
 TEST_F(Doctor, NamesTheAccountsThatAreMissing) {
   files.set("etc/group", "hapticd2:x:7:");
   files.set("etc/passwd", "root:x:0:0::/:/bin/sh");
-  EXPECT_TRUE(says(only(checkAccounts), Verdict::fail, "no group haptic, group hapticd, user hapticd",
-                   "systemd-sysusers hapticd.conf"));
+  finds(checkAccounts, fail, "no group haptic, group hapticd, user hapticd", "systemd-sysusers hapticd.conf");
   box.unit.reset();
   EXPECT_EQ(only(checkAccounts).verdict, Verdict::warn);
 }
 
 TEST_F(Doctor, ExplainsHowToJoinTheGroupToThoseWhoMayNotControl) {
   box.caller.groups = {1000};
-  EXPECT_TRUE(
-      says(only(checkCaller), Verdict::warn, "anna is not in the group haptic", "usermod -aG haptic anna"));
+  finds(checkCaller, warn, "anna is not in the group haptic", "usermod -aG haptic anna");
 }
 
 // --- devices
 
 TEST_F(Doctor, FailsWithoutUdevRulesWhereThereIsAService) {
   files.remove("usr/lib/udev/rules.d/72-hapticd.rules");
-  EXPECT_TRUE(says(only(checkUdevRules), Verdict::fail, "not installed", "package"));
+  finds(checkUdevRules, fail, "not installed", "package");
   box.unit.reset();
   EXPECT_EQ(only(checkUdevRules).verdict, Verdict::warn);
 }
@@ -295,21 +283,21 @@ TEST_F(Doctor, FailsWithoutUdevRulesWhereThereIsAService) {
 TEST_F(Doctor, SeesThatTheRulesAreSwitchedOff) {
   files.makeFolder("etc/udev/rules.d");
   files.link("etc/udev/rules.d/72-hapticd.rules", "/dev/null");
-  EXPECT_TRUE(says(only(checkUdevRules), Verdict::fail, "/etc/udev/rules.d/72-hapticd.rules switches",
-                   "rm /etc/udev/rules.d/72-hapticd.rules"));
+  finds(checkUdevRules, fail, "/etc/udev/rules.d/72-hapticd.rules switches",
+        "rm /etc/udev/rules.d/72-hapticd.rules");
 }
 
 TEST_F(Doctor, WarnsOfALaterRuleThatLetsEveryoneIn) {
   const std::string rule = R"(SUBSYSTEM=="usb", \
   ATTRS{idVendor}=="045E", ATTR{idProduct}=="02AE", MODE="0666")";
   files.set("etc/udev/rules.d/90-kinect.rules", rule);
-  EXPECT_TRUE(says(only(checkOtherRules), Verdict::warn, "/etc/udev/rules.d/90-kinect.rules lets everyone",
-                   "ln -s /dev/null /etc/udev/rules.d/90-kinect.rules"));
+  finds(checkOtherRules, warn, "/etc/udev/rules.d/90-kinect.rules lets everyone",
+        "ln -s /dev/null /etc/udev/rules.d/90-kinect.rules");
 }
 
 TEST_F(Doctor, WarnsOfAnEarlierRuleThatIsFinal) {
   files.set("usr/lib/udev/rules.d/51-kinect.rules", R"(ATTR{idVendor}=="045e", MODE:="0666")");
-  EXPECT_TRUE(says(only(checkOtherRules), Verdict::warn, "51-kinect.rules", "ln -s /dev/null"));
+  finds(checkOtherRules, warn, "51-kinect.rules", "ln -s /dev/null");
 }
 
 TEST_F(Doctor, HasNothingAgainstRulesForOthersOrForAGroup) {
@@ -325,7 +313,7 @@ TEST_F(Doctor, HasNothingAgainstRulesForOthersOrForAGroup) {
 class DoctorsKinect : public Doctor {
  protected:
   Finding named(const std::string& name) const {
-    const Findings findings = checkKinect(box);
+    const Findings findings = tools::named("kinect", checkKinect(box));
     const auto found = std::ranges::find(findings, name, &Finding::name);
     return found == findings.end() ? Finding{} : *found;
   }
@@ -346,12 +334,12 @@ TEST_F(DoctorsKinect, IsFoundWithItsPlaceAndSpeed) {
 
 TEST_F(DoctorsKinect, MayBeAbsent) {
   files.remove("sys/bus/usb");
-  EXPECT_TRUE(says(only(checkKinect), Verdict::warn, "none on USB", "plug it"));
+  finds(checkKinect, warn, "none on USB", "plug it");
 }
 
 TEST_F(DoctorsKinect, LacksItsPowerSupplyWhenOnlyItsMotorIsThere) {
   files.set(kCamera + "idProduct", "02b0");
-  EXPECT_TRUE(says(only(checkKinect), Verdict::warn, "not its camera", "power supply"));
+  finds(checkKinect, warn, "not its camera", "power supply");
 }
 
 TEST_F(DoctorsKinect, FailsAtFullSpeed) {
@@ -392,17 +380,17 @@ TEST_F(DoctorsKinect, SharesItsBusWithAFewOnly) {
 }
 
 TEST_F(Doctor, LooksAtTheHidDevicesThatAUdevRuleGivesToTheGroup) {
-  EXPECT_TRUE(says(only(checkHid), Verdict::ok, "3Dconnexion SpaceNavigator at /dev/hidraw0", ""));
+  finds(checkHid, ok, "3Dconnexion SpaceNavigator at /dev/hidraw0");
   files.setMode("dev/hidraw0", 0600);
-  EXPECT_TRUE(says(only(checkHid), Verdict::fail, "keeps the group hapticd out", "udevadm trigger"));
+  finds(checkHid, fail, "keeps the group hapticd out", "udevadm trigger");
   files.set("sys/class/hidraw/hidraw0/device/uevent",
             "HID_ID=0003:0000CAFE:00004001\nHID_NAME=My controller");
-  EXPECT_TRUE(says(only(checkHid), Verdict::ok, "no handle", ""));
+  finds(checkHid, ok, "no handle");
   files.set("etc/udev/rules.d/73-handle.rules",
             "SUBSYSTEM==\"hidraw\", KERNELS==\"0003:CAFE:4001.*\", GROUP=\"hapticd\", MODE=\"0660\"");
-  EXPECT_TRUE(says(only(checkHid), Verdict::fail, "My controller", "udevadm trigger"));
+  finds(checkHid, fail, "My controller", "udevadm trigger");
   files.set("sys/class/hidraw/hidraw0/device/uevent", "HID_ID=0003:0000CAFE:0000400");
-  EXPECT_TRUE(says(only(checkHid), Verdict::ok, "no handle", ""));
+  finds(checkHid, ok, "no handle");
 }
 
 TEST_F(Doctor, LooksAtAHidDeviceWhoseIdManyShareOnlyIfTheConfigurationNamesIt) {
@@ -411,24 +399,24 @@ TEST_F(Doctor, LooksAtAHidDeviceWhoseIdManyShareOnlyIfTheConfigurationNamesIt) {
   files.set("etc/udev/rules.d/72-hapticd.rules",
             "KERNELS==\"0003:1209:0001.*\", PROGRAM==\"ask $devnode\", GROUP=\"hapticd\", MODE=\"0660\"");
   files.setMode("dev/hidraw0", 0600);
-  EXPECT_TRUE(says(only(checkHid), Verdict::ok, "no handle", ""));
+  finds(checkHid, ok, "no handle");
   config::HandleSettings& handle = box.configuration.settings.handle;
   handle.driver = "hid";
-  EXPECT_TRUE(says(only(checkHid), Verdict::fail, "Somebody's gadget", "udevadm trigger"));
+  finds(checkHid, fail, "Somebody's gadget", "udevadm trigger");
   handle.serial = "T2";
-  EXPECT_TRUE(says(only(checkHid), Verdict::ok, "no handle", ""));
+  finds(checkHid, ok, "no handle");
 }
 
 // --- service and daemon
 
 TEST_F(Doctor, FailsWithAServiceThatFailed) {
   (*box.unit)["ActiveState"] = "failed";
-  EXPECT_TRUE(says(only(checkService), Verdict::fail, "failed", "journalctl -u hapticd"));
+  finds(checkService, fail, "failed", "journalctl -u hapticd");
 }
 
 TEST_F(Doctor, WarnsOfAServiceThatIsStoppedOrNotStartedAtBoot) {
   (*box.unit)["ActiveState"] = "inactive";
-  EXPECT_TRUE(says(only(checkService), Verdict::warn, "inactive", "systemctl start hapticd"));
+  finds(checkService, warn, "inactive", "systemctl start hapticd");
   (*box.unit)["ActiveState"] = "active";
   (*box.unit)["UnitFileState"] = "disabled";
   EXPECT_TRUE(says(checkService(box).back(), Verdict::warn, "disabled", "systemctl enable hapticd.service"));
@@ -441,13 +429,13 @@ TEST_F(Doctor, WarnsOfRestartsAfterFailures) {
 
 TEST_F(Doctor, SaysSoWhenTheServiceIsNotKnownOrCannotBeAskedFor) {
   (*box.unit)["LoadState"] = "not-found";
-  EXPECT_TRUE(says(only(checkService), Verdict::warn, "not-found", "package"));
+  finds(checkService, warn, "not-found", "package");
   (*box.unit)["LoadState"] = "masked";
-  EXPECT_TRUE(says(only(checkService), Verdict::warn, "masked", "systemctl unmask hapticd"));
+  finds(checkService, warn, "masked", "systemctl unmask hapticd");
   box.unit.reset();
-  EXPECT_TRUE(says(only(checkService), Verdict::warn, "systemd cannot be queried", "start hapticd by hand"));
+  finds(checkService, warn, "systemd cannot be queried", "start hapticd by hand");
   box.daemon.settings = config::Settings();  // it responds
-  EXPECT_TRUE(says(only(checkService), Verdict::ok, "was started by hand", ""));
+  finds(checkService, ok, "was started by hand");
 }
 
 TEST_F(Doctor, ShowsEachComplaintOfTheDaemon) {
@@ -460,7 +448,7 @@ TEST_F(Doctor, ShowsEachComplaintOfTheDaemon) {
 
 TEST_F(Doctor, SaysWhyTheDaemonDoesNotAnswer) {
   box.daemon = {false, "nobody listens", {}, false, {}};
-  EXPECT_TRUE(says(only(checkDaemon), Verdict::warn, "nobody listens", "systemctl start hapticd"));
+  finds(checkDaemon, warn, "nobody listens", "systemctl start hapticd");
 }
 
 TEST(DoctorsServiceManager, ReadsPropertiesALineEach) {

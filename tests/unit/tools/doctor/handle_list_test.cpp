@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // `hapticctl handle list`, and what `hapticctl doctor` says of such handles, on synthetic files.
-#include "tools/hapticctl/doctor/handle_list.h"
+#include "tools/hapticctl/doctor/handles.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/base/counted.h"
-#include "tools/hapticctl/commands.h"
+#include "tools/hapticctl/trace_files.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,6 +13,7 @@
 #include <string_view>
 #include <utility>
 
+#include "config/base/counted.h"
 #include "daemon/trace/export/trace_export.h"
 #include "daemon/trace/export/trace_summary.h"
 #include "daemon/trace/mcap/trace_file.h"
@@ -21,7 +21,7 @@
 #include "daemon/trace/recovery/trace_recovery.h"
 #include "tools/hapticctl/text/breach_text.h"
 #include "tools/hapticctl/text/error_text.h"
-#include "tools/hapticctl/text/status_text.h"
+#include "tools/hapticctl/text/printer.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/plot/trace_plot.h"
 #include "tools/lib/ros/ros_bag.h"

@@ -1,18 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
+// hapticctl-register: the commands of hapticctl that measure where the camera is, and how stiff a surface may
+// be.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <expected>
 #include <memory>
 #include <numbers>
+#include <optional>
+#include <string>
+#include <thread>
 
 #include "tools/hapticctl/additions/handle_touch.h"
 #include "tools/hapticctl/base/command_line.h"
 #include "tools/hapticctl/commands.h"
+#include "tools/hapticctl/text/calibration_text.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/options/option_checks.h"
 #include "tools/lib/registration/point_files.h"
 #include "tools/lib/registration/rigid_fit.h"
+#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {
@@ -154,7 +164,7 @@ int registerCamera(const CommandOptions& options, const RegisterOptions& request
   return kOk;
 }
 
-std::string calibrationText(const Json& reply) {
+std::string poseInUseText(const Json& reply) {
   const Json* calibration = fieldAt(reply, "calibration");
   if (!calibration) return "-\n";
   const Json* pose = fieldAt(*calibration, "cameraPose");
@@ -171,21 +181,18 @@ std::string calibrationText(const Json& reply) {
 }
 
 int runRegister(const CommandOptions& options, const RegisterOptions& requested) {
-  if (requested.show) return callAndPrint(options, {"io.hapticd.Status.GetCalibration"}, calibrationText);
+  if (requested.show) return callAndPrint(options, {"io.hapticd.Status.GetCalibration"}, poseInUseText);
   if (requested.reset) return sendPose(options, Json::object(), Json::object());
   if (!requested.points.empty() || !requested.landmarks.empty()) return registerCamera(options, requested);
   return reportUsage("hapticctl register", "one of --points, --landmarks, --show and --reset is required",
                      options.json);
 }
 
-}  // namespace
-
 void addRegisterCommand(CommandLine& line) {
   const CommandOptions& options = line.options();
   const auto requested = std::make_shared<RegisterOptions>();
   CLI::App& command =
-      line.add("register", "Find the pose of the camera from points that are known to it and in the world",
-               [&options, requested] { return runRegister(options, *requested); });
+      line.addHelped("register", [&options, requested] { return runRegister(options, *requested); });
   auto* points = command
                      .add_option("--points", requested->points,
                                  fmt::format("Points in the frames of the camera and of the world; CSV: {}",
@@ -212,4 +219,106 @@ void addRegisterCommand(CommandLine& line) {
   show->excludes(reset);
 }
 
+// --- how stiff the surface may be
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds kPeriod{100};
+constexpr double kMin_n_per_m = 1;
+constexpr double kMax_n_per_m = 5000;
+
+struct CalibrateOptions {
+  std::optional<double> ceiling_n_per_m;
+  double limit_s = 15;
+  bool apply = false;
+  bool fixed = false;
+};
+
+int failed(const CommandOptions& options, const std::string& what, const std::string& remedy) {
+  return report(base::Error{"calibrate", what, remedy}, options.json);
+}
+
+/// Waits until the daemon has measured the noise of the surface. Errors: the exit code, after the report.
+std::expected<Json, int> measure(const CommandOptions& options, VarlinkClient& client, double limit_s) {
+  const auto end = Clock::now() + std::chrono::duration<double>(limit_s);
+  std::string shown;
+  while (true) {
+    const auto reply = client.call("io.hapticd.Status.GetStatus");
+    if (!reply) return std::unexpected(report(reply.error(), options.json));
+    const Json* status = fieldAt(*reply, "status");
+    if (status == nullptr || fieldAt(*status, "stiffness") == nullptr) {
+      return std::unexpected(failed(options, "hapticd does not report what limits the stiffness",
+                                    "is it of another version than hapticctl? See 'hapticctl version'"));
+    }
+    const std::string needs = calibrationNeeds(*status);
+    if (needs.empty()) return *status;
+    if (Clock::now() >= end) {
+      return std::unexpected(
+          failed(options, fmt::format("the noise of the surface was not measured within {:.0f} s", limit_s),
+                 "needs " + needs));
+    }
+    if (needs != shown && !options.json) fmt::print(stderr, "waiting for {}\n", needs);
+    shown = needs;
+    std::this_thread::sleep_for(kPeriod);
+  }
+}
+
+int runCalibrate(const CommandOptions& options, const CalibrateOptions& requested) {
+  auto client = connectTo(options, requested.apply);
+  if (!client) return report(client.error(), options.json);
+  const auto status = measure(options, *client, requested.limit_s);
+  if (!status) return status.error();
+  Json calibration = calibrationOf(*status, requested.ceiling_n_per_m);
+  if (requested.apply) {
+    Json values = Json::object();
+    const double stiffness =
+        std::clamp(std::floor(numberAt(calibration, "stiffnessNPerM")), kMin_n_per_m, kMax_n_per_m);
+    values["force.stiffness_n_per_m"] = requested.fixed ? Json(stiffness) : Json("auto");
+    if (requested.ceiling_n_per_m) values["force.stiffness_ceiling_n_per_m"] = *requested.ceiling_n_per_m;
+    const auto reply = client->call("io.hapticd.Control.SetParameters", {{"parameters", values}});
+    if (!reply) return report(reply.error(), options.json);
+    calibration["applied"] = values;
+  }
+  if (options.json) {
+    printJson(calibration);
+    return kOk;
+  }
+  const std::size_t columns = terminalSize().columns;
+  fmt::print("{}", fitted(calibrationText(calibration, columns), columns));
+  if (const Json* applied = fieldAt(calibration, "applied")) {
+    for (const auto& [name, value] : applied->items()) fmt::print("{}: {}\n", name, valueText(value));
+  }
+  return kOk;
+}
+
+void addCalibrateCommand(CommandLine& line) {
+  const CommandOptions& options = line.options();
+  const auto requested = std::make_shared<CalibrateOptions>();
+  CLI::App& command =
+      line.addHelped("calibrate", [&options, requested] { return runCalibrate(options, *requested); });
+  command
+      .add_option("--ceiling", requested->ceiling_n_per_m,
+                  "Largest stiffness, instead of force.stiffness_ceiling_n_per_m")
+      ->type_name("N/M")
+      ->check(within(kMin_n_per_m, kMax_n_per_m));
+  auto* apply = command.add_flag("--apply", requested->apply,
+                                 "Set force.stiffness_n_per_m to auto, and the ceiling if it is given");
+  command
+      .add_flag("--fixed", requested->fixed, "With --apply: set the number that was found instead of auto")
+      ->needs(apply);
+  command.add_option("--limit", requested->limit_s, "Longest time to measure, seconds (default 15)")
+      ->type_name("S")
+      ->check(within(1.0, 120.0));
+}
+
+void addCommands(CommandLine& line) {
+  addRegisterCommand(line);
+  addCalibrateCommand(line);
+}
+
+}  // namespace
 }  // namespace hapticd::tools
+
+int main(int argc, char** argv) {
+  return hapticd::tools::runCommandLine(argc, argv, /*is_helper=*/true, hapticd::tools::addCommands);
+}

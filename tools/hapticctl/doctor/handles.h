@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/hapticctl/doctor/camera_list.h"
+#include "tools/hapticctl/doctor/cameras.h"
 #include "tools/hapticctl/doctor/examination.h"
 
 namespace hapticd::tools {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticctl/completion.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 
 #include "config/settings/parameter_table.h"
 #include "tools/hapticctl/base/calls.h"
+#include "tools/hapticctl/base/command_line.h"
 #include "tools/hapticctl/base/command_words.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/lib/client/reply_reader.h"
@@ -114,10 +113,7 @@ void addValues(const CLI::Option& option, const std::string& last, const Command
   if (type == "FILE" || type == "PATH" || type == "FOLDER" || type == "NAME|FILE") to[kFiles];
 }
 
-Candidates candidatesFor(const CommandLine& line, std::vector<std::string> words) {
-  const std::string last = words.empty() ? "" : words.back();
-  if (!words.empty()) words.pop_back();
-  const Typed typed = followed(line.app(), words);
+Candidates candidatesFor(const CommandLine& line, const Typed& typed, const std::string& last) {
   Candidates candidates;
   if (typed.option != nullptr) {
     addValues(*typed.option, last, line, typed, candidates);
@@ -214,8 +210,13 @@ complete -c hapticctl -f -a '(__hapticctl_complete)'
 
 }  // namespace
 
-int printCandidates(const CommandLine& line, const std::vector<std::string>& typed) {
-  for (auto [word, help] : candidatesFor(line, joinedAtEquals(typed))) {
+int printCandidates(const CommandLine& line, const std::vector<std::string>& words) {
+  std::vector<std::string> before = joinedAtEquals(words);
+  const std::string last = before.empty() ? "" : before.back();
+  if (!before.empty()) before.pop_back();
+  const Typed typed = followed(line.app(), before);
+  if (const HelpedCommand* const command = line.helped(*typed.command)) return line.runHelper(*command);
+  for (auto [word, help] : candidatesFor(line, typed, last)) {
     std::ranges::replace(help, '\n', ' ');
     fmt::print("{}{}{}\n", word, help.empty() ? "" : "\t", help);
   }
