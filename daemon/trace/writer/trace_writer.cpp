@@ -13,10 +13,11 @@
 #include "daemon/trace/format/fields.h"
 #include "daemon/trace/format/messages.h"
 #include "daemon/trace/format/trace_format.h"
-#include "daemon/trace/foxglove/foxglove_messages.h"
-#include "daemon/trace/foxglove/foxglove_scene.h"
 #include "daemon/trace/mcap/mcap_format.h"
 #include "daemon/trace/mcap/mcap_writer.h"
+#include "daemon/trace/ros/message_definitions.h"
+#include "daemon/trace/ros/message_set.h"
+#include "daemon/trace/ros/scene_picture.h"
 #include "rt/base/clock.h"
 
 namespace hapticd::trace {
@@ -67,10 +68,10 @@ class TraceWriter::Implementation {
     open<SnapshotRecord>(snapshots_channel_);
     if (options.depth) open<DepthRecord>(depth_channel_);
     if (options.scene) {
-      open(scene_channel_, foxglove::kSceneChannel);
-      open(transforms_channel_, foxglove::kTransformsChannel);
+      open(scene_channel_, ros::kSceneChannel);
+      open(transforms_channel_, ros::kTransformsChannel);
     }
-    if (options.cloud) open(cloud_channel_, foxglove::kReachCloudChannel);
+    if (options.cloud) open(cloud_channel_, ros::kReachCloudChannel);
     for (const TraceAttachment& attachment : options.attachments) {
       file_.addAttachment({0, 0, attachment.name, attachment.media_type, attachment.data});
     }
@@ -116,8 +117,9 @@ class TraceWriter::Implementation {
     }
     const std::uint64_t time_ns = realtimeOf(cloud.time_ns);
     message_.clear();
-    foxglove::encodePointCloud(time_ns, foxglove::kCameraFrame, cloud.points_m_in_camera, message_);
-    return put(cloud_channel_, foxglove::kReachCloudChannel, time_ns);
+    ros::encodePoints({static_cast<std::int64_t>(time_ns), ros::kOpticalFrame}, cloud.points_m_in_optical,
+                      message_);
+    return put(cloud_channel_, ros::kReachCloudChannel.topic, time_ns);
   }
 
   base::Result<void> flush() { return counted(file_.flush()); }
@@ -137,8 +139,9 @@ class TraceWriter::Implementation {
     const ChannelName& name = kChannelName<Record>;
     channel.id = file_.addChannel(name.topic, name.schema, schemaOf<Record>());
   }
-  void open(OpenChannel& channel, const ChannelName& name) {
-    channel.id = file_.addChannel(name.topic, name.schema, foxglove::schemaOf(name.schema));
+  void open(OpenChannel& channel, const ros::Channel& name) {
+    channel.id =
+        file_.addChannel(name.topic, ros::fullTypeName(name.message), ros::completeDefinition(name.message));
   }
 
   /// Wraps instead of overflowing, whatever the record contains.
@@ -151,13 +154,13 @@ class TraceWriter::Implementation {
     const std::uint64_t time_ns = realtimeOf(timeOf(record));
     message_.clear();
     encode(record, time_ns, message_);
-    return put(channel, kChannelName<Record>, time_ns);
+    return put(channel, kChannelName<Record>.topic, time_ns);
   }
 
   /// Adds the encoded message.
-  base::Result<void> put(OpenChannel& channel, const ChannelName& name, std::uint64_t time_ns) {
+  base::Result<void> put(OpenChannel& channel, std::string_view topic, std::uint64_t time_ns) {
     if (message_.size() > mcap::kMaxMessageBytes) {
-      return std::unexpected(base::Error{std::string(name.topic),
+      return std::unexpected(base::Error{std::string(topic),
                                          fmt::format("a message of {} bytes; a trace accepts at most {}",
                                                      message_.size(), mcap::kMaxMessageBytes),
                                          ""});
@@ -174,16 +177,16 @@ class TraceWriter::Implementation {
     if (tick.planned_ns >= next_transforms_ns_) {
       next_transforms_ns_ = tick.planned_ns + rt::kNsPerSecond;
       message_.clear();
-      foxglove::encodeCameraTransforms(time_ns, camera_, message_);
-      if (auto written = put(transforms_channel_, foxglove::kTransformsChannel, time_ns); !written) {
+      ros::encodeCameraTransforms(time_ns, camera_, message_);
+      if (auto written = put(transforms_channel_, ros::kTransformsChannel.topic, time_ns); !written) {
         return written;
       }
     }
     const std::optional<rt::Tick> shown = decimator_.add(tick);
     if (!shown) return {};
     message_.clear();
-    foxglove::encodeScene(realtimeOf(shown->planned_ns), *shown, radii_, ball_, message_);
-    return put(scene_channel_, foxglove::kSceneChannel, time_ns);
+    ros::encodeScene(realtimeOf(shown->planned_ns), *shown, radii_, ball_, message_);
+    return put(scene_channel_, ros::kSceneChannel.topic, time_ns);
   }
 
   /// Writes a chunk if a message of this time makes the pending ones long enough. Records of one channel lag
@@ -219,9 +222,9 @@ class TraceWriter::Implementation {
       cloud_channel_;
   std::set<std::string> attached_;  // SHA-256 of the solids in the file
   rt::DepthFrameHeader camera_;
-  foxglove::SceneRadii radii_;
-  ModelledBall ball_;
-  TickDecimator decimator_{rt::kNsPerSecond / kSceneRate_hz};
+  ros::SceneRadii radii_;
+  ros::ModelledBall ball_;
+  ros::TickDecimator decimator_{rt::kNsPerSecond / kSceneRate_hz};
   std::int64_t next_transforms_ns_ = std::numeric_limits<std::int64_t>::min();
   std::uint64_t ticks_ = 0;
   std::uint64_t ticks_pending_ = 0;
@@ -333,19 +336,19 @@ rt::Tick drawnTick() {
 
 double sceneBytes() {
   std::string message;
-  foxglove::encodeScene(0, drawnTick(), {}, {{}, 0.1}, message);
+  ros::encodeScene(0, drawnTick(), {}, {{}, 0.1}, message);
   return static_cast<double>(message.size() + kAroundMessage);
 }
 
 double transformBytes() {
   std::string message;
-  foxglove::encodeCameraTransforms(0, {}, message);
+  ros::encodeCameraTransforms(0, {}, message);
   return static_cast<double>(message.size() + kAroundMessage);
 }
 
 double cloudBytes(double points) {
   std::string message;
-  foxglove::encodePointCloud(0, foxglove::kCameraFrame, {}, message);
+  ros::encodePoints({0, ros::kOpticalFrame}, {}, message);
   return static_cast<double>(message.size() + kAroundMessage) + points * kBytesPerPoint;
 }
 
