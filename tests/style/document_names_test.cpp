@@ -25,6 +25,7 @@ constexpr NameException kExceptions[] = {
     {"kMinName", "the form of names, in CONTRIBUTING.md"},
     {"INDEX.txt", "a file of libfreenect's recordings"},
     {"--qos-durability", "an option of ROS 2"},
+    {"--remap", "an option of ROS 2"},
 #ifndef HAPTICD_ROS_PROGRAM
     {"--domain", "an option of hapticd-ros, which this build has not"},
     {"--interface", "an option of hapticd-ros, which this build has not"},
