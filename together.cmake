@@ -226,6 +226,7 @@ hapticd_together(hapticd_drivers SETS
   drivers/handle/udp/udp_socket.cpp)
 hapticd_together(hapticd_emulated_uvc APART
   tests/vm/emulators/uvc/orbbec_unit.cpp)
+hapticd_together(hapticd_message_set)
 hapticd_together(hapticd_ros_commands)
 hapticd_together(hapticd_ros_dds)
 hapticd_together(hapticd_ros_messages)
@@ -238,11 +239,10 @@ hapticd_together(hapticd_trace SETS
   daemon/trace/format/depth_codec.cpp
   daemon/trace/format/messages.cpp
   daemon/trace/format/trace_format.cpp
-  daemon/trace/foxglove/foxglove_messages.cpp
   daemon/trace/mcap/mcap_reader.cpp
   daemon/trace/reader/trace_folder.cpp
   --
-  daemon/trace/foxglove/foxglove_scene.cpp
+  daemon/trace/mcap/mcap_definitions.cpp
   daemon/trace/mcap/mcap_format.cpp
   daemon/trace/recovery/salvage.cpp
   daemon/trace/mcap/mcap_writer.cpp

@@ -35,7 +35,7 @@ enum class TraceCompression { none, zstd };
 constexpr auto wordsOf(TraceCompression) {
   return rt::words<TraceCompression>("none", "zstd");
 }
-/// What a trace holds for viewers that draw a 3D picture (daemon/trace/foxglove/foxglove_messages.h).
+/// What a trace holds for viewers that draw a 3D picture (daemon/trace/ros/scene_picture.h).
 enum class TraceScene {
   off,
   scene,  ///< HIP, proxy, force, modelled part and the camera's pose

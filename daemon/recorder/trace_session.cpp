@@ -23,7 +23,7 @@ namespace hapticd::daemon {
 namespace {
 
 std::size_t bytesOf(const RecordedFrame& recorded) {
-  return recorded.depth.image.bytes.size() + recorded.cloud.points_m_in_camera.size() * sizeof(float);
+  return recorded.depth.image.bytes.size() + recorded.cloud.points_m_in_optical.size() * sizeof(float);
 }
 
 }  // namespace
@@ -66,7 +66,7 @@ bool DepthRecorder::offer(const rt::DepthFrame& frame) {
   return true;
 }
 
-bool DepthRecorder::nextFrame(std::size_t& slot, trace::ModelledBall& ball) {
+bool DepthRecorder::nextFrame(std::size_t& slot, trace::ros::ModelledBall& ball) {
   std::unique_lock lock(mutex_);
   wake_.wait(lock,
              [this] { return finishing_ || (!offered_.empty() && compressed_bytes_ < kMaxWaitingBytes); });
@@ -78,7 +78,7 @@ bool DepthRecorder::nextFrame(std::size_t& slot, trace::ModelledBall& ball) {
 }
 
 void DepthRecorder::run() {
-  trace::ModelledBall ball;
+  trace::ros::ModelledBall ball;
   for (std::size_t slot = 0; nextFrame(slot, ball);) {
     RecordedFrame recorded;
     const rt::DepthFrame& frame = frames_[slot];
@@ -87,8 +87,10 @@ void DepthRecorder::run() {
     encoder_.encode(header, image, recorded.depth);
     recorded.depth.image.bytes.shrink_to_fit();  // the record may stay in memory for a while
     if (cloud_) {
-      const std::span<const float> points = points_.inBall(header, image, ball);
-      recorded.cloud = {header.arrival_ns, {points.begin(), points.end()}};
+      recorded.cloud.time_ns = header.arrival_ns;
+      view_.set(header, image);
+      view_.pointsInBall(ball, recorded.cloud.points_m_in_optical);
+      recorded.cloud.points_m_in_optical.shrink_to_fit();
     }
     const std::lock_guard lock(mutex_);
     free_.push_back(slot);
@@ -97,7 +99,7 @@ void DepthRecorder::run() {
   }
 }
 
-void DepthRecorder::setBall(const trace::ModelledBall& ball) {
+void DepthRecorder::setBall(const trace::ros::ModelledBall& ball) {
   const std::lock_guard lock(mutex_);
   ball_ = ball;
 }

@@ -21,7 +21,7 @@
 #include "daemon/trace/format/depth_codec.h"
 #include "daemon/trace/format/records.h"
 #include "daemon/trace/format/trace_format.h"
-#include "daemon/trace/foxglove/foxglove_scene.h"
+#include "daemon/trace/ros/depth_view.h"
 #include "daemon/trace/writer/trace_writer.h"
 #include "rt/depth/depth_frame.h"
 #include "rt/loop/force_loop.h"
@@ -61,7 +61,7 @@ class DepthRecorder {
 
   // The next three functions: trace thread.
   /// Sets the ball whose points are recorded from the next frame on: that of the newest model.
-  void setBall(const trace::ModelledBall& ball);
+  void setBall(const trace::ros::ModelledBall& ball);
   /// Moves out the oldest compressed frame; false if there is none now.
   bool take(RecordedFrame& recorded);
   /// Compresses all offered frames and ends the thread. take() still returns what is left; offer() must not
@@ -75,12 +75,12 @@ class DepthRecorder {
   DepthRecorder(const rt::DepthFrameHeader& common, bool cloud);
   void run();
   /// Waits for a frame to compress, and returns the ball for its points; false if there will be none.
-  bool nextFrame(std::size_t& slot, trace::ModelledBall& ball);
+  bool nextFrame(std::size_t& slot, trace::ros::ModelledBall& ball);
 
   const rt::DepthFrameHeader common_;
   const bool cloud_;
   trace::DepthEncoder encoder_;  // compression thread only, as the next one
-  trace::DepthPoints points_;
+  trace::ros::DepthView view_;
   std::vector<rt::DepthFrame> frames_;
   std::mutex mutex_;  // protects the next six members
   std::condition_variable wake_;
@@ -89,7 +89,7 @@ class DepthRecorder {
   std::deque<RecordedFrame> compressed_;  // oldest first
   std::size_t compressed_bytes_ = 0;
   bool finishing_ = false;
-  trace::ModelledBall ball_;
+  trace::ros::ModelledBall ball_;
   std::atomic<std::uint64_t> lost_{0};  // relaxed: no other data depends on it
   std::thread thread_;
 };

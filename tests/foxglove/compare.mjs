@@ -48,7 +48,7 @@ try {
   const messagesOf = (topic) => [...channels.values()].find((channel) => channel.topic === topic)?.messages ?? [];
   const scenes = messagesOf("/hapticd/scene");
   assert.ok(scenes.length > 10);
-  assert.ok(scenes.some(({ entities }) => entities[2].id === "force" && entities[2].arrows.length === 1));
+  assert.ok(scenes.some(({ markers }) => markers.some(({ ns, action, points }) => ns === "force" && action === 0 && points.length === 2)));
   assert.equal(messagesOf("/hapticd/transforms")[0].transforms[0].child_frame_id, "camera");
   assert.ok(messagesOf("/hapticd/cloud_reach").some(({ data }) => data.byteLength >= 1200));
 } catch (error) {

@@ -6,7 +6,7 @@
 
 import assert from "node:assert/strict";
 import { writeFile } from "node:fs/promises";
-import schemas from "@foxglove/schemas/internal.js";
+import { ros2jazzy } from "@foxglove/rosmsg-msgs-common";
 import protocol from "@foxglove/ws-protocol";
 import { parse } from "@foxglove/rosmsg";
 import { MessageReader } from "@foxglove/rosmsg2-serialization";
@@ -31,25 +31,29 @@ function chosen(offered) {
   });
 }
 
-/** The fields of each type of a schema, without its constants' order and without the types that ROS defines. */
-function fieldsOf(schema) {
-  const types = parse(schema, { ros2: true }).filter(({ name }) => !name?.startsWith("builtin_interfaces/"));
-  return types.map(({ name, definitions }) => ({ name: name ?? "", definitions })).sort((a, b) => (a.name < b.name ? -1 : 1));
-}
+/** Name and type of each field, without constants. */
+const fieldsOf = (definitions) =>
+  definitions.filter(({ isConstant }) => isConstant !== true).map(({ name, type, isArray, arrayLength }) => ({ name, type, isArray: isArray === true, arrayLength }));
 
-/** The published definition of a message, with the types that it depends on. */
-function published(schemaName) {
-  const schema = schemas.foxgloveMessageSchemas[schemaName.split("/").pop()];
-  return schemas.generateRosMsgMergedSchema(schema, { rosVersion: 2 });
+/** A schema of ROS 2 must have the fields that ROS 2 has published, of each type. */
+function compareWithPublished(schemaName, schema) {
+  for (const { name, definitions } of parse(schema, { ros2: true })) {
+    const published = ros2jazzy[name ?? schemaName.replace("/msg/", "/")];
+    if (name?.startsWith("builtin_interfaces/")) continue;
+    assert.deepEqual(fieldsOf(definitions), fieldsOf(published.definitions), name ?? schemaName);
+  }
 }
 
 /** x, y and z of each point. */
 function pointsOf(cloud) {
-  assert.equal(cloud.point_stride, 12);
-  assert.deepEqual(cloud.fields.map(({ name, offset, type }) => [name, offset, type]), [["x", 0, 7], ["y", 4, 7], ["z", 8, 7]]);
+  assert.deepEqual([cloud.header.frame_id, cloud.point_step, cloud.row_step], ["camera_optical", 12, cloud.data.byteLength]);
+  assert.deepEqual(cloud.fields.map(({ name, offset, datatype }) => [name, offset, datatype]), [["x", 0, 7], ["y", 4, 7], ["z", 8, 7]]);
   const view = new DataView(cloud.data.buffer, cloud.data.byteOffset, cloud.data.byteLength);
-  return Array.from({ length: cloud.data.byteLength / 12 }, (_, i) => [0, 4, 8].map((at) => view.getFloat32(12 * i + at, true)));
+  return Array.from({ length: cloud.width }, (_, i) => [0, 4, 8].map((at) => view.getFloat32(12 * i + at, true)));
 }
+
+/** The arrow of the force, where there is one. */
+const arrowOf = ({ markers }) => markers.find(({ ns, id, action }) => ns === "force" && id === 0 && action === 0);
 
 /** What the messages of each topic must be; the box looks at a wall 1 m away, and the hand is in contact with it. */
 const checks = {
@@ -57,50 +61,52 @@ const checks = {
     ticks.forEach((tick, i) => assert.ok(i === 0 || tick.number > ticks[i - 1].number));
   },
   "/hapticd/scene": (scenes, parameters) => {
-    for (const { entities, deletions } of scenes) {
-      assert.equal(deletions.length, 0);
-      assert.deepEqual(entities.map(({ id }) => id), ["hip", "proxy", "force", "reach"]);
-      for (const { frame_id } of entities) assert.equal(frame_id, "world");
-      const [hip, proxy] = entities;
-      const radius = parameters.get(proxy.spheres.length > 0 ? "contact.proxy_radius_m" : "force.radius_m");
-      assert.deepEqual(hip.spheres[0].size, { x: 2 * radius, y: 2 * radius, z: 2 * radius });
+    for (const { markers } of scenes) {
+      assert.deepEqual(markers.map(({ ns, id }) => `${ns} ${id}`), ["hip 0", "proxy 0", "reach 0", "force 0", "force 1"]);
+      for (const { header } of markers) assert.equal(header.frame_id, "world");
+      const [hip, proxy] = markers;
+      const radius = parameters.get(proxy.action === 0 ? "contact.proxy_radius_m" : "force.radius_m");
+      assert.deepEqual([hip.type, hip.scale], [2, { x: 2 * radius, y: 2 * radius, z: 2 * radius }]);
     }
-    const arrow = scenes.flatMap(({ entities }) => entities[2].arrows).at(-1);
-    assert.ok(arrow.shaft_length > 0 && arrow.head_length > 0);
+    const { points: [tail, tip], scale } = scenes.map(arrowOf).filter((arrow) => arrow !== undefined).at(-1);
+    assert.ok(Math.hypot(tip.x - tail.x, tip.y - tail.y, tip.z - tail.z) >= scale.z && scale.z > 0);
   },
   "/hapticd/transforms": (messages) => {
     for (const { transforms } of messages) {
-      assert.deepEqual(transforms.map(({ parent_frame_id, child_frame_id }) => [parent_frame_id, child_frame_id]),
+      assert.deepEqual(transforms.map(({ header, child_frame_id }) => [header.frame_id, child_frame_id]),
         [["world", "camera"], ["camera", "camera_optical"]]);
-      for (const { rotation: q } of transforms) assert.ok(Math.abs(Math.hypot(q.x, q.y, q.z, q.w) - 1) < 1e-12);
+      for (const { transform: { rotation: q } } of transforms) assert.ok(Math.abs(Math.hypot(q.x, q.y, q.z, q.w) - 1) < 1e-12);
     }
   },
   "/hapticd/cloud": (clouds) => {
     const points = pointsOf(clouds[0]);
     assert.ok(points.length > 10_000 && points.length <= 160 * 120, `${points.length} points`);
-    const inWall = points.filter(([, , z]) => Math.abs(z + 1) < 0.02).length;
+    const inWall = points.filter(([, , z]) => Math.abs(z - 1) < 0.02).length;
     assert.ok(inWall > 0.9 * points.length, `${inWall} of ${points.length} points are 1 m away`);
   },
   "/hapticd/cloud_reach": (clouds) => {
     const points = pointsOf(clouds.at(-1));
     assert.ok(points.length > 100 && points.length < 640 * 480, `${points.length} points`);
-    for (const [, , z] of points) assert.ok(Math.abs(z + 1) < 0.02, `a point ${-z} m away`);
+    for (const [, , z] of points) assert.ok(Math.abs(z - 1) < 0.02, `a point ${z} m away`);
   },
   "/hapticd/depth_image": (images) => {
-    const { width, height, step, encoding, data, frame_id } = images[0];
-    assert.deepEqual([width, height, step, encoding, frame_id], [640, 480, 1280, "16UC1", "camera_optical"]);
+    const { header, width, height, step, encoding, data } = images[0];
+    assert.deepEqual([width, height, step, encoding, header.frame_id], [640, 480, 1280, "16UC1", "camera_optical"]);
     assert.equal(data.byteLength, step * height);
+    const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
+    const middle = view.getUint16(step * 240 + 2 * 320, true);
+    assert.ok(Math.abs(middle - 1000) < 20, `the wall is ${middle} mm away`);
   },
   "/hapticd/camera_calibration": (calibrations) => {
-    const { width, height, k, p, frame_id } = calibrations[0];
-    assert.deepEqual([width, height, frame_id], [640, 480, "camera_optical"]);
+    const { header, width, height, k, p } = calibrations[0];
+    assert.deepEqual([width, height, header.frame_id], [640, 480, "camera_optical"]);
     assert.ok(k[0] > 500 && k[4] > 500 && k[8] === 1);
     assert.deepEqual([p[0], p[2], p[5], p[6], p[10]], [k[0], k[2], k[4], k[5], 1]);
   },
   "/hapticd/events": (events) => {
-    for (const { level, message, timestamp } of events) {
-      assert.ok(level >= 2 && level <= 4);
-      assert.ok(message.length > 0 && timestamp.sec > 1_600_000_000);
+    for (const { level, msg, stamp } of events) {
+      assert.ok([20, 30, 40].includes(level));
+      assert.ok(msg.length > 0 && stamp.sec > 1_600_000_000);
     }
   },
 };
@@ -117,7 +123,7 @@ async function look() {
       seen.channels.size === Object.keys(checks).length &&
       [...seen.channels.values()].every(({ topic, messages }) => messages.length >= (topic === "/hapticd/events" ? 1 : PER_CHANNEL)) &&
       seen.statuses.some(({ level }) => level === 1) && seen.statuses.some(({ level }) => level === 2) &&
-      seen.channels.get("/hapticd/scene").messages.some(({ entities }) => entities[2].arrows.length > 0) &&
+      seen.channels.get("/hapticd/scene").messages.some((scene) => arrowOf(scene) !== undefined) &&
       seen.channels.get("/hapticd/tick").messages.some((tick) => Math.hypot(...tick.command_force_n_in_world) > 0) &&
       seen.channels.get("/hapticd/cloud_reach").messages.at(-1).data.byteLength > 0;
     const patience = setTimeout(() => {
@@ -148,9 +154,7 @@ async function look() {
       for (const channel of channels) {
         assert.equal(channel.encoding, "cdr");
         assert.equal(channel.schemaEncoding, "ros2msg");
-        if (channel.schemaName.startsWith("foxglove_msgs/")) {
-          assert.deepEqual(fieldsOf(channel.schema), fieldsOf(published(channel.schemaName)), channel.schemaName);
-        }
+        if (!channel.schemaName.startsWith("hapticd_msgs/")) compareWithPublished(channel.schemaName, channel.schema);
         const reader = new MessageReader(parse(channel.schema, { ros2: true }));
         const known = { topic: channel.topic, reader, messages: [] };
         seen.channels.set(channel.topic, known);

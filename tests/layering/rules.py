@@ -97,12 +97,12 @@ FOLDERS = {
     "daemon/status": "",
 
     "daemon/trace/export": "daemon/trace/format daemon/trace/reader",
-    "daemon/trace/foxglove": "daemon/trace/format",
+    "daemon/trace/ros": "daemon/trace/format",
     "daemon/trace/format": "daemon/trace/mcap",
     "daemon/trace/mcap": "",
     "daemon/trace/reader": "daemon/trace/format daemon/trace/mcap",
     "daemon/trace/recovery": "daemon/trace/format daemon/trace/mcap daemon/trace/reader",
-    "daemon/trace/writer": "daemon/trace/format daemon/trace/foxglove daemon/trace/mcap",
+    "daemon/trace/writer": "daemon/trace/format daemon/trace/mcap daemon/trace/ros",
 
     # programs, which may use all libraries and no other program
     "tools/haptic-palpate": LIBRARIES,
@@ -122,9 +122,8 @@ FOLDERS = {
     "tools/hapticd-view": "tools/lib/client tools/lib/options tools/hapticd-view/box_link tools/hapticd-view/live "
                           "tools/hapticd-view/server",
     "tools/hapticd-view/box_link": "tools/lib/client tools/lib/ticks tools/hapticd-view/live",
-    "tools/hapticd-view/foxglove": "tools/lib/client tools/hapticd-view/live",
     "tools/hapticd-view/live": "tools/lib/client",
-    "tools/hapticd-view/server": "tools/hapticd-view/foxglove tools/hapticd-view/live",
+    "tools/hapticd-view/server": "tools/hapticd-view/live",
     "tools/hapticd-ros": "tools/lib/client tools/lib/options tools/lib/ticks tools/hapticd-ros/box "
                          "tools/hapticd-ros/commands tools/hapticd-ros/dds tools/hapticd-ros/scene tools/lib/ros",
     "tools/hapticd-ros/box": "tools/lib/client tools/lib/ros",

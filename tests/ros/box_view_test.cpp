@@ -10,9 +10,8 @@
 
 #include "rt/base/clock.h"
 #include "rt/base/rate_choice.h"
-#include "tools/hapticd-ros/box/box_diagnostics.h"
-#include "tools/hapticd-ros/box/box_frames.h"
-#include "tools/lib/ros/operating_state.h"
+#include "tools/hapticd-ros/box/box_view.h"
+#include "tools/lib/ros/tick_messages.h"
 #include "tools/lib/ros/utc_clock.h"
 
 namespace hapticd::tools::ros {

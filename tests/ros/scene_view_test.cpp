@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What depth frames and fixtures become in ROS 2.
+// Which depth frames are shown in ROS 2, and what fixtures become there.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,130 +10,11 @@
 #include <set>
 #include <vector>
 
+#include "tools/hapticd-ros/scene/depth_source.h"
 #include "tools/hapticd-ros/scene/fixture_markers.h"
-#include "tools/hapticd-ros/scene/frame_choice.h"
-#include "tools/lib/ros/depth_view.h"
 
 namespace hapticd::tools::ros {
 namespace {
-
-/// A frame with padded rows and raw values of all kinds, most of them measurements.
-struct Picture {
-  explicit Picture(rt::DepthLawKind law) {
-    header.width_px = 64;
-    header.height_px = 48;
-    header.stride_bytes = 2 * 64 + 6;
-    header.depth_law = law;
-    const bool is_linear = law == rt::DepthLawKind::linear;
-    header.raw_no_measurement = is_linear ? 0 : 2047;
-    header.depth_law_coefficients =
-        is_linear ? std::array{0.00025, 0.0} : std::array{-0.003071102, 3.330949516};
-    header.fx_px = 59.4;
-    header.fy_px = 59.1;
-    header.cx_px = 33.9;
-    header.cy_px = 24.3;
-    header.exposure_ns = 11;
-    header.arrival_ns = 12;
-    std::mt19937 random(5);
-    // disparities from 1085 on mean a place behind the camera
-    for (std::uint16_t& value : raw) {
-      value = static_cast<std::uint16_t>(random() % (is_linear ? 65536 : 1300));
-      if (random() % 10 == 0) value = static_cast<std::uint16_t>(header.raw_no_measurement);
-    }
-  }
-  std::span<const std::byte> bytes() const { return std::as_bytes(std::span(raw)); }
-  std::uint16_t at(std::uint32_t column, std::uint32_t row) const {
-    return raw[row * (header.stride_bytes / 2) + column];
-  }
-  /// Z by the formulas of DepthLawKind; 0: no measurement, nothing in front of the camera, or beyond 20 m.
-  double depth_m(std::uint16_t value) const {
-    if (value == header.raw_no_measurement) return 0;
-    const double law = header.depth_law_coefficients[0] * value + header.depth_law_coefficients[1];
-    if (law <= 0) return 0;
-    const double depth = header.depth_law == rt::DepthLawKind::linear ? law : 1 / law;
-    return depth <= 20 ? depth : 0;
-  }
-
-  rt::DepthFrameHeader header;
-  std::vector<std::uint16_t> raw = std::vector<std::uint16_t>(std::size_t{67} * 48);
-};
-
-class DepthViewOf : public ::testing::TestWithParam<rt::DepthLawKind> {};
-INSTANTIATE_TEST_SUITE_P(Laws, DepthViewOf,
-                         ::testing::Values(rt::DepthLawKind::reciprocal, rt::DepthLawKind::linear));
-
-TEST_P(DepthViewOf, AFrameHasAPointForEachMeasuredPixelAndNoOther) {
-  const Picture picture(GetParam());
-  DepthView view;
-  view.set(picture.header, picture.bytes());
-  std::vector<float> xyz_m(7, 1);  // of an earlier frame
-  view.points(xyz_m);
-  std::size_t at = 0;
-  for (std::uint32_t row = 0; row < 48; ++row) {
-    for (std::uint32_t column = 0; column < 64; ++column) {
-      const double z = picture.depth_m(picture.at(column, row));
-      if (z == 0) continue;
-      ASSERT_LE(at + 3, xyz_m.size());
-      const std::array exact{(column - picture.header.cx_px) / picture.header.fx_px * z,
-                             (row - picture.header.cy_px) / picture.header.fy_px * z, z};
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        // two factors and their product are each rounded to single precision: 3/2 units in the last place
-        EXPECT_NEAR(xyz_m[at + axis], exact[axis], 2 * 0x1p-23 * std::abs(exact[axis]))
-            << column << " " << row;
-      }
-      at += 3;
-    }
-  }
-  EXPECT_EQ(at, xyz_m.size());
-}
-
-TEST_P(DepthViewOf, AnImageIsInWholeMillimetres) {
-  const Picture picture(GetParam());
-  DepthView view;
-  view.set(picture.header, picture.bytes());
-  DepthImage image{.width_px = 1, .height_px = 1, .depth_mm = {9}};
-  view.millimetres(image);
-  ASSERT_EQ(image.width_px, 64U);
-  ASSERT_EQ(image.height_px, 48U);
-  ASSERT_EQ(image.depth_mm.size(), 64U * 48U);
-  std::size_t none = 0;
-  for (std::uint32_t row = 0; row < 48; ++row) {
-    for (std::uint32_t column = 0; column < 64; ++column) {
-      const double depth_mm = 1000 * picture.depth_m(picture.at(column, row));
-      const std::uint16_t shown = image.depth_mm[row * 64 + column];
-      if (depth_mm == 0) {
-        EXPECT_EQ(shown, 0) << column << " " << row;
-        ++none;
-      } else {
-        EXPECT_NEAR(shown, depth_mm, 0.5 + 1e-9) << column << " " << row;
-      }
-    }
-  }
-  EXPECT_GT(none, 0U);
-}
-
-TEST(DepthView, HasTheNumbersOfTheCameraAndTheTimeOfMeasurement) {
-  Picture picture(rt::DepthLawKind::linear);
-  DepthView view;
-  view.set(picture.header, picture.bytes());
-  EXPECT_EQ(view.camera(), (PinholeCamera{64, 48, 59.4, 59.1, 33.9, 24.3}));
-  EXPECT_EQ(view.time_ns(), 11);
-  picture.header.exposure_ns = 0;  // not known
-  EXPECT_EQ(view.time_ns(), 12);
-}
-
-TEST(DepthView, FollowsACameraThatChanges) {
-  const Picture kinect(rt::DepthLawKind::reciprocal), other(rt::DepthLawKind::linear);
-  DepthView view, fresh;
-  std::vector<float> after_change, alone;
-  view.set(kinect.header, kinect.bytes());
-  view.points(after_change);
-  view.set(other.header, other.bytes());
-  view.points(after_change);
-  fresh.set(other.header, other.bytes());
-  fresh.points(alone);
-  EXPECT_EQ(after_change, alone);
-}
 
 /// Numbers of the frames that are chosen of `count` that come every `period_ns`, each up to `late_ns` late.
 std::vector<int> chosenFrames(int rate_hz, int count, std::int64_t period_ns, std::int64_t late_ns) {

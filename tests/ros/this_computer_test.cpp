@@ -14,12 +14,12 @@
 #include <sstream>
 
 #include "config/base/descriptor.h"
+#include "daemon/trace/ros/message_set.h"
 #include "ros_messages.h"
 #include "rt/base/clock.h"
 #include "tests/ros/ros_listener.h"
 #include "tests/system/support/daemon_under_test.h"
 #include "tools/lib/client/varlink_client.h"
-#include "tools/lib/ros/cdr_messages.h"
 
 namespace hapticd::test {
 namespace {
@@ -236,7 +236,7 @@ TEST_F(ThisComputer, TakesNoForceThatAnotherOneSendsInTheNameOfAProgramHere) {
   std::uint32_t number = 1'000'000;
   const auto forge = [&](const char* computer) {
     std::string sample;
-    tools::ros::encodeForce({0, "box/world"}, {0, 0, 0.5}, sample);
+    trace::ros::encodeWrench({0, "box/world"}, {0, 0, 0.5}, {}, sample);
     ++number;
     for (const BoundSocket& socket : sockets)
       (void)sent(socket, computer, forged(talker.guidOf("rt/box/servo_cf"), number, sample));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Hashes and names of types against those that ROS 2 has published.
-#include "tools/lib/ros/type_hash.h"
+#include "daemon/trace/ros/message_definitions.h"
 
 #include <gtest/gtest.h>
 
@@ -8,9 +8,8 @@
 #include <string>
 
 #include "ros_messages.h"
-#include "tools/lib/ros/message_definitions.h"
 
-namespace hapticd::tools::ros {
+namespace hapticd::trace::ros {
 namespace {
 
 /// Of ros2/common_interfaces and geometry2 as of 2024, and crtk_msgs as of 2026.
@@ -79,4 +78,4 @@ TEST(RosTypes, AreCompleteWithAllThatIsInsideThem) {
 }
 
 }  // namespace
-}  // namespace hapticd::tools::ros
+}  // namespace hapticd::trace::ros

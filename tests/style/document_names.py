@@ -27,6 +27,7 @@ EXCEPTIONS = {
     "kMaxName": "the form of names, in CONTRIBUTING.md",
     "kMinName": "the form of names, in CONTRIBUTING.md",
     "INDEX.txt": "a file of libfreenect's recordings",
+    "--remap": "an option of ROS 2",
     "--qos-durability": "an option of ROS 2",
     "SystemMaxUse": "a setting of journald",
     "bInterval": "a field of USB descriptors",

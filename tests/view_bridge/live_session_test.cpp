@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "tools/hapticd-view/live/live_session.h"
-#include "tools/hapticd-view/live/recent_events.h"
+#include "tools/hapticd-view/live/source.h"
 
 namespace hapticd::tools::view {
 namespace {

@@ -5,8 +5,7 @@
 
 #include <utility>
 
-#include "ros_messages.h"
-#include "rt/base/clock.h"
+#include "daemon/trace/ros/message_set.h"
 
 namespace hapticd::tools::crtk {
 namespace {
@@ -14,28 +13,19 @@ namespace {
 constexpr int kPosesKept = 64;
 constexpr std::chrono::milliseconds kSettingsPatience{200};
 
-std::int64_t nsOf(const builtin_interfaces_msg_dds__Time_& time) {
-  return std::int64_t{time.sec} * rt::kNsPerSecond + time.nanosec;
-}
-
-geometry_msgs_msg_dds__Vector3_ rosVector(const rt::Vec3& v) {
-  return {v.x, v.y, v.z};
-}
-
 /// Opens topics of one arm and keeps the first error.
 class Opening {
  public:
   Opening(const ros::Participant& participant, const std::string& arm)
       : participant_(participant), prefix_(arm + "/") {}
 
-  base::Result<ros::Subscription> subscribe(const std::string& name, std::string_view message,
-                                            const dds_topic_descriptor_t& type, int depth,
+  base::Result<ros::Subscription> subscribe(const std::string& name, std::string_view message, int depth,
                                             ros::Delivery delivery = ros::Delivery::newest) {
-    return kept(ros::Subscription::open(participant_, prefix_ + name, message, type, depth, delivery));
+    return kept(ros::Subscription::open(participant_, prefix_ + name, message, depth, delivery));
   }
   base::Result<ros::Publisher> publish(const std::string& name, std::string_view message,
-                                       const dds_topic_descriptor_t& type, ros::Publisher::Late late) {
-    return kept(ros::Publisher::open(participant_, prefix_ + name, message, type, late));
+                                       ros::Publisher::Late late) {
+    return kept(ros::Publisher::open(participant_, prefix_ + name, message, late));
   }
   const std::optional<base::Error>& error() const { return error_; }
 
@@ -86,25 +76,18 @@ base::Result<ArmTopics> ArmTopics::open(const ros::Network& network, const ArmOp
   if (!participant) return std::unexpected(participant.error());
   using Last = ros::Publisher::Late;
   Opening opening(*participant, options.arm);
-  const auto poses = opening.subscribe(poseName(options), "geometry_msgs/PoseStamped",
-                                       geometry_msgs_msg_dds__PoseStamped__desc, kPosesKept);
-  const auto states = opening.subscribe("operating_state", "crtk_msgs/OperatingState",
-                                        crtk_msgs_msg_dds__OperatingState__desc, 10, ros::Delivery::each);
+  const auto poses = opening.subscribe(poseName(options), "geometry_msgs/PoseStamped", kPosesKept);
+  const auto states =
+      opening.subscribe("operating_state", "crtk_msgs/OperatingState", 10, ros::Delivery::each);
   const auto last_states =
-      opening.subscribe("operating_state", "crtk_msgs/OperatingState",
-                        crtk_msgs_msg_dds__OperatingState__desc, 10, ros::Delivery::last);
-  const auto grippers = opening.subscribe("gripper/measured_js", "sensor_msgs/JointState",
-                                          sensor_msgs_msg_dds__JointState__desc, 1);
-  const auto settings = opening.subscribe(kAbsoluteName, "std_msgs/Bool", std_msgs_msg_dds__Bool__desc, 10,
-                                          ros::Delivery::each);
-  const auto seen = opening.subscribe(wrenchName(options), "geometry_msgs/WrenchStamped",
-                                      geometry_msgs_msg_dds__WrenchStamped__desc, 1);
-  const auto wrenches = opening.publish(wrenchName(options), "geometry_msgs/WrenchStamped",
-                                        geometry_msgs_msg_dds__WrenchStamped__desc, Last::gets_nothing);
-  const auto absolute =
-      opening.publish(kAbsoluteName, "std_msgs/Bool", std_msgs_msg_dds__Bool__desc, Last::gets_last);
-  const auto gravity =
-      opening.publish(kGravityName, "std_msgs/Bool", std_msgs_msg_dds__Bool__desc, Last::gets_last);
+      opening.subscribe("operating_state", "crtk_msgs/OperatingState", 10, ros::Delivery::last);
+  const auto grippers = opening.subscribe("gripper/measured_js", "sensor_msgs/JointState", 1);
+  const auto settings = opening.subscribe(kAbsoluteName, "std_msgs/Bool", 10, ros::Delivery::each);
+  const auto seen = opening.subscribe(wrenchName(options), "geometry_msgs/WrenchStamped", 1);
+  const auto wrenches =
+      opening.publish(wrenchName(options), "geometry_msgs/WrenchStamped", Last::gets_nothing);
+  const auto absolute = opening.publish(kAbsoluteName, "std_msgs/Bool", Last::gets_last);
+  const auto gravity = opening.publish(kGravityName, "std_msgs/Bool", Last::gets_last);
   if (opening.error()) return std::unexpected(*opening.error());
   return ArmTopics(
       std::move(*participant), options,
@@ -112,67 +95,55 @@ base::Result<ArmTopics> ArmTopics::open(const ros::Network& network, const ArmOp
 }
 
 void ArmTopics::takePoses(const std::function<void(const MeasuredPose&)>& take) {
-  ends_.poses.takeAll<geometry_msgs_msg_dds__PoseStamped_>(
-      [&take](const geometry_msgs_msg_dds__PoseStamped_& message, const ros::Origin& origin) {
-        const auto& at = message.pose.position;
-        const auto& turned = message.pose.orientation;
-        take({message.header.frame_id,
-              nsOf(message.header.stamp),
-              {at.x, at.y, at.z},
-              {turned.x, turned.y, turned.z, turned.w},
-              origin.publisher});
-      });
+  ends_.poses.takeAll<trace::ros::StampedPose>([&take](const auto& message, const ros::Origin& origin) {
+    take({std::string(message.header.frame), message.header.time_ns, message.pose.position_m_in_world,
+          message.pose.orientation, origin.publisher});
+  });
 }
 
 std::optional<ArmState> ArmTopics::takeState() {
   std::optional<ArmState> newest;
   std::int64_t newest_ns = 0;
-  const auto take = [&](const crtk_msgs_msg_dds__OperatingState_& message, const ros::Origin& origin) {
+  const auto take = [&](const trace::ros::StampedState& message, const ros::Origin& origin) {
     if (newest && origin.sent_utc_ns < newest_ns) return;
-    newest = ArmState{message.state, message.is_homed};
+    newest = ArmState{std::string(message.state.state), message.state.is_homed};
     newest_ns = origin.sent_utc_ns;
   };
-  ends_.last_states.takeAll<crtk_msgs_msg_dds__OperatingState_>(take);
-  ends_.states.takeAll<crtk_msgs_msg_dds__OperatingState_>(take);
+  ends_.last_states.takeAll<trace::ros::StampedState>(take);
+  ends_.states.takeAll<trace::ros::StampedState>(take);
   return newest;
 }
 
 std::optional<double> ArmTopics::takeGripper() {
   std::optional<double> newest;
-  ends_.grippers.takeAll<sensor_msgs_msg_dds__JointState_>(
-      [&newest](const sensor_msgs_msg_dds__JointState_& message, const ros::Origin&) {
-        if (message.position._length > 0) newest = message.position._buffer[0];
-      });
+  ends_.grippers.takeAll<trace::ros::JointPositions>([&newest](const auto& message, const ros::Origin&) {
+    if (!message.positions.empty()) newest = message.positions.front();
+  });
   return newest;
 }
 
 bool ArmTopics::takeContrarySetting() {
   bool contrary = false;
-  ends_.settings_seen.takeAll<std_msgs_msg_dds__Bool_>(
-      [&](const std_msgs_msg_dds__Bool_& message, const ros::Origin&) {
-        contrary = contrary || message.data != wantsAbsolute();
-      });
+  ends_.settings_seen.takeAll<trace::ros::Flag>([&](const trace::ros::Flag& message, const ros::Origin&) {
+    contrary = contrary || message.flag != wantsAbsolute();
+  });
   return contrary && setsAxes();
 }
 
 bool ArmTopics::sendSettings() {
-  const std_msgs_msg_dds__Bool_ absolute{wantsAbsolute()};
-  const std_msgs_msg_dds__Bool_ gravity{true};
-  bool sent =
-      !setsAxes() || (ends_.absolute.write(&absolute) && ends_.absolute.isAcknowledged(kSettingsPatience));
-  if (options_.gravity_compensation)
-    sent = sent && ends_.gravity.write(&gravity) && ends_.gravity.isAcknowledged(kSettingsPatience);
-  return sent;
+  const auto send = [](ros::Publisher& publisher, bool flag) {
+    std::string message;
+    trace::ros::encodeFlag(flag, message);
+    return publisher.write(std::move(message)) && publisher.isAcknowledged(kSettingsPatience);
+  };
+  return (!setsAxes() || send(ends_.absolute, wantsAbsolute())) &&
+         (!options_.gravity_compensation || send(ends_.gravity, true));
 }
 
 bool ArmTopics::sendWrench(const std::string& frame, std::int64_t utc_ns, const Wrench& wrench) {
-  // Cyclone DDS takes the text as if it were to change it, and does not
-  const geometry_msgs_msg_dds__WrenchStamped_ sample{
-      {{static_cast<std::int32_t>(utc_ns / rt::kNsPerSecond),
-        static_cast<std::uint32_t>(utc_ns % rt::kNsPerSecond)},
-       const_cast<char*>(frame.c_str())},
-      {rosVector(wrench.force_n), rosVector(wrench.torque_n_m)}};
-  return ends_.wrenches.write(&sample);
+  std::string message;
+  trace::ros::encodeWrench({utc_ns, frame}, wrench.force_n, wrench.torque_n_m, message);
+  return ends_.wrenches.write(std::move(message));
 }
 
 std::optional<base::Error> ArmTopics::problem() const {

@@ -4,9 +4,12 @@
 #include <sysexits.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
+#include <array>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -20,7 +23,7 @@
 #include "config/settings/settings.h"
 #include "tools/hapticd-ros/commands/command_inputs.h"
 #include "tools/hapticd-ros/dds/participant.h"
-#include "tools/hapticd-ros/dds/publications.h"
+#include "tools/hapticd-ros/dds/publisher.h"
 #include "tools/hapticd-ros/dds/ros_graph.h"
 #include "tools/hapticd-ros/ros_bridge.h"
 #include "tools/hapticd-ros/scene/scene.h"
@@ -162,7 +165,10 @@ int run(int argc, char** argv) {
   const base::Descriptor signals = takeEndingSignals();
   auto joined = Participant::join(network);
   if (!joined) return fail(joined.error(), EX_UNAVAILABLE);
-  auto publications = Publications::open(*joined, options.name_space, options.name_space + "/world");
+  constexpr std::array kTopics{Topic::measured_cp,     Topic::measured_cv, Topic::setpoint_cf,
+                               Topic::operating_state, Topic::buttons,     Topic::diagnostics,
+                               Topic::tf_static};
+  auto publications = Publications::open(*joined, options.name_space, kTopics);
   if (!publications) return fail(publications.error(), EX_UNAVAILABLE);
   BoxState box;
   std::unique_ptr<CommandInputs> commands;
@@ -176,8 +182,8 @@ int run(int argc, char** argv) {
   if (!scene) return fail(scene.error(), EX_UNAVAILABLE);
   auto graph = RosGraph::open(*joined);
   if (!graph) return fail(graph.error(), EX_UNAVAILABLE);
-  std::vector<const Publisher*> publishers = (*scene)->topics().all();
-  for (const Publisher& publisher : publications->publishers()) publishers.push_back(&publisher);
+  std::vector<const Publisher*> publishers = (*scene)->topics().publishers();
+  std::ranges::copy(publications->publishers(), std::back_inserter(publishers));
   StatusFile status(std::move(*graph),
                     {network, *joined, options.name_space, publishers, commands.get(), box}, status_file);
   sayWhere(*joined, network, options.name_space);

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "rt/base/clock.h"
-#include "tools/hapticd-ros/box/box_frames.h"
+#include "tools/hapticd-ros/box/box_view.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/ticks/tick_batch.h"
 
@@ -39,6 +39,7 @@ RosBridge::RosBridge(Publications& publications, BridgeOptions options, BoxState
       box_(box),
       status_(status),
       interrupt_(interrupt),
+      world_frame_(framePrefix() + "world"),
       choice_(options_.rate_hz) {}
 
 void RosBridge::run() {
@@ -90,8 +91,11 @@ void RosBridge::takeTick(const rt::Tick& tick) {
   const OperatingState state = stateAt(tick);
   if (state != state_) publishState(state, utc_.utc_ns(tick.planned_ns));
   // not only in chosen ticks: a button may be held for less than a period of them
-  if (auto buttons = messages_.newButtons(tick))
-    publications_.buttons(utc_.utc_ns(buttons->time_ns), buttons->axes, buttons->held);
+  if (const auto buttons = messages_.newButtons(tick)) {
+    publications_.publish(Topic::buttons, [&](std::string& to) {
+      encodeButtons(at(utc_.utc_ns(buttons->time_ns)), *buttons, to);
+    });
+  }
   if (!choice_.takes(tick.planned_ns)) return;
   if (rt::monotonicNow_ns() - tick.planned_ns > kOldestTick_ns) {
     ++counters_.ticks_late;
@@ -114,18 +118,24 @@ OperatingState RosBridge::stateAt(const rt::Tick& tick) {
 }
 
 void RosBridge::publishMotion(const rt::Tick& tick) {
-  if (const auto force_n = commandedForce(tick))
-    publications_.setpointForce(utc_.utc_ns(tick.planned_ns), *force_n);
+  if (const auto force_n = commandedForce(tick)) {
+    publications_.publish(Topic::setpoint_cf, [&](std::string& to) {
+      encodeWrench(at(utc_.utc_ns(tick.planned_ns)), *force_n, {}, to);
+    });
+  }
   const auto measurement = messages_.newMeasurement(tick);
   if (!measurement) return;
-  const std::int64_t time_ns = utc_.utc_ns(measurement->time_ns);
-  publications_.measuredPose(time_ns, measurement->T_world_tool);
-  publications_.measuredVelocity(time_ns, measurement->velocity_m_per_s_in_world);
+  const trace::ros::Header header = at(utc_.utc_ns(measurement->time_ns));
+  publications_.publish(Topic::measured_cp,
+                        [&](std::string& to) { encodePose(header, measurement->T_world_tool, to); });
+  publications_.publish(Topic::measured_cv, [&](std::string& to) {
+    encodeVelocity(header, measurement->velocity_m_per_s_in_world, to);
+  });
 }
 
 void RosBridge::publishState(const OperatingState& state, std::int64_t utc_ns) {
   state_ = state;
-  publications_.operatingState(utc_ns, state.state, state.is_homed, state.is_busy);
+  publications_.publish(Topic::operating_state, [&](std::string& to) { encodeState(at(utc_ns), state, to); });
 }
 
 std::optional<ClientError> RosBridge::reportOncePerSecond(BoxLink& link) {
@@ -146,15 +156,18 @@ void RosBridge::publishDiagnostics(const Json& status, const std::string& proble
   counters_.messages = publications_.written();
   counters_.messages_failed = publications_.failed();
   counters_.ticks_lost = ticks_lost_before_ + ticks_lost_now_;
-  publications_.diagnostics(rt::realtimeNow_ns(),
-                            diagnosticsOf(status, problem, counters_, options_.name_space));
+  const auto parts = diagnosticsOf(status, problem, counters_, options_.name_space);
+  publications_.publish(Topic::diagnostics, [&](std::string& to) {
+    encodeDiagnostics({rt::realtimeNow_ns(), ""}, parts, to);
+  });
 }
 
 void RosBridge::publishFrames(const Json& calibration, const Json& parameters) {
-  std::vector<FixedFrame> frames = fixedFrames(calibration, parameters, framePrefix());
+  std::vector<trace::ros::FixedFrame> frames = fixedFrames(calibration, parameters, framePrefix());
   if (frames.empty() || frames == frames_) return;
   frames_ = std::move(frames);
-  publications_.fixedFrames(rt::realtimeNow_ns(), frames_);
+  publications_.publish(Topic::tf_static,
+                        [&](std::string& to) { encodeFrames(rt::realtimeNow_ns(), frames_, to); });
 }
 
 void RosBridge::beAbsent(const ClientError& reason) {

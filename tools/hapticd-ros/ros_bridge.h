@@ -8,12 +8,11 @@
 
 #include "rt/base/rate_choice.h"
 #include "rt/loop/loop_state.h"
-#include "tools/hapticd-ros/box/box_diagnostics.h"
 #include "tools/hapticd-ros/box/box_link.h"
+#include "tools/hapticd-ros/box/box_view.h"
 #include "tools/hapticd-ros/commands/box_commands.h"
-#include "tools/hapticd-ros/dds/publications.h"
+#include "tools/hapticd-ros/dds/publisher.h"
 #include "tools/hapticd-ros/status_file.h"
-#include "tools/lib/ros/operating_state.h"
 #include "tools/lib/ros/tick_messages.h"
 #include "tools/lib/ros/utc_clock.h"
 
@@ -54,12 +53,15 @@ class RosBridge {
   /// Returns false when the bridge is to end.
   bool pause() const;
   std::string framePrefix() const { return options_.name_space + "/"; }
+  /// Of all poses, velocities and forces.
+  trace::ros::Header at(std::int64_t utc_ns) const { return {utc_ns, world_frame_}; }
 
   Publications& publications_;
   BridgeOptions options_;
   BoxState& box_;
   StatusFile& status_;
   int interrupt_;
+  std::string world_frame_;
   rt::RateChoice choice_;
   UtcClock utc_;
   BridgeCounters counters_;
@@ -72,7 +74,7 @@ class RosBridge {
   // of the present link to hapticd
   std::optional<OperatingState> state_;
   TickMessages messages_;
-  std::vector<FixedFrame> frames_;
+  std::vector<trace::ros::FixedFrame> frames_;
 };
 
 }  // namespace hapticd::tools::ros

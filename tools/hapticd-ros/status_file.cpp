@@ -8,9 +8,9 @@
 #include <system_error>
 
 #include "config/base/whole_file.h"
+#include "daemon/trace/ros/message_definitions.h"
 #include "rt/base/clock.h"
 #include "rt/base/words.h"
-#include "tools/lib/ros/message_definitions.h"
 
 namespace hapticd::tools::ros {
 namespace {
@@ -91,7 +91,7 @@ Json StatusFile::publishedJson() {
   Json all = Json::array();
   for (const Publisher* publisher : sources_.publishers) {
     all.push_back({{"topic", "/" + publisher->topic()},
-                   {"type", fullTypeName(publisher->message())},
+                   {"type", trace::ros::fullTypeName(publisher->message())},
                    {"rateHz", rateOf(publisher->topic(), publisher->written())},
                    {"messages", publisher->written()},
                    {"failed", publisher->failed()},
@@ -106,7 +106,7 @@ Json StatusFile::takenJson() {
   if (sources_.inputs == nullptr) return all;
   for (const InputState& input : sources_.inputs->states()) {
     all.push_back({{"topic", "/" + input.topic},
-                   {"type", fullTypeName(input.message)},
+                   {"type", trace::ros::fullTypeName(input.message)},
                    {"rateHz", rateOf(input.topic, input.taken + input.refused)},
                    {"taken", input.taken},
                    {"refused", input.refused},

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -49,10 +50,15 @@ class CdrWriter {
   std::size_t begin_;
 };
 
+/// The order of bytes that a reader takes: that in which hapticd writes, or also the other one.
+enum class CdrOrder : std::uint8_t { little_endian, any };
+
 /// Reads one CDR message. Reading a missing or invalid value makes good() false and returns zero.
 class CdrReader {
  public:
-  explicit CdrReader(std::string_view message) : message_(message), good_(message.starts_with(kCdrHead)) {
+  explicit CdrReader(std::string_view message, CdrOrder order = CdrOrder::little_endian)
+      : message_(message), swaps_(order == CdrOrder::any && message.starts_with(kBigEndianHead)) {
+    good_ = swaps_ || message.starts_with(kCdrHead);
     message_.remove_prefix(good_ ? kCdrHead.size() : message_.size());
   }
 
@@ -66,6 +72,7 @@ class CdrReader {
       good_ = good_ && (value || bytes[0] == 0);
     } else if (!bytes.empty()) {
       std::memcpy(&value, bytes.data(), sizeof value);
+      if (swaps_) std::ranges::reverse(std::as_writable_bytes(std::span(&value, 1)));
     }
     return value;
   }
@@ -95,9 +102,12 @@ class CdrReader {
     return message_.substr(at_ - length, length);
   }
 
+  static constexpr std::string_view kBigEndianHead{"\0\0\0\0", 4};
+
   std::string_view message_;  // without its header
   std::size_t at_ = 0;
-  bool good_;
+  bool swaps_;
+  bool good_ = false;
 };
 
 }  // namespace hapticd::trace

@@ -131,8 +131,8 @@ struct DepthRecord {
 
 /// The points of a depth frame that the hand can reach, for viewers; nothing reads them back.
 struct CloudRecord {
-  std::int64_t time_ns = 0;                    ///< arrival of the frame
-  std::vector<float> points_m_in_camera = {};  ///< x, y, z, x, y, z, ...
+  std::int64_t time_ns = 0;                     ///< arrival of the frame
+  std::vector<float> points_m_in_optical = {};  ///< x, y, z, x, y, z, ... in the optical frame of the camera
 };
 
 /// A file stored in a trace.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -28,11 +30,16 @@ struct WallClock {
   bool isSet(std::int64_t latest_ns) const;
 };
 
+/// The channels of a trace for viewers. Their messages are ROS 2's own, in earlier traces those of Foxglove.
+inline constexpr std::array<std::string_view, 3> kViewerTopics{"/hapticd/scene", "/hapticd/transforms",
+                                                               "/hapticd/cloud_reach"};
+
 /// Whether a channel is one of a trace: its topic is one of hapticd's, and its messages are none of ROS 2's
-/// own, which a bag has that was exported from a trace. `schema`: its name; empty: not known.
+/// own but for viewers; a bag that was exported from a trace has others. `schema`: its name; empty: not
+/// known.
 inline bool isChannelOfTrace(std::string_view topic, std::string_view schema) {
-  return topic.starts_with("/hapticd/") &&
-         (schema.empty() || schema.starts_with("hapticd_msgs/") || schema.starts_with("foxglove_msgs/"));
+  if (std::ranges::find(kViewerTopics, topic) != kViewerTopics.end()) return true;
+  return topic.starts_with("/hapticd/") && (schema.empty() || schema.starts_with("hapticd_msgs/"));
 }
 
 /// Name of the metadata record of a bag of ROS 2.

@@ -14,10 +14,11 @@
 #include "daemon/trace/format/messages.h"
 #include "daemon/trace/format/records.h"
 #include "daemon/trace/format/trace_format.h"
-#include "daemon/trace/foxglove/foxglove_messages.h"
-#include "daemon/trace/foxglove/foxglove_scene.h"
 #include "daemon/trace/mcap/mcap_format.h"
 #include "daemon/trace/mcap/mcap_writer.h"
+#include "daemon/trace/ros/message_definitions.h"
+#include "daemon/trace/ros/message_set.h"
+#include "daemon/trace/ros/scene_picture.h"
 #include "rt/base/clock.h"
 
 namespace hapticd::trace {
@@ -63,11 +64,10 @@ class TraceWriter::Implementation {
     open<rt::Tick, ModelRecord, DirectiveRecord, AdditionsRecord, PoseRecord, EventRecord, SnapshotRecord>();
     if (options.depth) open<DepthRecord>();
     if (options.scene) {
-      open(foxglove::kSceneChannel, foxglove::schemaOf(foxglove::kSceneChannel.schema));
-      open(foxglove::kTransformsChannel, foxglove::schemaOf(foxglove::kTransformsChannel.schema));
+      open(ros::kSceneChannel);
+      open(ros::kTransformsChannel);
     }
-    if (options.cloud)
-      open(foxglove::kReachCloudChannel, foxglove::schemaOf(foxglove::kReachCloudChannel.schema));
+    if (options.cloud) open(ros::kReachCloudChannel);
     for (const TraceAttachment& attachment : options.attachments) {
       file_.addAttachment({0, 0, attachment.name, attachment.media_type, attachment.data});
     }
@@ -101,8 +101,9 @@ class TraceWriter::Implementation {
   base::Result<void> write(const CloudRecord& cloud) {
     const std::uint64_t time_ns = realtimeOf(cloud.time_ns);
     message_.clear();
-    foxglove::encodePointCloud(time_ns, foxglove::kCameraFrame, cloud.points_m_in_camera, message_);
-    return put(foxglove::kReachCloudChannel, time_ns);
+    ros::encodePoints({static_cast<std::int64_t>(time_ns), ros::kOpticalFrame}, cloud.points_m_in_optical,
+                      message_);
+    return put(ros::kReachCloudChannel.topic, time_ns);
   }
 
   base::Result<void> flush() { return counted(file_.flush()); }
@@ -124,6 +125,10 @@ class TraceWriter::Implementation {
   void open(const ChannelName& name, std::string_view schema) {
     channels_[name.topic].id = file_.addChannel(name.topic, name.schema, schema);
   }
+  void open(const ros::Channel& name) {
+    channels_[name.topic].id =
+        file_.addChannel(name.topic, ros::fullTypeName(name.message), ros::completeDefinition(name.message));
+  }
 
   /// Wraps instead of overflowing, whatever the record contains.
   std::uint64_t realtimeOf(std::int64_t time_ns) const {
@@ -135,18 +140,18 @@ class TraceWriter::Implementation {
     const std::uint64_t time_ns = realtimeOf(timeOf(record));
     message_.clear();
     encode(record, time_ns, message_);
-    return put(kChannelName<Record>, time_ns);
+    return put(kChannelName<Record>.topic, time_ns);
   }
 
   /// Adds the encoded message.
-  base::Result<void> put(const ChannelName& name, std::uint64_t time_ns) {
-    const auto channel = channels_.find(name.topic);
+  base::Result<void> put(std::string_view topic, std::uint64_t time_ns) {
+    const auto channel = channels_.find(topic);
     if (channel == channels_.end()) {
-      return base::failure(file_.file().string(), fmt::format("was begun without the channel {}", name.topic),
+      return base::failure(file_.file().string(), fmt::format("was begun without the channel {}", topic),
                            "");
     }
     if (message_.size() > mcap::kMaxMessageBytes) {
-      return base::failure(std::string(name.topic),
+      return base::failure(std::string(topic),
                            fmt::format("a message of {} bytes; a trace accepts at most {}", message_.size(),
                                        mcap::kMaxMessageBytes),
                            "");
@@ -163,16 +168,16 @@ class TraceWriter::Implementation {
     if (tick.planned_ns >= next_transforms_ns_) {
       next_transforms_ns_ = tick.planned_ns + rt::kNsPerSecond;
       message_.clear();
-      foxglove::encodeCameraTransforms(time_ns, camera_, message_);
-      if (auto written = put(foxglove::kTransformsChannel, time_ns); !written) {
+      ros::encodeCameraTransforms(time_ns, camera_, message_);
+      if (auto written = put(ros::kTransformsChannel.topic, time_ns); !written) {
         return written;
       }
     }
     const std::optional<rt::Tick> shown = decimator_.add(tick);
     if (!shown) return {};
     message_.clear();
-    foxglove::encodeScene(realtimeOf(shown->planned_ns), *shown, radii_, ball_, message_);
-    return put(foxglove::kSceneChannel, time_ns);
+    ros::encodeScene(realtimeOf(shown->planned_ns), *shown, radii_, ball_, message_);
+    return put(ros::kSceneChannel.topic, time_ns);
   }
 
   /// Writes a chunk if a message of this time makes the pending ones long enough. Records of one channel lag
@@ -207,9 +212,9 @@ class TraceWriter::Implementation {
   bool draws_;                                        // writes the 3D picture
   std::set<std::string> attached_;                    // SHA-256 of the solids in the file
   rt::DepthFrameHeader camera_;
-  foxglove::SceneRadii radii_;
-  ModelledBall ball_;
-  TickDecimator decimator_{rt::kNsPerSecond / kSceneRate_hz};
+  ros::SceneRadii radii_;
+  ros::ModelledBall ball_;
+  ros::TickDecimator decimator_{rt::kNsPerSecond / kSceneRate_hz};
   std::int64_t next_transforms_ns_ = std::numeric_limits<std::int64_t>::min();
   std::uint64_t ticks_ = 0;
   std::uint64_t ticks_pending_ = 0;
@@ -308,19 +313,19 @@ rt::Tick drawnTick() {
 
 double sceneBytes() {
   std::string message;
-  foxglove::encodeScene(0, drawnTick(), {}, {{}, 0.1}, message);
+  ros::encodeScene(0, drawnTick(), {}, {{}, 0.1}, message);
   return static_cast<double>(message.size() + kAroundMessage);
 }
 
 double transformBytes() {
   std::string message;
-  foxglove::encodeCameraTransforms(0, {}, message);
+  ros::encodeCameraTransforms(0, {}, message);
   return static_cast<double>(message.size() + kAroundMessage);
 }
 
 double cloudBytes(double points) {
   std::string message;
-  foxglove::encodePointCloud(0, foxglove::kCameraFrame, {}, message);
+  ros::encodePoints({0, ros::kOpticalFrame}, {}, message);
   return static_cast<double>(message.size() + kAroundMessage) + points * kBytesPerPoint;
 }
 

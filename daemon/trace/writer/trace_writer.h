@@ -33,8 +33,8 @@ struct TraceOptions {
   std::vector<std::pair<std::string, std::string>> metadata = {};
   std::vector<TraceAttachment> attachments = {};
   bool depth = false;  ///< include a channel for raw depth frames
-  /// Include the channels for the 3D picture (foxglove_messages.h): kSceneRate_hz times a second a scene made
-  /// from the records, and every second the camera's pose from `depth_header`.
+  /// Include the channels for the 3D picture (daemon/trace/ros/scene_picture.h): kSceneRate_hz times a second
+  /// a scene made from the records, and every second the camera's pose from `depth_header`.
   bool scene = false;
   bool cloud = false;  ///< include a channel for the points that the hand can reach
   /// Header fields shared by all frames of the camera: all except times and number.

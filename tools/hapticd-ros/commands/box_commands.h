@@ -8,11 +8,11 @@
 #include <string>
 #include <string_view>
 
+#include "daemon/trace/ros/message_set.h"
 #include "rt/base/rigid_pose.h"
 #include "rt/base/vec3.h"
 #include "rt/loop/loop_state.h"
 #include "tools/lib/client/varlink_client.h"
-#include "tools/lib/ros/contents.h"
 
 namespace hapticd::tools::ros {
 
@@ -43,7 +43,7 @@ class BoxCommands {
   /// time_ns: when it was computed, CLOCK_MONOTONIC.
   Refusal addForce(const rt::Vec3& force_n_in_world, std::int64_t time_ns);
   /// Replaces the fixtures of the impedance before.
-  Refusal setImpedance(const Impedance& impedance);
+  Refusal setImpedance(const trace::ros::Impedance& impedance);
   Refusal feedPose(const std::string& frame, const rt::RigidPose& T_world_frame, std::int64_t time_ns);
 
  private:

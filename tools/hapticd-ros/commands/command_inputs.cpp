@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "config/base/value_text.h"
-#include "ros_messages.h"
+#include "daemon/trace/ros/message_set.h"
 #include "rt/base/clock.h"
 #include "tools/hapticd-ros/commands/message_gate.h"
 #include "tools/hapticd-ros/dds/subscription.h"
@@ -23,25 +23,17 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
+using trace::ros::StampedImpedance;
+using trace::ros::StampedPose;
+using trace::ros::StampedText;
+using trace::ros::StampedWrench;
 
 constexpr auto kLogPeriod = 10s;
 /// Longest wait for messages.
 constexpr auto kWait = 1s;
 
-std::int64_t timeOf(const builtin_interfaces_msg_dds__Time_& time) {
-  return time.sec * rt::kNsPerSecond + time.nanosec;
-}
-MessageHead headOf(const std_msgs_msg_dds__Header_& header, const Origin& origin) {
-  return {origin.publisher, timeOf(header.stamp), origin.sent_utc_ns, header.frame_id};
-}
-rt::Vec3 vectorOf(const geometry_msgs_msg_dds__Vector3_& v) {
-  return {v.x, v.y, v.z};
-}
-rt::Quaternion quaternionOf(const geometry_msgs_msg_dds__Quaternion_& q) {
-  return {q.x, q.y, q.z, q.w};
-}
-ImpedanceSide sideOf(const crtk_msgs_msg_dds__CartesianImpedanceHalfPlaneGains_& gains) {
-  return {vectorOf(gains.p), vectorOf(gains.d), vectorOf(gains.bias), vectorOf(gains.deadband)};
+MessageHead headOf(const trace::ros::Header& header, const Origin& origin) {
+  return {origin.publisher, header.time_ns, origin.sent_utc_ns, std::string(header.frame)};
 }
 /// When a message was made, CLOCK_MONOTONIC; one from a clock that is ahead of this computer's: now.
 std::int64_t madeAt(const MessageHead& head) {
@@ -51,7 +43,6 @@ std::int64_t madeAt(const MessageHead& head) {
 struct InputTopic {
   std::string name;
   std::string_view message;
-  const dds_topic_descriptor_t& type;
   int depth;
   Delivery delivery;
 };
@@ -89,10 +80,8 @@ class CommandInputs::Inputs {
   base::Result<void> add(const InputTopic& topic, GateRules rules,
                          std::function<Refusal(const Message&, const MessageHead&)> act);
   void note(Input& input, const Refusal& refusal);
-  Refusal force(const geometry_msgs_msg_dds__WrenchStamped_& message, const MessageHead& head);
-  Refusal impedance(const crtk_msgs_msg_dds__CartesianImpedance_& message);
-  Refusal pose(const std::string& frame, const geometry_msgs_msg_dds__PoseStamped_& message,
-               const MessageHead& head);
+  Refusal force(const StampedWrench& message, const MessageHead& head);
+  Refusal pose(const std::string& frame, const StampedPose& message, const MessageHead& head);
 
   const Participant& participant_;
   std::string name_space_;
@@ -107,8 +96,7 @@ base::Result<void> CommandInputs::Inputs::add(
     const InputTopic& topic, GateRules rules,
     std::function<Refusal(const Message&, const MessageHead&)> act) {
   const std::string name = name_space_ + "/" + topic.name;
-  auto subscription =
-      Subscription::open(participant_, name, topic.message, topic.type, topic.depth, topic.delivery);
+  auto subscription = Subscription::open(participant_, name, topic.message, topic.depth, topic.delivery);
   if (!subscription) return std::unexpected(subscription.error());
   wait_.add(*subscription);
   InputState state{.topic = name, .message = topic.message, .reader = subscription->reader()};
@@ -130,32 +118,28 @@ base::Result<void> CommandInputs::Inputs::addAll(const AllowedInputs& allowed) {
   const std::string world = name_space_ + "/world";
   base::Result<void> added;
   if (allowed.state_command) {
-    added = add<crtk_msgs_msg_dds__StringStamped_>(
-        {"state_command", "crtk_msgs/StringStamped", crtk_msgs_msg_dds__StringStamped__desc, 10,
-         Delivery::each},
+    added = add<StampedText>(
+        {"state_command", "crtk_msgs/StringStamped", 10, Delivery::each},
         {.most_per_second = 10, .oldest = 1s},
-        [this](const auto& message, const MessageHead&) { return box_.changeState(message.string); });
+        [this](const auto& message, const MessageHead&) { return box_.changeState(message.text); });
   }
   if (added && allowed.servo_cf) {
     // Of the forces that have come meanwhile only the newest counts.
-    added = add<geometry_msgs_msg_dds__WrenchStamped_>(
-        {"servo_cf", "geometry_msgs/WrenchStamped", geometry_msgs_msg_dds__WrenchStamped__desc, 1,
-         Delivery::newest},
+    added = add<StampedWrench>(
+        {"servo_cf", "geometry_msgs/WrenchStamped", 1, Delivery::newest},
         {.most_per_second = 2000, .oldest = 20ms, .one_publisher = true, .frame = world},
         [this](const auto& message, const MessageHead& head) { return force(message, head); });
   }
   if (added && allowed.servo_ci) {
-    added = add<crtk_msgs_msg_dds__CartesianImpedance_>(
-        {"servo_ci", "crtk_msgs/CartesianImpedance", crtk_msgs_msg_dds__CartesianImpedance__desc, 1,
-         Delivery::each},
+    added = add<StampedImpedance>(
+        {"servo_ci", "crtk_msgs/CartesianImpedance", 1, Delivery::each},
         {.most_per_second = 10, .oldest = 1s, .one_publisher = true, .frame = world},
-        [this](const auto& message, const MessageHead&) { return impedance(message); });
+        [this](const auto& message, const MessageHead&) { return box_.setImpedance(message.impedance); });
   }
   for (const std::string& frame : allowed.frames) {
     if (!added) break;
-    added = add<geometry_msgs_msg_dds__PoseStamped_>(
-        {"frames/" + frame, "geometry_msgs/PoseStamped", geometry_msgs_msg_dds__PoseStamped__desc, 10,
-         Delivery::newest},
+    added = add<StampedPose>(
+        {"frames/" + frame, "geometry_msgs/PoseStamped", 10, Delivery::newest},
         {.most_per_second = 500, .oldest = 200ms, .one_publisher = true, .frame = world},
         [this, frame](const auto& message, const MessageHead& head) { return pose(frame, message, head); });
   }
@@ -188,31 +172,20 @@ std::vector<InputState> CommandInputs::Inputs::states() const {
   return all;
 }
 
-CommandInputs::Inputs::Refusal CommandInputs::Inputs::force(
-    const geometry_msgs_msg_dds__WrenchStamped_& message, const MessageHead& head) {
-  const rt::Vec3 force_n = vectorOf(message.wrench.force);
-  const rt::Vec3 torque_n_m = vectorOf(message.wrench.torque);
-  if (!isFinite(force_n) || !isFinite(torque_n_m)) return "the wrench is not finite";
-  if (!(torque_n_m == rt::Vec3{})) return "the box exerts no torques (set wrench.torque to 0)";
-  return box_.addForce(force_n, madeAt(head));
-}
-
-CommandInputs::Inputs::Refusal CommandInputs::Inputs::impedance(
-    const crtk_msgs_msg_dds__CartesianImpedance_& message) {
-  return box_.setImpedance({quaternionOf(message.force_orientation), vectorOf(message.force_position),
-                            sideOf(message.position_positive), sideOf(message.position_negative),
-                            sideOf(message.orientation_positive), sideOf(message.orientation_negative)});
+CommandInputs::Inputs::Refusal CommandInputs::Inputs::force(const StampedWrench& message,
+                                                            const MessageHead& head) {
+  if (!isFinite(message.force_n) || !isFinite(message.torque_n_m)) return "the wrench is not finite";
+  if (!(message.torque_n_m == rt::Vec3{})) return "the box exerts no torques (set wrench.torque to 0)";
+  return box_.addForce(message.force_n, madeAt(head));
 }
 
 CommandInputs::Inputs::Refusal CommandInputs::Inputs::pose(const std::string& frame,
-                                                           const geometry_msgs_msg_dds__PoseStamped_& message,
+                                                           const StampedPose& message,
                                                            const MessageHead& head) {
-  const auto& p = message.pose.position;
-  const rt::RigidPose T_world_frame{{p.x, p.y, p.z}, quaternionOf(message.pose.orientation)};
-  const rt::Quaternion& q = T_world_frame.orientation;
-  if (!isFinite(T_world_frame.position_m_in_world) || !std::isfinite(dot(q, q)))
+  const rt::Quaternion& q = message.pose.orientation;
+  if (!isFinite(message.pose.position_m_in_world) || !std::isfinite(dot(q, q)))
     return "the pose is not finite";
-  return box_.feedPose(frame, T_world_frame, madeAt(head));
+  return box_.feedPose(frame, message.pose, madeAt(head));
 }
 
 base::Result<std::unique_ptr<CommandInputs>> CommandInputs::open(const Participant& participant,

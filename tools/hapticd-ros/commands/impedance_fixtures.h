@@ -5,10 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "daemon/trace/ros/message_set.h"
 #include "tools/lib/client/varlink_client.h"
-#include "tools/lib/ros/contents.h"
 
 namespace hapticd::tools::ros {
+
+using trace::ros::Impedance;
+using trace::ros::ImpedanceSide;
 
 /// The names of all fixtures that an impedance may become: "ros-x-positive" and so on.
 std::vector<std::string> impedanceFixtureNames();

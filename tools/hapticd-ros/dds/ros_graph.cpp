@@ -6,14 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <cstring>
 #include <memory>
+#include <string_view>
 #include <utility>
 
 #include "config/base/value_text.h"
-#include "ros_messages.h"
-#include "tools/hapticd-ros/dds/sample_parts.h"
-#include "tools/lib/ros/message_definitions.h"
+#include "daemon/trace/ros/message_set.h"
 #include "tools/lib/ros/ros_name.h"
 
 namespace hapticd::tools::ros {
@@ -33,14 +31,13 @@ std::string idOf(dds_entity_t entity) {
   dds_get_guid(entity, &guid);
   return idOf(guid);
 }
-rmw_dds_common_msg_dds__Gid_ gidOf(dds_entity_t entity) {
-  rmw_dds_common_msg_dds__Gid_ gid{};
-  const std::string id = idOf(entity);
-  std::memcpy(gid.data, id.data(), sizeof gid.data);
-  return gid;
+trace::ros::Gid gidOf(dds_entity_t entity) {
+  dds_guid_t guid{};
+  dds_get_guid(entity, &guid);
+  return std::to_array(guid.v);
 }
-std::string idOf(const rmw_dds_common_msg_dds__Gid_& gid) {
-  return {reinterpret_cast<const char*>(gid.data), sizeof gid.data};
+std::string idOf(const trace::ros::Gid& gid) {
+  return {reinterpret_cast<const char*>(gid.data()), gid.size()};
 }
 
 std::string hexOf(std::string_view bytes) {
@@ -161,18 +158,17 @@ std::string mismatchOf(const dds_qos_t* offered, const dds_qos_t* requested) {
 
 base::Result<RosGraph> RosGraph::open(const Participant& participant) {
   auto announcement =
-      Publisher::open(participant, kDiscoveryTopic, kAnnouncement,
-                      rmw_dds_common_msg_dds__ParticipantEntitiesInfo__desc, Publisher::Late::gets_last);
+      Publisher::open(participant, kDiscoveryTopic, kAnnouncement, Publisher::Late::gets_last);
   if (!announcement) return std::unexpected(announcement.error());
-  auto announcements = Subscription::open(participant, kDiscoveryTopic, kAnnouncement,
-                                          rmw_dds_common_msg_dds__ParticipantEntitiesInfo__desc,
-                                          kAnnouncementsKept, Delivery::last);
+  auto announcements =
+      Subscription::open(participant, kDiscoveryTopic, kAnnouncement, kAnnouncementsKept, Delivery::last);
   if (!announcements) return std::unexpected(announcements.error());
   return RosGraph(participant, std::move(*announcement), std::move(*announcements));
 }
 
 RosGraph::RosGraph(const Participant& participant, Publisher announcement, Subscription announcements)
-    : own_id_(idOf(participant.get())),
+    : participant_(participant.get()),
+      own_id_(idOf(participant.get())),
       announcement_(std::move(announcement)),
       announcements_(std::move(announcements)),
       readers_seen_(
@@ -184,18 +180,14 @@ RosGraph::RosGraph(const Participant& participant, Publisher announcement, Subsc
 
 void RosGraph::announce(const std::string& name_space, const std::string& name,
                         std::span<const dds_entity_t> readers, std::span<const dds_entity_t> writers) {
-  std::vector<rmw_dds_common_msg_dds__Gid_> reader_gids, writer_gids;
-  for (const dds_entity_t reader : readers) reader_gids.push_back(gidOf(reader));
-  for (const dds_entity_t writer : writers) writer_gids.push_back(gidOf(writer));
-  rmw_dds_common_msg_dds__NodeEntitiesInfo_ node{};
-  fmt::format_to_n(node.node_namespace, sizeof node.node_namespace - 1, "/{}", name_space);
-  fmt::format_to_n(node.node_name, sizeof node.node_name - 1, "{}", name);
-  lend(node.reader_gid_seq, reader_gids.data(), reader_gids.size());
-  lend(node.writer_gid_seq, writer_gids.data(), writer_gids.size());
-  rmw_dds_common_msg_dds__ParticipantEntitiesInfo_ sample{};
-  std::memcpy(sample.gid.data, own_id_.data(), sizeof sample.gid.data);
-  lend(sample.node_entities_info_seq, &node, 1);
-  announcement_.write(&sample);
+  constexpr std::size_t kLongest = trace::ros::AnnouncedNode::kLongestName;
+  const std::string full_name_space = ("/" + name_space).substr(0, kLongest);
+  trace::ros::AnnouncedNode node{full_name_space, std::string_view(name).substr(0, kLongest), {}, {}};
+  for (const dds_entity_t reader : readers) node.readers.push_back(gidOf(reader));
+  for (const dds_entity_t writer : writers) node.writers.push_back(gidOf(writer));
+  std::string message;
+  encodeAnnouncement({gidOf(participant_), {std::move(node)}}, message);
+  announcement_.write(std::move(message));
 }
 
 void RosGraph::update() {
@@ -207,20 +199,17 @@ void RosGraph::update() {
 }
 
 void RosGraph::takeAnnouncements() {
-  announcements_.takeAll<rmw_dds_common_msg_dds__ParticipantEntitiesInfo_>(
-      [this](const auto& sample, const Origin&) {
-        auto& nodes = nodes_[idOf(sample.gid)];
-        nodes.clear();
-        for (std::uint32_t i = 0; i < sample.node_entities_info_seq._length; ++i) {
-          const auto& node = sample.node_entities_info_seq._buffer[i];
-          const std::string_view name_space = node.node_namespace;
-          const std::string name = base::printable(
-              fmt::format("{}{}{}", name_space, name_space.ends_with('/') ? "" : "/", node.node_name));
-          for (const auto& gids : {node.reader_gid_seq, node.writer_gid_seq}) {
-            for (std::uint32_t j = 0; j < gids._length; ++j) nodes[idOf(gids._buffer[j])] = name;
-          }
-        }
-      });
+  announcements_.takeAll<trace::ros::Announcement>([this](const auto& announcement, const Origin&) {
+    auto& nodes = nodes_[idOf(announcement.participant)];
+    nodes.clear();
+    for (const trace::ros::AnnouncedNode& node : announcement.nodes) {
+      const std::string name = base::printable(
+          fmt::format("{}{}{}", node.name_space, node.name_space.ends_with('/') ? "" : "/", node.name));
+      for (const auto& gids : {node.readers, node.writers}) {
+        for (const trace::ros::Gid& gid : gids) nodes[idOf(gid)] = name;
+      }
+    }
+  });
 }
 
 void RosGraph::readParticipants() {

@@ -69,6 +69,7 @@ class RosGraph {
   std::string nameOf(const Endpoint& endpoint) const;
   Peer peerOf(const Endpoint& endpoint, dds_entity_t own, std::string problem) const;
 
+  dds_entity_t participant_;
   std::string own_id_;
   Publisher announcement_;
   Subscription announcements_;

@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "daemon/trace/ros/message_definitions.h"
 #include "tools/lib/ros/ros_name.h"
-#include "tools/lib/ros/type_hash.h"
 
 namespace hapticd::tools::ros {
 namespace {
@@ -17,8 +17,7 @@ base::Error failure(const std::string& topic, dds_return_t code) {
 }  // namespace
 
 base::Result<Subscription> Subscription::open(const Participant& participant, const std::string& topic,
-                                              std::string_view message, const dds_topic_descriptor_t& type,
-                                              int depth, Delivery delivery) {
+                                              std::string_view message, int depth, Delivery delivery) {
   dds_qos_t* const qos = dds_create_qos();
   dds_qset_reliability(
       qos, delivery == Delivery::newest ? DDS_RELIABILITY_BEST_EFFORT : DDS_RELIABILITY_RELIABLE, 0);
@@ -29,8 +28,8 @@ base::Result<Subscription> Subscription::open(const Participant& participant, co
   const dds_data_representation_id_t plain_cdr = DDS_DATA_REPRESENTATION_XCDR1;
   dds_qset_data_representation(qos, 1, &plain_cdr);
   const dds_entity_t entity =
-      dds_create_topic(participant.get(), &type, ddsTopicName(topic).c_str(), nullptr, nullptr);
-  const std::string user_data = fmt::format("typehash={};", typeHash(message));
+      createCdrTopic(participant.get(), ddsTopicName(topic), trace::ros::ddsTypeName(message)).entity;
+  const std::string user_data = fmt::format("typehash={};", trace::ros::typeHash(message));
   dds_qset_userdata(qos, user_data.data(), user_data.size());
   const dds_entity_t reader =
       entity < 0 ? entity : dds_create_reader(participant.get(), entity, qos, nullptr);

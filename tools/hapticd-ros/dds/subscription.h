@@ -3,7 +3,6 @@
 
 #include <dds/dds.h>
 
-#include <array>
 #include <chrono>
 #include <cstdint>
 #include <string>
@@ -11,6 +10,8 @@
 #include <utility>
 
 #include "config/base/error.h"
+#include "daemon/trace/ros/message_set.h"
+#include "tools/hapticd-ros/dds/cdr_topic.h"
 #include "tools/hapticd-ros/dds/participant.h"
 
 namespace hapticd::tools::ros {
@@ -32,30 +33,20 @@ enum class Delivery : std::uint8_t {
 /// Thread: one at a time.
 class Subscription {
  public:
-  /// `topic`: without the prefix of ROS 2, "hapticd/servo_cf". `message`: "geometry_msgs/WrenchStamped",
-  /// whose structure is `type`. `depth`: the number of messages that are kept until they are taken; the
-  /// newest stay.
+  /// `topic`: without the prefix of ROS 2, "hapticd/servo_cf". `message`: "geometry_msgs/WrenchStamped".
+  /// `depth`: the number of messages that are kept until they are taken; the newest stay.
   static base::Result<Subscription> open(const Participant& participant, const std::string& topic,
-                                         std::string_view message, const dds_topic_descriptor_t& type,
-                                         int depth, Delivery delivery = Delivery::newest);
+                                         std::string_view message, int depth,
+                                         Delivery delivery = Delivery::newest);
 
-  /// Calls take(message, origin) for all messages that have come, oldest first. They are valid during the
-  /// call; their texts are never null.
+  /// Calls take(message, origin) for all messages that have come, oldest first; what is none of the type is
+  /// left out. They are valid during the call.
   template <typename Message>
   void takeAll(auto take) {
-    constexpr std::size_t kAtOnce = 16;
-    std::array<dds_sample_info_t, kAtOnce> infos{};
-    for (;;) {
-      std::array<void*, kAtOnce> samples{};  // null: of DDS
-      const dds_return_t count = dds_take(reader_, samples.data(), infos.data(), kAtOnce, kAtOnce);
-      if (count <= 0) return;
-      for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-        if (infos[i].valid_data)
-          take(*static_cast<const Message*>(samples[i]),
-               Origin{infos[i].publication_handle, infos[i].source_timestamp});
-      }
-      dds_return_loan(reader_, samples.data(), count);
-    }
+    takeCdr(reader_, [&take](std::string_view bytes, const dds_sample_info_t& info) {
+      if (const auto message = trace::ros::decode<Message>(bytes))
+        take(*message, Origin{info.publication_handle, info.source_timestamp});
+    });
   }
 
   /// The number of publishers that are there now.

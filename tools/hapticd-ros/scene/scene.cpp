@@ -5,6 +5,7 @@
 #include <poll.h>
 #include <sys/eventfd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -24,6 +25,9 @@ constexpr std::chrono::milliseconds kFrameWait{50};
 constexpr std::int64_t kOpenPeriod_ns = rt::kNsPerSecond;
 constexpr std::int64_t kFixturePeriod_ns = rt::kNsPerSecond;
 constexpr std::int64_t kFramePeriod_ns = rt::kNsPerSecond / 10;
+/// So long a message may be on its way to one subscriber before the others get the next one all the same.
+constexpr std::int64_t kLongestWay_ns = rt::kNsPerSecond;
+constexpr std::array kTopics{Topic::points, Topic::depth_image, Topic::camera_info, Topic::fixtures};
 
 /// Why hapticd does not share its depth frames, for people; empty: it is not there, of which others speak.
 std::string refusalOf(const ClientError& error) {
@@ -44,7 +48,7 @@ std::string refusalOf(const ClientError& error) {
 }  // namespace
 
 base::Result<std::unique_ptr<Scene>> Scene::open(const Participant& participant, SceneOptions options) {
-  auto topics = SceneTopics::open(participant, options.name_space);
+  auto topics = Publications::open(participant, options.name_space, kTopics);
   if (!topics) return std::unexpected(topics.error());
   base::Descriptor ending(::eventfd(0, EFD_CLOEXEC));
   if (!ending)
@@ -53,8 +57,10 @@ base::Result<std::unique_ptr<Scene>> Scene::open(const Participant& participant,
   return std::unique_ptr<Scene>(new Scene(std::move(*topics), options, std::move(ending)));
 }
 
-Scene::Scene(SceneTopics topics, const SceneOptions& options, base::Descriptor ending)
+Scene::Scene(Publications topics, const SceneOptions& options, base::Descriptor ending)
     : topics_(std::move(topics)),
+      world_frame_(options.name_space + "/world"),
+      optical_frame_(options.name_space + "/camera_optical"),
       ending_(std::move(ending)),
       depth_(options.socket, ending_.get()),
       choice_(options.cloud_rate_hz),
@@ -79,7 +85,7 @@ void Scene::run() {
 }
 
 bool Scene::wantsDepth() const {
-  return topics_.wantsPoints() || topics_.wantsImage() || topics_.wantsCameraInfo();
+  return wants(Topic::points) || wants(Topic::depth_image) || wants(Topic::camera_info);
 }
 
 void Scene::showDepth() {
@@ -99,15 +105,24 @@ void Scene::openDepth() {
 void Scene::showFrame() {
   view_.set(header_, raw_);
   utc_.measure();
-  const std::int64_t time_ns = utc_.utc_ns(view_.time_ns());
-  if (topics_.wantsCameraInfo()) noteWrite(topics_.cameraInfo(time_ns, view_.camera()));
-  if (topics_.wantsImage() && topics_.mayWriteImage()) {
+  const trace::ros::Header header{utc_.utc_ns(view_.time_ns()), optical_frame_};
+  if (wants(Topic::camera_info))
+    show(Topic::camera_info, [&](std::string& to) { encodeCameraInfo(header, view_.camera(), to); });
+  if (wants(Topic::depth_image) && mayFollow(Topic::depth_image, image_written_ns_)) {
     view_.millimetres(image_);
-    noteWrite(topics_.image(time_ns, image_));
+    show(Topic::depth_image, [&](std::string& to) { encodeDepthImage(header, image_, to); });
   }
-  if (!topics_.wantsPoints() || !topics_.mayWritePoints()) return;
+  if (!wants(Topic::points) || !mayFollow(Topic::points, points_written_ns_)) return;
   view_.points(xyz_m_);
-  noteWrite(topics_.points(time_ns, xyz_m_));
+  show(Topic::points, [&](std::string& to) { encodePoints(header, xyz_m_, to); });
+}
+
+bool Scene::mayFollow(Topic topic, std::int64_t& written_ns) const {
+  const std::int64_t now_ns = rt::monotonicNow_ns();
+  const bool may =
+      topics_.of(topic).isAcknowledged(std::chrono::nanoseconds(0)) || now_ns - written_ns > kLongestWay_ns;
+  if (may) written_ns = now_ns;
+  return may;
 }
 
 void Scene::showFixtures() {
@@ -116,7 +131,7 @@ void Scene::showFixtures() {
     next_fixtures_ns_ = now_ns + kFixturePeriod_ns;
     next_frames_ns_ = now_ns + kFramePeriod_ns;
     fixtures_.refresh();
-  } else if (now_ns >= next_frames_ns_ && fixtures_.anyMoves() && topics_.wantsFixtures()) {
+  } else if (now_ns >= next_frames_ns_ && fixtures_.anyMoves() && wants(Topic::fixtures)) {
     next_frames_ns_ = now_ns + kFramePeriod_ns;
     fixtures_.refreshFrames();
   } else {
@@ -124,7 +139,11 @@ void Scene::showFixtures() {
   }
   std::vector<Marker> markers = fixtures_.markers();
   if (markers == markers_) return;
-  noteWrite(topics_.fixtures(rt::realtimeNow_ns(), markers));
+  // each message is the whole truth, also for whom a message before it was lost
+  std::vector<Marker> all{{.action = Marker::Action::remove_all, .scale_m = {}, .colour = {}}};
+  all.insert(all.end(), markers.begin(), markers.end());
+  const trace::ros::Header header{rt::realtimeNow_ns(), world_frame_};
+  show(Topic::fixtures, [&](std::string& to) { encodeMarkers(header, all, to); });
   markers_ = std::move(markers);
 }
 

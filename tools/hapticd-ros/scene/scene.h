@@ -11,11 +11,10 @@
 #include <vector>
 
 #include "config/base/descriptor.h"
+#include "daemon/trace/ros/depth_view.h"
+#include "tools/hapticd-ros/dds/publisher.h"
 #include "tools/hapticd-ros/scene/depth_source.h"
-#include "tools/hapticd-ros/scene/fixture_watch.h"
-#include "tools/hapticd-ros/scene/frame_choice.h"
-#include "tools/hapticd-ros/scene/scene_topics.h"
-#include "tools/lib/ros/depth_view.h"
+#include "tools/hapticd-ros/scene/fixture_markers.h"
 #include "tools/lib/ros/utc_clock.h"
 
 namespace hapticd::tools::ros {
@@ -38,16 +37,17 @@ class Scene {
   static constexpr int kSlowest_hz = 1;
   static constexpr int kFastest_hz = 30;
 
-  /// Errors: those of SceneTopics::open(), and a system without descriptors.
+  /// Errors: those of Publications::open(), and a system without descriptors.
   static base::Result<std::unique_ptr<Scene>> open(const Participant& participant, SceneOptions options);
   ~Scene();
   Scene(const Scene&) = delete;
   Scene& operator=(const Scene&) = delete;
 
-  const SceneTopics& topics() const noexcept { return topics_; }
+  /// Its topics, for their counters.
+  const Publications& topics() const noexcept { return topics_; }
 
  private:
-  Scene(SceneTopics topics, const SceneOptions& options, base::Descriptor ending);
+  Scene(Publications topics, const SceneOptions& options, base::Descriptor ending);
 
   void run();
   bool wantsDepth() const;
@@ -55,13 +55,28 @@ class Scene {
   void openDepth();
   void showFrame();
   void showFixtures();
+  bool wants(Topic topic) const { return topics_.of(topic).subscribers() > 0; }
+  /// Whether the last message has arrived at all its subscribers, so that others may follow; also true, for
+  /// the sake of the other subscribers, when one has not got it within a second. To be asked before each
+  /// write. A message of many packets that is replaced on its way is of no use to whom it was meant for, and
+  /// Fast DDS 2.9 hands such a one to its subscriber as an empty message: of topics without a key it keeps
+  /// messages that are not complete among those to be taken.
+  bool mayFollow(Topic topic, std::int64_t& written_ns) const;
+  template <typename Encode>
+  void show(Topic topic, Encode encode) {
+    noteWrite(topics_.publish(topic, encode));
+  }
   void say(const std::string& problem);
   void noteWrite(bool is_written);
   /// Waits, or returns at once when it is to end.
   void rest() const;
   bool isEnding() const;
 
-  SceneTopics topics_;
+  Publications topics_;
+  std::int64_t points_written_ns_ = 0;  // CLOCK_MONOTONIC, of the last ones
+  std::int64_t image_written_ns_ = 0;
+  std::string world_frame_;
+  std::string optical_frame_;
   base::Descriptor ending_;  // becomes readable when the thread is to end
   std::string said_;         // the last problem
   bool write_problem_was_said_ = false;
@@ -72,9 +87,9 @@ class Scene {
   std::int64_t next_open_ns_ = 0;  // CLOCK_MONOTONIC
   rt::DepthFrameHeader header_;
   std::vector<std::byte> raw_;
-  DepthView view_;
+  trace::ros::DepthView view_;
   std::vector<float> xyz_m_;
-  DepthImage image_;
+  trace::ros::DepthImage image_;
 
   FixtureWatch fixtures_;
   std::int64_t next_fixtures_ns_ = 0;  // CLOCK_MONOTONIC

@@ -20,7 +20,6 @@
 #include "tools/hapticd-view/box_link/fixture_changes.h"
 #include "tools/hapticd-view/box_link/solid_shapes.h"
 #include "tools/hapticd-view/box_link/varlink_stream.h"
-#include "tools/hapticd-view/live/recent_events.h"
 #include "tools/hapticd-view/live/source.h"
 #include "tools/lib/client/varlink_client.h"
 

@@ -10,7 +10,7 @@
 #include <boost/beast/http/rfc7230.hpp>
 #include <string_view>
 
-#include "tools/hapticd-view/foxglove/foxglove_session.h"
+#include "tools/hapticd-view/live/foxglove_session.h"
 #include "tools/hapticd-view/live/live_session.h"
 #include "tools/hapticd-view/server/socket_progress.h"
 

@@ -16,54 +16,32 @@
 #include "daemon/trace/export/trace_summary.h"
 #include "daemon/trace/format/depth_codec.h"
 #include "daemon/trace/mcap/mcap_writer.h"
+#include "daemon/trace/ros/depth_view.h"
+#include "daemon/trace/ros/message_definitions.h"
+#include "daemon/trace/ros/message_set.h"
+#include "daemon/trace/ros/scene_picture.h"
 #include "rt/base/clock.h"
 #include "rt/base/pose.h"
-#include "tools/lib/ros/cdr_messages.h"
-#include "tools/lib/ros/depth_view.h"
-#include "tools/lib/ros/message_definitions.h"
+#include "tools/lib/ros/ros_name.h"
 #include "tools/lib/ros/tick_messages.h"
-#include "tools/lib/ros/type_hash.h"
 
 namespace hapticd::tools::ros {
 namespace {
 
 namespace fs = std::filesystem;
 namespace mcap = trace::mcap;
+using trace::ros::FixedFrame;
+using trace::ros::Header;
+using trace::ros::LogLevel;
 
 using Pairs = std::vector<std::pair<std::string, std::string>>;
 
-enum class BagTopic : std::uint8_t {
-  measured_cp,
-  measured_cv,
-  setpoint_cf,
-  operating_state,
-  buttons,
-  events,
-  depth_image,
-  camera_info,
-  tf_static,
-};
-struct TopicRow {
-  BagTopic topic;
-  std::string_view name;
-  bool in_namespace;  ///< false: ROS 2 has one topic of that name for all
-  std::string_view message;
-  bool for_late;  ///< subscribers that come later get the last message, too
-};
-constexpr std::array kTopics{
-    TopicRow{BagTopic::measured_cp, "measured_cp", true, "geometry_msgs/PoseStamped", false},
-    TopicRow{BagTopic::measured_cv, "measured_cv", true, "geometry_msgs/TwistStamped", false},
-    TopicRow{BagTopic::setpoint_cf, "setpoint_cf", true, "geometry_msgs/WrenchStamped", false},
-    TopicRow{BagTopic::operating_state, "operating_state", true, "crtk_msgs/OperatingState", true},
-    TopicRow{BagTopic::buttons, "buttons", true, "sensor_msgs/Joy", false},
-    TopicRow{BagTopic::events, "events", true, "rcl_interfaces/Log", false},
-    TopicRow{BagTopic::depth_image, "depth/image_raw", true, "sensor_msgs/Image", false},
-    TopicRow{BagTopic::camera_info, "depth/camera_info", true, "sensor_msgs/CameraInfo", false},
-    TopicRow{BagTopic::tf_static, "tf_static", false, "tf2_msgs/TFMessage", true},
-};
+constexpr std::array kBagTopics{Topic::measured_cp,     Topic::measured_cv, Topic::setpoint_cf,
+                                Topic::operating_state, Topic::buttons,     Topic::events,
+                                Topic::depth_image,     Topic::camera_info, Topic::tf_static};
 
-constexpr bool isOfDepth(BagTopic topic) {
-  return topic == BagTopic::depth_image || topic == BagTopic::camera_info;
+constexpr bool isOfDepth(Topic topic) {
+  return topic == Topic::depth_image || topic == Topic::camera_info;
 }
 
 /// The settings of the publisher, by which rosbag2 publishes when it plays the bag. Policies are numbers, as
@@ -104,7 +82,7 @@ class BagFile {
 
   /// `encode`: appends the message.
   template <typename Encode>
-  void add(BagTopic topic, std::int64_t utc_ns, Encode encode) {
+  void add(Topic topic, std::int64_t utc_ns, Encode encode) {
     message_.clear();
     encode(message_);
     addMessage(topic, utc_ns);
@@ -118,7 +96,7 @@ class BagFile {
   BagFile(base::WholeFile whole, std::unique_ptr<mcap::Writer> writer, fs::path file)
       : whole_(std::move(whole)), writer_(std::move(writer)), file_(std::move(file)) {}
 
-  void addMessage(BagTopic topic, std::int64_t utc_ns);
+  void addMessage(Topic topic, std::int64_t utc_ns);
   base::Result<void> writeEnd();
   /// The error of the draft as one of the bag.
   base::Error ofBag(const base::Error& error) const {
@@ -128,8 +106,8 @@ class BagFile {
   base::WholeFile whole_;
   std::unique_ptr<mcap::Writer> writer_;
   fs::path file_;
-  std::array<std::uint16_t, kTopics.size()> channels_{};
-  std::array<std::uint32_t, kTopics.size()> sequences_{};
+  std::array<std::uint16_t, kTopicCount> channels_{};
+  std::array<std::uint32_t, kTopicCount> sequences_{};
   std::string message_;
   std::uint64_t messages_ = 0;
   std::int64_t first_ns_ = 0;
@@ -147,19 +125,20 @@ base::Result<BagFile> BagFile::create(const fs::path& file, base::IfExists if_ex
   const fs::path draft = whole->draft();
   auto writer = std::make_unique<mcap::Writer>(std::move(*part), draft, /*compress=*/true, "ros2");
   BagFile bag(std::move(*whole), std::move(writer), file);
-  for (const TopicRow& row : kTopics) {
-    if (isOfDepth(row.topic) && !depth) continue;
+  for (const Topic topic : kBagTopics) {
+    if (isOfDepth(topic) && !depth) continue;
+    const TopicRow& row = rowOf(topic);
     const Pairs metadata{{"offered_qos_profiles", offeredQos(row)},
-                         {"topic_type_hash", typeHash(row.message)}};
-    bag.channels_[static_cast<std::size_t>(row.topic)] = bag.writer_->addChannel(
-        row.in_namespace ? fmt::format("/{}/{}", name_space, row.name) : fmt::format("/{}", row.name),
-        fullTypeName(row.message), completeDefinition(row.message), metadata);
+                         {"topic_type_hash", trace::ros::typeHash(row.message)}};
+    bag.channels_[static_cast<std::size_t>(topic)] =
+        bag.writer_->addChannel("/" + nameOf(topic, name_space), trace::ros::fullTypeName(row.message),
+                                trace::ros::completeDefinition(row.message), metadata);
   }
   if (auto begun = bag.writer_->begin(); !begun) return std::unexpected(bag.ofBag(begun.error()));
   return bag;
 }
 
-void BagFile::addMessage(BagTopic topic, std::int64_t utc_ns) {
+void BagFile::addMessage(Topic topic, std::int64_t utc_ns) {
   if (failure_) return;
   // measurements and exposures are earlier than the ticks and frames that bring them
   constexpr std::int64_t kLatest_ns = 100'000'000;
@@ -210,11 +189,7 @@ class BagFrames {
   }
   std::vector<FixedFrame> all() const {
     std::vector<FixedFrame> frames;
-    if (camera_) {
-      frames.push_back({world(), prefix_ + "camera", *camera_});
-      // x right, y down and z forward there; half a turn about x away from the camera's own
-      frames.push_back({prefix_ + "camera", optical(), {{}, {1, 0, 0, 0}}});
-    }
+    if (camera_) frames = trace::ros::cameraFrames(prefix_, *camera_);
     if (handle_) frames.push_back({world(), prefix_ + "handle", *handle_});
     return frames;
   }
@@ -275,18 +250,17 @@ class BagExport {
     addFramesOnce(time_ns);
     if (const OperatingState state = operatingStateOf(tick); state != state_) {
       state_ = state;
-      bag_.add(BagTopic::operating_state, time_ns, [&](std::string& to) {
+      bag_.add(Topic::operating_state, time_ns, [&](std::string& to) {
         encodeState({time_ns, world_}, state, to);
       });
     }
     if (const auto buttons = messages_.newButtons(tick)) {
       const Header header{utc_ns(buttons->time_ns), world_};
-      bag_.add(BagTopic::buttons, header.time_ns,
-               [&](std::string& to) { encodeButtons(header, *buttons, to); });
+      bag_.add(Topic::buttons, header.time_ns, [&](std::string& to) { encodeButtons(header, *buttons, to); });
     }
     if (const auto force_n = commandedForce(tick)) {
-      bag_.add(BagTopic::setpoint_cf, time_ns, [&](std::string& to) {
-        encodeForce({time_ns, world_}, *force_n, to);
+      bag_.add(Topic::setpoint_cf, time_ns, [&](std::string& to) {
+        encodeWrench({time_ns, world_}, *force_n, {}, to);
       });
     }
     if (const auto measurement = messages_.newMeasurement(tick)) addMeasurement(*measurement);
@@ -295,9 +269,9 @@ class BagExport {
 
   void addMeasurement(const Measurement& measurement) {
     const Header header{utc_ns(measurement.time_ns), world_};
-    bag_.add(BagTopic::measured_cp, header.time_ns,
+    bag_.add(Topic::measured_cp, header.time_ns,
              [&](std::string& to) { encodePose(header, measurement.T_world_tool, to); });
-    bag_.add(BagTopic::measured_cv, header.time_ns,
+    bag_.add(Topic::measured_cv, header.time_ns,
              [&](std::string& to) { encodeVelocity(header, measurement.velocity_m_per_s_in_world, to); });
   }
 
@@ -306,7 +280,7 @@ class BagExport {
     const bool ends =
         std::ranges::count(event.fields, std::pair<std::string, std::string>("STATE", "end")) > 0;
     const LogLevel level = event.kind == "warning" && !ends ? LogLevel::warning : LogLevel::info;
-    bag_.add(BagTopic::events, time_ns, [&](std::string& to) {
+    bag_.add(Topic::events, time_ns, [&](std::string& to) {
       encodeLog(time_ns, level, name_space_ + "." + event.kind, event.text, to);
     });
     return bag_.isGood();
@@ -323,9 +297,9 @@ class BagExport {
     if (frames_.setCamera(camera)) addFrames(header.time_ns);
     addFramesOnce(header.time_ns);
     view_.millimetres(millimetres_);
-    bag_.add(BagTopic::depth_image, header.time_ns,
+    bag_.add(Topic::depth_image, header.time_ns,
              [&](std::string& to) { encodeDepthImage(header, millimetres_, to); });
-    bag_.add(BagTopic::camera_info, header.time_ns,
+    bag_.add(Topic::camera_info, header.time_ns,
              [&](std::string& to) { encodeCameraInfo(header, view_.camera(), to); });
     ++depth_frames_;
     return bag_.isGood();
@@ -338,7 +312,7 @@ class BagExport {
     frames_were_added_ = true;
     const std::vector<FixedFrame> frames = frames_.all();
     if (frames.empty()) return;
-    bag_.add(BagTopic::tf_static, time_ns, [&](std::string& to) { encodeFrames(time_ns, frames, to); });
+    bag_.add(Topic::tf_static, time_ns, [&](std::string& to) { encodeFrames(time_ns, frames, to); });
   }
 
   /// Wraps instead of overflowing, whatever the file contains.
@@ -358,8 +332,8 @@ class BagExport {
   bool frames_were_added_ = false;
   trace::DepthDecoder decoder_;
   std::string image_;
-  DepthView view_;
-  DepthImage millimetres_;
+  trace::ros::DepthView view_;
+  trace::ros::DepthImage millimetres_;
   std::uint64_t depth_frames_ = 0;
   std::optional<base::Error> fault_;
 };

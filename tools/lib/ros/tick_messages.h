@@ -4,13 +4,18 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <vector>
+#include <string_view>
 
+#include "daemon/trace/ros/message_set.h"
 #include "rt/base/rigid_pose.h"
 #include "rt/base/vec3.h"
 #include "rt/loop/loop_state.h"
 
+/// What of a tick becomes a message, and the states of CRTK. Functions: thread: any.  RT: not safe.
 namespace hapticd::tools::ros {
+
+using trace::ros::HeldButtons;
+using trace::ros::OperatingState;
 
 /// A measurement of the handle that may be published.
 struct Measurement {
@@ -19,12 +24,20 @@ struct Measurement {
   rt::Vec3 velocity_m_per_s_in_world;
 };
 
-/// What sensor_msgs/Joy says of a handle.
-struct HeldButtons {
-  std::int64_t time_ns = 0;        ///< CLOCK_MONOTONIC of the measurement
-  std::vector<float> axes;         ///< the opening angle of the gripper in radians; empty: there is none
-  std::vector<std::int32_t> held;  ///< by button: 1 while it is held, else 0
-};
+/// Of a box that was paused over the network.
+inline constexpr std::string_view kPaused = "PAUSED";
+
+/// While hapticd does not answer.
+inline constexpr OperatingState kBoxAbsent{"DISABLED", false, false};
+
+/// A handle whose newest measurement is older than this is not homed: it may be elsewhere by now.
+inline constexpr std::int64_t kMeasurementLife_ns = 500'000'000;
+
+OperatingState operatingStateOf(const rt::Tick& tick);
+
+/// Whether the position and velocity of the tick's measurement may be published: they are there, finite, and
+/// of a device that knows where it is.
+bool isMeasured(const rt::Tick& tick);
 
 /// Decides what of the ticks becomes a message, for topics and for bags alike.
 /// Thread: one.  RT: not safe.

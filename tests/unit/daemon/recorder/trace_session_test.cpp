@@ -121,7 +121,7 @@ TEST(DepthRecorder, GivesEveryFrameInItsOrderWithTheCamerasHeader) {
       EXPECT_EQ(back->sequence, expected->sequence);
       EXPECT_EQ(std::memcmp(back->raw, expected->raw, back->image().size_bytes()), 0) << taken;
       EXPECT_EQ(recorded.depth.header.device_tick_hz, 594U);
-      EXPECT_TRUE(recorded.cloud.points_m_in_camera.empty());
+      EXPECT_TRUE(recorded.cloud.points_m_in_optical.empty());
     }
   };
   for (std::uint64_t number = 1; number <= 20; ++number) {
@@ -163,7 +163,7 @@ TEST(DepthRecorder, GivesThePointsInTheNewestBallWithTheTimeOfTheirFrame) {
   common.rotation_world_camera = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   const auto recorder = DepthRecorder::start(common, true);
   ASSERT_TRUE(recorder) << recorder.error().text();
-  const trace::ModelledBall ball{{0, 0, -1}, 0.3};
+  const trace::ros::ModelledBall ball{{0, 0, -1}, 0.3};
   auto frame = madeUpFrame(3);
   std::ranges::fill(frame->image(), std::uint16_t{760});  // 1.003 m
   const auto take = [&] {
@@ -172,15 +172,18 @@ TEST(DepthRecorder, GivesThePointsInTheNewestBallWithTheTimeOfTheirFrame) {
     return recorded;
   };
   ASSERT_TRUE((*recorder)->offer(*frame));
-  EXPECT_TRUE(take().cloud.points_m_in_camera.empty()) << "no ball is known yet";
+  EXPECT_TRUE(take().cloud.points_m_in_optical.empty()) << "no ball is known yet";
   (*recorder)->setBall(ball);
   ASSERT_TRUE((*recorder)->offer(*frame));
   const RecordedFrame recorded = take();
   EXPECT_EQ(recorded.cloud.time_ns, frame->arrival_ns);
-  trace::DepthPoints points;
-  const auto expected = points.inBall(trace::headerOf(common, *frame), std::as_bytes(frame->image()), ball);
+  trace::ros::DepthView view;
+  const rt::DepthFrameHeader header = trace::headerOf(common, *frame);
+  view.set(header, std::as_bytes(frame->image()));
+  std::vector<float> expected;
+  view.pointsInBall(ball, expected);
   EXPECT_GT(expected.size(), 3000U);
-  EXPECT_TRUE(std::ranges::equal(recorded.cloud.points_m_in_camera, expected));
+  EXPECT_EQ(recorded.cloud.points_m_in_optical, expected);
 }
 
 }  // namespace

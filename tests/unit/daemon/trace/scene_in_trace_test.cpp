@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The 3D picture in traces: scene, camera and points in channels of Foxglove's schemas.
+// The 3D picture in traces: scene, camera and points in channels of their own.
 
 #include <gtest/gtest.h>
 
@@ -10,11 +10,11 @@
 #include <set>
 #include <string>
 
-#include "daemon/trace/foxglove/foxglove_messages.h"
-#include "daemon/trace/foxglove/foxglove_scene.h"
+#include "daemon/trace/format/trace_format.h"
 #include "daemon/trace/mcap/mcap_reader.h"
 #include "daemon/trace/reader/trace_reader.h"
 #include "daemon/trace/recovery/trace_recovery.h"
+#include "daemon/trace/ros/scene_picture.h"
 #include "daemon/trace/writer/trace_writer.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/support/strict_mcap.h"
@@ -33,7 +33,7 @@ rt::Tick tickWithForce(std::int64_t ms, double force_n) {
 }
 
 TEST(TickDecimator, GivesTheTickWithTheLargestForceOfEachWindowAndOfEqualOnesTheNewest) {
-  TickDecimator window(10'000'000);
+  ros::TickDecimator window(10'000'000);
   std::vector<std::int64_t> shown_ms;
   const std::map<std::int64_t, double> peaks{{3, -2}, {12, 1}, {17, 1}};
   for (std::int64_t ms = 0; ms < 40; ++ms) {
@@ -88,7 +88,7 @@ const TraceOptions kWithScene{.chunk_ns = 500'000'000, .scene = true};
 TEST(SceneInTrace, IsThereThirtyTimesASecondWithThePeaksOfTheForceAndTheCameraOnceASecond) {
   const test::TemporaryFolder folder(test::memoryFolder());
   const auto messages = messagesOf(writeTrace(folder.path(), kWithScene));
-  const auto& scenes = messages.find(foxglove::kSceneChannel.topic)->second;
+  const auto& scenes = messages.find(ros::kSceneChannel.topic)->second;
   EXPECT_NEAR(static_cast<double>(scenes.size()), 2 * kSceneRate_hz, 1);
   const auto holds = [](std::string_view text) {
     return [text](const std::string& message) { return message.find(text) != std::string::npos; };
@@ -99,7 +99,7 @@ TEST(SceneInTrace, IsThereThirtyTimesASecondWithThePeaksOfTheForceAndTheCameraOn
     const std::string bytes(reinterpret_cast<const char*>(&size), sizeof size);
     EXPECT_EQ(std::ranges::count_if(scenes, holds(bytes)), std::ssize(scenes)) << size;
   }
-  EXPECT_EQ(messages.find(foxglove::kTransformsChannel.topic)->second.size(), 2U);
+  EXPECT_EQ(messages.find(ros::kTransformsChannel.topic)->second.size(), 2U);
 }
 
 TEST(SceneInTrace, LeavesEverythingElseOfTheTraceAsItIs) {
@@ -108,8 +108,8 @@ TEST(SceneInTrace, LeavesEverythingElseOfTheTraceAsItIs) {
   auto shown = messagesOf(writeTrace(with.path(), options));
   options.scene = false;
   const auto plain = messagesOf(writeTrace(without.path(), options));
-  EXPECT_EQ(shown.erase(std::string(foxglove::kSceneChannel.topic)), 1U);
-  EXPECT_EQ(shown.erase(std::string(foxglove::kTransformsChannel.topic)), 1U);
+  EXPECT_EQ(shown.erase(std::string(ros::kSceneChannel.topic)), 1U);
+  EXPECT_EQ(shown.erase(std::string(ros::kTransformsChannel.topic)), 1U);
   EXPECT_EQ(shown, plain);
 }
 
@@ -139,6 +139,14 @@ TEST(SceneInTrace, SurvivesARecovery) {
   const fs::path recovered = folder.path() / "b.mcap";
   ASSERT_TRUE(recoverTrace(file, recovered));
   EXPECT_EQ(messagesOf(recovered), before);
+}
+
+TEST(SceneInTrace, ItsChannelsAreThoseOfATraceInEarlierMessagesTooAndOthersOfRos2AreNot) {
+  for (const char* schema : {"visualization_msgs/msg/MarkerArray", "foxglove_msgs/msg/SceneUpdate", ""})
+    EXPECT_TRUE(isChannelOfTrace(ros::kSceneChannel.topic, schema)) << schema;
+  EXPECT_TRUE(isChannelOfTrace("/hapticd/tick", "hapticd_msgs/msg/Tick"));
+  EXPECT_FALSE(isChannelOfTrace("/hapticd/measured_cp", "geometry_msgs/msg/PoseStamped"));
+  EXPECT_FALSE(isChannelOfTrace("/hapticd/depth/image_raw", "sensor_msgs/msg/Image"));
 }
 
 TEST(SceneInTrace, CloudsNeedTheirChannel) {

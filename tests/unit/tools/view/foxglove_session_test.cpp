@@ -10,7 +10,7 @@
 
 #include "daemon/trace/format/messages.h"
 #include "tests/support/made_up_trace.h"
-#include "tools/hapticd-view/foxglove/foxglove_session.h"
+#include "tools/hapticd-view/live/foxglove_session.h"
 
 // The Foxglove protocol without sockets: what comes from the box goes in, messages come out.
 // tests/foxglove does the same with a client that is not of this project.
@@ -298,7 +298,7 @@ TEST_F(FoxgloveProtocol, EventsFromBeforeComeWithTheSubscription) {
   subscribe(1, FoxgloveChannel::events);
   ASSERT_EQ(sink_.binaries.size(), 1U);
   EXPECT_EQ(sink_.binaries[0].time_ns, static_cast<std::uint64_t>(kOffset_ns) + 2);
-  EXPECT_EQ(sink_.binaries[0].payload[12], 3) << "the level of warnings";
+  EXPECT_EQ(sink_.binaries[0].payload[12], 30) << "the level of warnings";
   EXPECT_NE(sink_.binaries[0].payload.find("engaged"), std::string::npos);
   EXPECT_EQ(sink_.binaries[0].key, MessageKey::queued);
 }

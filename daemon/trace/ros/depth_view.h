@@ -8,10 +8,17 @@
 #include <span>
 #include <vector>
 
+#include "daemon/trace/ros/message_set.h"
+#include "rt/base/vec3.h"
 #include "rt/depth/depth_frame_header.h"
-#include "tools/lib/ros/contents.h"
 
-namespace hapticd::tools::ros {
+namespace hapticd::trace::ros {
+
+/// The ball around which the scene is modelled.
+struct ModelledBall {
+  rt::Vec3 centre_m_in_world;
+  double radius_m = 0;  ///< 0: none, or the whole frame is modelled
+};
 
 /// A depth frame of hapticd as ROS 2 sees it, in the optical frame of the camera: x right, y down, z forward.
 /// A pixel counts as measured where its raw value stands for a depth in front of the camera, up to
@@ -25,8 +32,11 @@ class DepthView {
   /// Header and image stay valid while the view is used; the header has no fault, and the image has its size.
   void set(const rt::DepthFrameHeader& header, std::span<const std::byte> image);
 
-  /// x, y and z of each measured pixel in metres, row by row; what was in `xyz_m` is replaced.
-  void points(std::vector<float>& xyz_m) const;
+  // x, y and z of measured pixels in metres, row by row; what was in `xyz_m` is replaced.
+  /// Of every `step`-th pixel of every `step`-th row; `step` > 0.
+  void points(std::vector<float>& xyz_m, std::uint32_t step = 1) const;
+  /// Of all inside a ball.
+  void pointsInBall(const ModelledBall& ball, std::vector<float>& xyz_m) const;
   /// The image in millimetres, rounded; 0: no measurement.
   void millimetres(DepthImage& picture) const;
   PinholeCamera camera() const;
@@ -35,24 +45,23 @@ class DepthView {
   std::int64_t time_ns() const;
 
  private:
-  /// Of the columns of a row; the memory need not be aligned.
-  std::uint16_t rawAt(std::size_t row, std::size_t column) const;
-  void tabulate();
-
-  /// What decides about depths.
+  /// What the tables are made of.
   struct Law {
-    rt::DepthLawKind kind{};
-    std::array<double, 2> coefficients{};
-    std::uint32_t raw_no_measurement = 0;
+    rt::DepthLawKind kind;
+    std::array<double, 2> coefficients;
+    std::uint32_t raw_no_measurement;
     friend bool operator==(const Law&, const Law&) = default;
   };
 
+  void tabulate();
+  std::uint16_t rawAt(std::size_t row, std::size_t column) const;
+
   const rt::DepthFrameHeader* header_ = nullptr;
   std::span<const std::byte> image_;
-  std::optional<Law> law_;               // of the tables
-  std::vector<float> depth_m_;           // by raw value; 0: no measurement
-  std::vector<std::uint16_t> depth_mm_;  // likewise
-  std::vector<float> column_slope_;      // x / z of each column
+  std::optional<Law> law_;
+  std::vector<double> depth_m_;  // by raw value; 0: no measurement
+  std::vector<std::uint16_t> depth_mm_;
+  std::vector<float> column_slope_;  // x by z of each column
 };
 
-}  // namespace hapticd::tools::ros
+}  // namespace hapticd::trace::ros

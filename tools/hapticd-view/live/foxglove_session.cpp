@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticd-view/foxglove/foxglove_session.h"
+#include "tools/hapticd-view/live/foxglove_session.h"
 
 #include <fmt/format.h>
 
@@ -13,7 +13,8 @@
 #include <utility>
 
 #include "daemon/trace/format/messages.h"
-#include "daemon/trace/foxglove/foxglove_messages.h"
+#include "daemon/trace/ros/message_definitions.h"
+#include "daemon/trace/ros/message_set.h"
 #include "rt/base/clock.h"
 #include "tools/lib/client/reply_reader.h"
 
@@ -85,25 +86,27 @@ Outcome parseFoxgloveRequest(std::string_view text) {
 
 namespace {
 
-namespace foxglove = trace::foxglove;
+namespace ros = trace::ros;
 
 /// By the value of FoxgloveChannel.
-constexpr std::array<trace::ChannelName, kFoxgloveChannels> kNames{
-    trace::kChannelName<rt::Tick>,        trace::foxglove::kSceneChannel,
-    trace::foxglove::kTransformsChannel,  trace::foxglove::kCloudChannel,
-    trace::foxglove::kReachCloudChannel,  trace::foxglove::kImageChannel,
-    trace::foxglove::kCalibrationChannel, trace::foxglove::kLogChannel};
+constexpr std::array<ros::Channel, kFoxgloveChannels> kChannels{
+    {{trace::kChannelName<rt::Tick>.topic, ""},
+     ros::kSceneChannel,
+     ros::kTransformsChannel,
+     {"/hapticd/cloud", "sensor_msgs/PointCloud2"},
+     ros::kReachCloudChannel,
+     {"/hapticd/depth_image", "sensor_msgs/Image"},
+     {"/hapticd/camera_calibration", "sensor_msgs/CameraInfo"},
+     {"/hapticd/events", "rcl_interfaces/Log"}}};
 
-std::string schemaOf(FoxgloveChannel channel) {
-  if (channel == FoxgloveChannel::tick) return trace::schemaOf<rt::Tick>();
-  return std::string(trace::foxglove::schemaOf(nameOf(channel).schema));
+/// Name and text of the schema of a channel.
+std::pair<std::string, std::string> schemaOf(const ros::Channel& channel) {
+  if (channel.message.empty())
+    return {std::string(trace::kChannelName<rt::Tick>.schema), trace::schemaOf<rt::Tick>()};
+  return {ros::fullTypeName(channel.message), ros::completeDefinition(channel.message)};
 }
 
 }  // namespace
-
-trace::ChannelName nameOf(FoxgloveChannel channel) {
-  return kNames[static_cast<std::size_t>(channel)];
-}
 
 std::optional<FoxgloveChannel> foxgloveChannelOf(std::uint64_t id) {
   if (id < 1 || id > kFoxgloveChannels) return std::nullopt;
@@ -113,21 +116,20 @@ std::optional<FoxgloveChannel> foxgloveChannelOf(std::uint64_t id) {
 Json advertisement() {
   Json channels = Json::array();
   for (std::uint32_t id = 1; id <= kFoxgloveChannels; ++id) {
-    const FoxgloveChannel channel = *foxgloveChannelOf(id);
-    const auto& [topic, schema] = nameOf(channel);
+    const ros::Channel& channel = kChannels[id - 1];
+    const auto [name, schema] = schemaOf(channel);
     channels.push_back({{"id", id},
-                        {"topic", topic},
+                        {"topic", channel.topic},
                         {"encoding", "cdr"},
-                        {"schemaName", schema},
+                        {"schemaName", name},
                         {"schemaEncoding", "ros2msg"},
-                        {"schema", schemaOf(channel)}});
+                        {"schema", schema}});
   }
   return {{"op", "advertise"}, {"channels", std::move(channels)}};
 }
 
 namespace {
 
-namespace foxglove = trace::foxglove;
 using enum FoxgloveChannel;
 
 /// Levels of the message `status`.
@@ -155,10 +157,9 @@ std::string headOf(std::uint32_t subscription, std::uint64_t realtime_ns) {
   return head;
 }
 
-trace::foxglove::LogLevel levelOf(std::string_view priority) {
-  if (priority == "error") return trace::foxglove::LogLevel::error;
-  if (priority == "warning") return trace::foxglove::LogLevel::warning;
-  return trace::foxglove::LogLevel::info;
+ros::LogLevel levelOf(std::string_view priority) {
+  if (priority == "error") return ros::LogLevel::error;
+  return priority == "warning" ? ros::LogLevel::warning : ros::LogLevel::info;
 }
 
 /// The one with the larger commanded force; of equal ones the newer.
@@ -166,15 +167,6 @@ const rt::Tick& largerOf(const rt::Tick& older, const rt::Tick& newer) {
   const double older_n = rt::norm(older.command_force_n_in_world);
   const double newer_n = rt::norm(newer.command_force_n_in_world);
   return newer_n < older_n ? older : newer;
-}
-
-trace::foxglove::Calibration calibrationOf(const rt::DepthFrameHeader& header) {
-  return {.width_px = header.width_px,
-          .height_px = header.height_px,
-          .fx_px = header.fx_px,
-          .fy_px = header.fy_px,
-          .cx_px = header.cx_px,
-          .cy_px = header.cy_px};
 }
 
 }  // namespace
@@ -223,7 +215,7 @@ void FoxgloveSession::publish(FoxgloveChannel channel, std::uint64_t realtime_ns
     if (subscription.channel != channel) continue;
     if (!payload) {
       auto message = std::make_shared<std::string>();
-      encode(realtime_ns, *message);
+      encode(*message);
       payload = std::move(message);
     }
     send(id, realtime_ns, payload, keyOf(id));
@@ -271,7 +263,7 @@ void FoxgloveSession::publishTick(std::uint32_t id, Subscription& subscription, 
   if (subscription.channel == tick) {
     trace::encode(shown, realtime_ns, *message);
   } else {
-    trace::foxglove::encodeScene(realtime_ns, shown, radii_, ball_, *message);
+    ros::encodeScene(realtime_ns, shown, radii_, ball_, *message);
   }
   send(id, realtime_ns, message, keyOf(id));
 }
@@ -316,17 +308,16 @@ void FoxgloveSession::onEvent(const Json& event) {
 
 void FoxgloveSession::sendEvent(std::uint32_t id, const Json& event) {
   const Json* time = fieldAt(event, "timeNs");
-  const std::uint64_t realtime_ns =
-      time != nullptr && time->is_number_integer() ? time->get<std::uint64_t>() : 0;
+  const std::int64_t realtime_ns =
+      time != nullptr && time->is_number_integer() ? time->get<std::int64_t>() : 0;
   auto message = std::make_shared<std::string>();
-  trace::foxglove::encodeLog(realtime_ns, levelOf(textAt(event, "priority")), textAt(event, "kind"),
-                             textAt(event, "text"), *message);
-  send(id, realtime_ns, message, MessageKey::queued);
+  ros::encodeLog(realtime_ns, levelOf(textAt(event, "priority")), textAt(event, "kind"),
+                 textAt(event, "text"), *message);
+  send(id, static_cast<std::uint64_t>(realtime_ns), message, MessageKey::queued);
 }
 
 void FoxgloveSession::onDepth(const std::shared_ptr<const DepthPicture>& picture) {
   const rt::DepthFrameHeader& header = picture->header;
-  const std::span<const std::byte> image = picture->image;
   const std::uint64_t realtime_ns = realtimeOf(header.arrival_ns);
   const bool camera_known = camera_.has_value();
   camera_ = header;
@@ -334,42 +325,39 @@ void FoxgloveSession::onDepth(const std::shared_ptr<const DepthPicture>& picture
     publishTransforms();
     wants_changed_ = true;
   }
+  view_.set(header, picture->image);
+  const ros::Header head{static_cast<std::int64_t>(realtime_ns), ros::kOpticalFrame};
   const std::int64_t since_cloud_ns = header.arrival_ns - last_cloud_ns_;
   if (since_cloud_ns >= kCloudPeriod_ns || since_cloud_ns < 0) {  // the box may have started again
     last_cloud_ns_ = header.arrival_ns;
-    publish(cloud, realtime_ns, [&](std::uint64_t time_ns, std::string& to) {
-      trace::foxglove::encodePointCloud(time_ns, trace::foxglove::kCameraFrame,
-                                        points_.decimated(header, image, kCloudStep), to);
+    publish(cloud, realtime_ns, [&](std::string& to) {
+      view_.points(xyz_m_, kCloudStep);
+      encodePoints(head, xyz_m_, to);
     });
   }
-  publish(cloud_reach, realtime_ns, [&](std::uint64_t time_ns, std::string& to) {
-    trace::foxglove::encodePointCloud(time_ns, trace::foxglove::kCameraFrame,
-                                      points_.inBall(header, image, reach()), to);
+  publish(cloud_reach, realtime_ns, [&](std::string& to) {
+    view_.pointsInBall(reach(), xyz_m_);
+    encodePoints(head, xyz_m_, to);
   });
-  publish(depth_image, realtime_ns, [&](std::uint64_t time_ns, std::string& to) {
-    trace::foxglove::encodeImage(time_ns, trace::foxglove::kOpticalFrame,
-                                 {header.width_px,
-                                  header.height_px,
-                                  header.stride_bytes,
-                                  {reinterpret_cast<const char*>(image.data()), image.size()}},
-                                 to);
+  publish(depth_image, realtime_ns, [&](std::string& to) {
+    view_.millimetres(image_);
+    encodeDepthImage(head, image_, to);
   });
-  publish(camera_calibration, realtime_ns, [&](std::uint64_t time_ns, std::string& to) {
-    trace::foxglove::encodeCalibration(time_ns, trace::foxglove::kOpticalFrame, calibrationOf(header), to);
-  });
+  publish(camera_calibration, realtime_ns,
+          [&](std::string& to) { encodeCameraInfo(head, view_.camera(), to); });
 }
 
 /// The modelled ball follows the hand, and the newest tick knows better than the status where that is.
-trace::ModelledBall FoxgloveSession::reach() const {
+ros::ModelledBall FoxgloveSession::reach() const {
   if (!hip_m_in_world_) return ball_;
   return {*hip_m_in_world_, ball_.radius_m > 0 ? ball_.radius_m : kReach_m};
 }
 
 void FoxgloveSession::publishTransforms() {
   if (!camera_) return;
-  publish(transforms, realtimeOf(rt::monotonicNow_ns()), [this](std::uint64_t time_ns, std::string& to) {
-    trace::foxglove::encodeCameraTransforms(time_ns, *camera_, to);
-  });
+  const std::uint64_t realtime_ns = realtimeOf(rt::monotonicNow_ns());
+  publish(transforms, realtime_ns,
+          [&](std::string& to) { ros::encodeCameraTransforms(realtime_ns, *camera_, to); });
 }
 
 void FoxgloveSession::onDepthState(bool available, const std::string& reason) {

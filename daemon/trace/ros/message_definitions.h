@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
-/// The messages of ROS 2 that hapticd's programs know: the one list of their fields, of which the type hashes
-/// are made.
-namespace hapticd::tools::ros {
+/// The messages of ROS 2 that hapticd's programs know: the one list of their fields, of which the schemas of
+/// files and the type hashes are made.
+namespace hapticd::trace::ros {
 
 struct MessageDefinition {
   std::string_view name;    ///< "geometry_msgs/PoseStamped"
@@ -46,4 +46,9 @@ std::string fullTypeName(std::string_view name);
 /// The name of the type in DDS: "geometry_msgs::msg::dds_::PoseStamped_".
 std::string ddsTypeName(std::string_view name);
 
-}  // namespace hapticd::tools::ros
+/// The hash by which ROS 2 (from Iron on) tells whether both ends mean the same fields, RIHS01 of REP-2016:
+/// "RIHS01_" and the SHA-256 of the description of the type in 64 hexadecimal digits. Names, types and order
+/// of the fields enter, also of the messages inside; comments and constants do not.
+std::string typeHash(std::string_view name);
+
+}  // namespace hapticd::trace::ros

@@ -15,10 +15,9 @@
 #include <variant>
 #include <vector>
 
-#include "daemon/trace/format/messages.h"
-#include "daemon/trace/foxglove/foxglove_scene.h"
+#include "daemon/trace/ros/depth_view.h"
+#include "daemon/trace/ros/scene_picture.h"
 #include "tools/hapticd-view/live/message_sink.h"
-#include "tools/hapticd-view/live/recent_events.h"
 #include "tools/hapticd-view/live/source.h"
 #include "tools/lib/client/varlink_client.h"
 
@@ -58,7 +57,7 @@ using FoxgloveRequest = std::variant<Subscribe, Unsubscribe, GetParameters, Refu
 /// Parses a text message from a client.  Errors: what is wrong with it, for people.  Thread: any.
 std::expected<FoxgloveRequest, std::string> parseFoxgloveRequest(std::string_view text);
 
-/// What the Foxglove protocol offers, with the schemas of traces. Thread: any.
+/// What the Foxglove protocol offers, in the messages of traces. Thread: any.
 enum class FoxgloveChannel : std::uint8_t {
   tick,
   scene,
@@ -70,9 +69,6 @@ enum class FoxgloveChannel : std::uint8_t {
   events,
 };
 inline constexpr std::size_t kFoxgloveChannels = 8;
-
-/// Topic and schema of a channel.
-trace::ChannelName nameOf(FoxgloveChannel channel);
 
 /// Its id in the protocol, from 1 on.
 constexpr std::uint32_t idOf(FoxgloveChannel channel) {
@@ -136,7 +132,7 @@ class FoxgloveSession final : public Session {
     std::optional<rt::Tick> waiting;  ///< not sent yet, because the client has not taken the one before
   };
   using Payload = std::shared_ptr<const std::string>;
-  using Encode = std::function<void(std::uint64_t realtime_ns, std::string& to)>;
+  using Encode = std::function<void(std::string& to)>;
 
   void sendText(const Json& message, MessageKey key = MessageKey::queued);
   void sendStatus(int level, std::string_view id, std::string_view text);
@@ -148,7 +144,7 @@ class FoxgloveSession final : public Session {
   void publishTransforms();
   void reportDropped();
   bool subscribed(FoxgloveChannel channel) const;
-  trace::ModelledBall reach() const;
+  trace::ros::ModelledBall reach() const;
   std::uint64_t realtimeOf(std::int64_t monotonic_ns) const;
 
   void handle(const Subscribe& request);
@@ -163,12 +159,14 @@ class FoxgloveSession final : public Session {
   MessageSink& sink_;
   Offset offset_ns_;
   std::map<std::uint32_t, Subscription> subscriptions_;  ///< by the client's number
-  trace::TickDecimator window_;
-  trace::foxglove::SceneRadii radii_;
-  trace::ModelledBall ball_;
+  trace::ros::TickDecimator window_;
+  trace::ros::SceneRadii radii_;
+  trace::ros::ModelledBall ball_;
   std::optional<rt::Vec3> hip_m_in_world_;  ///< of the newest tick
   std::optional<rt::DepthFrameHeader> camera_;
-  trace::DepthPoints points_;
+  trace::ros::DepthView view_;
+  std::vector<float> xyz_m_;
+  trace::ros::DepthImage image_;
   /// The source is to be told with the next status: it must not end the stream of frames while it delivers
   /// one.
   bool wants_changed_ = false;

@@ -1,11 +1,62 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticd-ros/box/box_diagnostics.h"
+#include "tools/hapticd-ros/box/box_view.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string_view>
+
+#include "daemon/trace/ros/scene_picture.h"
+#include "rt/base/pose.h"
 #include "tools/lib/client/reply_reader.h"
 
 namespace hapticd::tools::ros {
+
+namespace {
+
+constexpr std::size_t kNumbers = 6;  // of a pose: x, y, z, roll, pitch, yaw
+constexpr std::array<std::string_view, kNumbers> kHandle{"handle.position_x_m", "handle.position_y_m",
+                                                         "handle.position_z_m", "handle.roll_rad",
+                                                         "handle.pitch_rad",    "handle.yaw_rad"};
+constexpr std::array<std::string_view, kNumbers> kCamera{
+    "calibration.cameraPose.xM",      "calibration.cameraPose.yM",       "calibration.cameraPose.zM",
+    "calibration.cameraPose.rollRad", "calibration.cameraPose.pitchRad", "calibration.cameraPose.yawRad"};
+
+/// Nothing where a number is not known.
+std::optional<rt::RigidPose> poseOf(const std::array<double, kNumbers>& numbers) {
+  if (!std::ranges::all_of(numbers, [](double number) { return std::isfinite(number); })) return std::nullopt;
+  const auto& [x, y, z, roll, pitch, yaw] = numbers;
+  const rt::PoseParameters pose{{x, y, z}, roll, pitch, yaw};
+  return rt::RigidPose{pose.position_m, rt::quaternionOf(rt::rotationOf(pose))};
+}
+
+}  // namespace
+
+Json handleFrameParameters() {
+  return {{"names", kHandle}};
+}
+
+std::vector<FixedFrame> fixedFrames(const Json& calibration, const Json& parameters,
+                                    const std::string& prefix) {
+  std::array<double, kNumbers> camera;
+  for (std::size_t i = 0; i < kNumbers; ++i) camera[i] = numberAt(calibration, kCamera[i]);
+  std::array<double, kNumbers> handle;
+  handle.fill(std::nan(""));
+  for (const Json& row : listAt(parameters, "parameters")) {
+    const std::string name = textAt(row, "name");
+    for (std::size_t i = 0; i < kNumbers; ++i) {
+      if (name == kHandle[i]) handle[i] = numberAt(row, "value");
+    }
+  }
+  std::vector<FixedFrame> frames;
+  if (const auto pose = poseOf(camera)) frames = trace::ros::cameraFrames(prefix, *pose);
+  if (const auto pose = poseOf(handle)) frames.push_back({prefix + "world", prefix + "handle", *pose});
+  return frames;
+}
+
 namespace {
 
 using Level = Diagnostic::Level;
