@@ -68,14 +68,14 @@ hapticd_together(bench_tests APART
   tests/unit/tools/bench/true_body_test.cpp)
 hapticd_together(box_tests)
 hapticd_together(config_tests APART
-  tests/unit/config/automatic_stiffness_test.cpp
-  tests/unit/config/libyaml_reader.cpp
+  tests/unit/config/parameters_test.cpp
+  tests/unit/config/second_reader_test.cpp
   --
   tests/unit/config/loosening_test.cpp
   --
   tests/unit/config/refusals_test.cpp)
 hapticd_together(control_test APART
-  tests/unit/daemon/control/addition_methods_test.cpp
+  tests/unit/daemon/control/additions_test.cpp
   tests/unit/daemon/control/conformance_test.cpp)
 hapticd_together(daemon_tests APART
   tests/unit/daemon/indicators_test.cpp
@@ -100,7 +100,7 @@ hapticd_together(hapticctl_library_tests)
 hapticd_together(hapticctl_tests APART
   tests/system/hapticctl/hapticctl_every_command_test.cpp
   --
-  tests/system/hapticctl/hapticctl_view_test.cpp)
+  tests/system/hapticctl/hapticctl_with_others_test.cpp)
 hapticd_together(hapticctl_text)
 hapticd_together(hapticctl_work)
 hapticd_together(hapticd_bench SETS

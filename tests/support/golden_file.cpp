@@ -5,6 +5,7 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <sstream>
 #include <vector>
 
 namespace hapticd::test {
@@ -70,6 +71,52 @@ void expectGolden(const std::string& path,
     updated += heading + "\n" + input + "----\n" + found + "\n";
   }
   updated.pop_back();
+  if (std::getenv("HAPTICD_UPDATE_GOLDEN") != nullptr) std::ofstream(path) << updated;
+}
+
+namespace {
+
+std::string withoutEmptyLines(const std::string& text) {
+  std::istringstream lines(text);
+  std::string kept;
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.empty()) kept += line + "\n";
+  }
+  return kept;
+}
+
+}  // namespace
+
+void expectTranscript(const std::string& path,
+                      const std::function<std::string(const std::string& command)>& answer) {
+  std::ifstream file(path);
+  std::string command, expected, updated;
+  int commands = 0;
+  const auto finish = [&] {
+    if (command.empty()) return;
+    const std::string found = withoutEmptyLines(answer(command));
+    EXPECT_EQ(found, expected) << path << ": $ " << command;
+    updated += found;
+    command.clear();
+    expected.clear();
+    ++commands;
+  };
+  for (std::string line; std::getline(file, line);) {
+    const bool goes_on = !command.empty() && expected.empty() && line.starts_with("> ");
+    const bool answers = !command.empty() && !line.empty() && !line.starts_with("$ ");
+    if (goes_on) {
+      command += "\n" + line.substr(2);
+    } else if (answers) {
+      expected += line + "\n";
+      continue;
+    } else {
+      finish();
+      if (line.starts_with("$ ")) command = line.substr(2);
+    }
+    updated += line + "\n";
+  }
+  finish();
+  EXPECT_GT(commands, 0) << path << " holds no command";
   if (std::getenv("HAPTICD_UPDATE_GOLDEN") != nullptr) std::ofstream(path) << updated;
 }
 

@@ -19,4 +19,15 @@ namespace hapticd::test {
 void expectGolden(const std::string& path,
                   const std::function<std::string(const std::string& input)>& answer);
 
+/// Compares what each command of a transcript answers with what is written below it. With
+/// HAPTICD_UPDATE_GOLDEN in the environment the file gets the new answers instead: read its diff.
+///
+/// A file is a list of
+///     $ COMMAND
+///     answer
+/// An empty line ends an answer; what follows it up to the next command is a comment. Lines of a command
+/// beyond its first one begin with "> ". Empty lines of an answer are left out.
+void expectTranscript(const std::string& path,
+                      const std::function<std::string(const std::string& command)>& answer);
+
 }  // namespace hapticd::test

@@ -34,6 +34,8 @@ class TemporaryFolder {
 
   const std::filesystem::path& path() const { return path_; }
 
+  std::string path(std::string_view name) const { return (path_ / name).string(); }
+
   /// Writes a file in the folder with exactly these bytes.
   std::filesystem::path write(std::string_view name, std::string_view content) const {
     const std::filesystem::path file = path_ / name;

@@ -337,15 +337,5 @@ TEST(BenchStrokes, ReportsEveryFigureForPeopleAndForPrograms) {
   EXPECT_FALSE(document.at("requirements").empty());
 }
 
-TEST(Bench, RefusesAWordThatItDoesNotKnowAndNamesTheOptionAndTheWordsThatItKnows) {
-  for (const auto& [study, option, known] :
-       {std::tuple("accuracy", "--scenes", "half_plane"), std::tuple("occlusion", "--parts", "passages"),
-        std::tuple("stability", "--laws", "nearest_springs"), std::tuple("strokes", "--scenes", "rod40")}) {
-    const Finished finished = bench({study, option, "dragon"});
-    EXPECT_EQ(finished.ending, exitedWith(64));
-    expectParts(finished.errors, {option, known});
-  }
-}
-
 }  // namespace
 }  // namespace hapticd

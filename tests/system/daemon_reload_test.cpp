@@ -49,12 +49,6 @@ TEST_F(DaemonReload, AppliesLiveParameters) {
   EXPECT_TRUE(daemon.ticks());
 }
 
-TEST_F(DaemonReload, TakesBackWhatAClientHasSet) {
-  ASSERT_EQ(home.control({"set", "force.stiffness_n_per_m=400"}).ending, exitedWith(0));
-  reload("");
-  EXPECT_TRUE(stiffnessBecomes("500"));
-}
-
 TEST_F(DaemonReload, ReportsWhatWaitsForTheNextStartUntilItIsTakenBack) {
   reload("loop: {priority: 70}\n");
   EXPECT_TRUE(warns("loop.priority"));
@@ -62,15 +56,6 @@ TEST_F(DaemonReload, ReportsWhatWaitsForTheNextStartUntilItIsTakenBack) {
   EXPECT_TRUE(daemon.reaches([](const nlohmann::json& status) {
     return status.at("warnings").dump().find("loop.priority") == std::string::npos;
   }));
-}
-
-TEST_F(DaemonReload, OfABadFileChangesNothingAndNamesTheLineAndTheValue) {
-  reload("force: {stiffness_n_per_m: 99999}\n");
-  EXPECT_TRUE(warns("not reloaded"));
-  EXPECT_TRUE(warns("99999"));
-  EXPECT_TRUE(warns("hapticd.yaml:5"));
-  EXPECT_TRUE(stiffnessBecomes("500"));
-  EXPECT_TRUE(daemon.ticks());
 }
 
 TEST_F(DaemonReload, OfAFileThatHasGoneChangesNothing) {

@@ -17,10 +17,13 @@
 namespace hapticd {
 namespace {
 
+using test::boundSocket;
 using test::contains;
 using test::Daemon;
 using test::DaemonHome;
 using test::exitedWith;
+using test::Finished;
+using test::isTold;
 
 const std::string kAbsentLeds =
     std::string(test::kWallYaml) +
@@ -56,9 +59,6 @@ TEST(AbsentLeds, AreNotMentionedWhereNoneAreConfigured) {
   EXPECT_EQ(home.control({"status"}).output.find("\nleds"), std::string::npos);
   EXPECT_EQ(daemon.terminate(), exitedWith(0));
 }
-
-using test::Daemon;
-using test::DaemonHome;
 
 /// The user to run as, who may neither use real-time scheduling nor lock memory: `nobody` for root, else
 /// the user who runs the tests.
@@ -109,14 +109,6 @@ TEST(UnprivilegedDaemon, FeelsTheSceneLikeAPrivilegedOne) {
   }));
   EXPECT_EQ(daemon.terminate(), test::exitedWith(0));
 }
-
-using test::boundSocket;
-using test::contains;
-using test::Daemon;
-using test::DaemonHome;
-using test::exitedWith;
-using test::Finished;
-using test::isTold;
 
 // hapticd starts, whatever it finds at the paths of its sockets.
 
@@ -281,6 +273,50 @@ TEST(DaemonStart, TakesOverTheSocketsOfADaemonThatWasKilled) {
   Daemon next(home);
   EXPECT_TRUE(next.answers());
   EXPECT_EQ(next.terminate(), exitedWith(0));
+}
+
+// --- a configuration that it cannot use; most are in sessions/configurations.golden
+
+constexpr int kConfiguration = 78;
+
+/// Runs hapticd, which must refuse the configuration and leave nothing but the file in its folder.
+std::string refusalOf(const DaemonHome& home, const std::string& yaml,
+                      const std::vector<std::string>& set = {}) {
+  const Finished finished = test::runToEnd(home.command(yaml, set));
+  EXPECT_EQ(finished.ending, exitedWith(kConfiguration)) << finished.errors;
+  EXPECT_EQ(home.entries(), std::vector<std::string>{"hapticd.yaml"});
+  return finished.errors;
+}
+
+TEST(BadConfiguration, AFileWithoutReadPermissionIsRefused) {
+  const DaemonHome home;
+  const std::vector<std::string> command = home.command("{}\n");
+  std::filesystem::permissions(home.path() / "hapticd.yaml", std::filesystem::perms::none);
+  test::ProgramOptions options;
+  if (::geteuid() == 0) {  // whom no permission stops
+    constexpr uid_t kNobody = 65534;
+    options.user = kNobody;
+    home.giveTo(kNobody);
+  }
+  const Finished finished = test::runToEnd(command, options);
+  EXPECT_EQ(finished.ending, exitedWith(kConfiguration));
+  EXPECT_TRUE(contains(finished.errors, "hapticd.yaml: cannot be read"));
+  EXPECT_EQ(home.entries(), std::vector<std::string>{"hapticd.yaml"});
+}
+
+// Escape codes as bytes, as escapes of YAML, in names, values, groups and assignments of the command line.
+TEST(BadConfiguration, NothingThatSteersATerminalIsShownNorMoreThanTheBeginningOfALongValue) {
+  const DaemonHome home;
+  const std::string long_text(3000, 'x');
+  const std::string bad = "\\e[2J\\x9b" + long_text;
+  std::string errors = refusalOf(home,
+                                 "force: {\"" + bad + "\": 1, law: \"" + bad + "\", radius_m: \"" + bad +
+                                     "\"}\n\"" + bad + "\": {a: 1}\ncamera: {serial: \"" + bad + "\"}\n",
+                                 {"force.law=\x1b[2J" + long_text, "\xc2\x9b" + long_text + "=1"});
+  errors += refusalOf(home, "camera: {serial: \x1b[2J}\n# \xc2\x9b\n");
+  for (const char* steering : {"\x1b", "\xc2\x9b"}) EXPECT_EQ(errors.find(steering), std::string::npos);
+  EXPECT_TRUE(contains(errors, "\\x1b[2J"));
+  EXPECT_EQ(errors.find(std::string(61, 'x')), std::string::npos) << errors;
 }
 
 }  // namespace

@@ -200,46 +200,5 @@ TEST(ProgramOptions, HelpAndVersionThatAreLostAreAnError) {
   }
 }
 
-TEST(ProgramOptions, ResultsThatAreLostAreAnError) {
-  const TemporaryFolder folder;
-  const std::string yaml = folder.write("hapticd.yaml", "camera: {driver: synthetic}\n");
-  expectLost({HAPTICD_PROGRAM, "--config", yaml, "--check"}, "hapticd");
-  expectLost({HAPTIC_BRIDGE_PROGRAM, "--peer", "127.83.2.1:9", "--duration", "0.02"}, "haptic-bridge");
-  expectLost({HAPTICBENCH_PROGRAM, "accuracy", "--quick", "--scenes", "plane", "--laws", "surface"},
-             "hapticbench");
-}
-
-TEST(ProgramOptions, EndingsThatStandForNoFormatAreRefusedBeforeTheWork) {
-  const TemporaryFolder folder;
-  const std::string file = folder.path() / "a.parquet";
-  const std::vector<Words> commands{{HAPTIC_BRIDGE_PROGRAM, "--log"},
-                                    {HAPTIC_REPLAY_PROGRAM, "--out"},
-                                    {HAPTICBENCH_PROGRAM, "accuracy", "--json"},
-                                    {HAPTICBENCH_PROGRAM, "stability", "--json"},
-                                    {HAPTICBENCH_PROGRAM, "pareto", "--plot"},
-                                    {HAPTICBENCH_PROGRAM, "jitter", "--json"},
-                                    {HAPTICBENCH_PROGRAM, "noise", "--json"},
-                                    {HAPTICBENCH_PROGRAM, "strokes", "--json"}};
-  for (Words command : commands) {
-    command.push_back(file);
-    const Finished refused = runToEnd(command);
-    EXPECT_EQ(refused.ending, exitedWith(64)) << command[1] << command[2];
-    EXPECT_NE(refused.errors.find("end the name in ."), std::string::npos) << refused.errors;
-  }
-}
-
-TEST(ProgramOptions, ALogThatCannotBeWrittenNeitherStopsTheBridgeNorStays) {
-  const TemporaryFolder folder;
-  const std::string log = folder.path() / "log.csv";
-  const Finished finished =
-      runToEnd({HAPTIC_BRIDGE_PROGRAM, "--peer", "127.83.2.2:9", "--duration", "0.3", "--log", log},
-               {.largest_file_bytes = 2000});
-  EXPECT_EQ(finished.ending, exitedWith(73)) << finished.errors;
-  EXPECT_NE(finished.errors.find("log.csv: cannot be written: File too large"), std::string::npos)
-      << finished.errors;
-  EXPECT_NE(finished.output, "") << "the table is there all the same";
-  EXPECT_FALSE(std::filesystem::exists(log));
-}
-
 }  // namespace
 }  // namespace hapticd::test

@@ -241,22 +241,5 @@ TEST_F(UdpBridge, StaysStableOverABadNetworkWithTheStiffnessThatItsDelayAllows) 
   EXPECT_GT(free_mj, 500) << "what it is protected from";
 }
 
-TEST_F(UdpBridge, RefusesOptionsThatCannotWorkWithItsExitStatus) {
-  const auto endingOf = [](const std::vector<std::string>& arguments) {
-    std::vector<std::string> command{HAPTIC_BRIDGE_PROGRAM};
-    command.insert(command.end(), arguments.begin(), arguments.end());
-    return runToEnd(command).ending;
-  };
-  EXPECT_EQ(endingOf({}), exitedWith(64));
-  EXPECT_EQ(endingOf({"--peer", "127.0.0.1"}), exitedWith(64)) << "no port";
-  EXPECT_EQ(endingOf({"--peer", "somewhere:1"}), exitedWith(64));
-  EXPECT_EQ(endingOf({"--peer", "127.0.0.1:1", "--direction", "0,0,0"}), exitedWith(64));
-  EXPECT_EQ(endingOf({"--peer", "127.0.0.1:1", "--loss", "2"}), exitedWith(64));
-  EXPECT_EQ(endingOf({"--peer", "127.0.0.1:1", "--key-file", "/nonexistent"}), exitedWith(66));
-  EXPECT_EQ(endingOf({"--peer", "127.0.0.1:1", "--local", "192.0.2.1:1024"}), exitedWith(69)) << "not ours";
-  EXPECT_EQ(endingOf({"--peer", "127.0.0.1:1", "--log", "/nonexistent/log"}), exitedWith(64)) << "no .csv";
-  EXPECT_EQ(endingOf({"--peer", "127.0.0.1:1", "--log", "/nonexistent/log.csv"}), exitedWith(73));
-}
-
 }  // namespace
 }  // namespace hapticd::test

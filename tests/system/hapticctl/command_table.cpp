@@ -60,11 +60,6 @@ const std::vector<Call> kCalls{
     {{"register", "--reset"}},
     {{"calibrate"}, Does::read}};
 
-const std::set<std::string> kOthers{"camera list",    "handle list", "camera test", "completion",
-                                    "doctor",         "help",        "trace info",  "trace export",
-                                    "trace recover",  "trace plot",  "view",        "clear-fault",
-                                    "trace breaches", "frame show",  "frame feed",  "ros"};
-
 std::string textOf(const Command& command) {
   std::string text;
   for (const std::string& word : command) text += (text.empty() ? "" : " ") + word;

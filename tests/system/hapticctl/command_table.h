@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <set>
 #include <string>
 #include <vector>
 
@@ -22,9 +21,6 @@ struct Call {
 /// In an order in which all of them work. PAIRS stands for a file with point pairs, SCENE for one with a
 /// fixture and a region, TOUCHED for one with points of a plane, TRACE for the trace that was begun last.
 extern const std::vector<Call> kCalls;
-
-/// Commands that need no daemon, and the one that works only in a fault.
-extern const std::set<std::string> kOthers;
 
 /// The words, with blanks between them.
 std::string textOf(const Command& command);

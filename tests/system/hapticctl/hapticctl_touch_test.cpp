@@ -72,7 +72,6 @@ class HapticctlTouch : public testing::Test {
   json fixture(const std::string& name) const {
     return json::parse(home.control({"--json", "fixture", "show", name}).output).at("definition");
   }
-  std::string fixtureNames() const { return home.control({"fixture", "list", "--names"}).output; }
 
   const DaemonHome home;
   Daemon daemon{home, kYaml};
@@ -110,21 +109,6 @@ TEST_F(HapticctlTouch, AModelIsMovedToWhereItsLandmarksAreTouchedAndTheyAreKept)
             exitedWith(0));
 }
 
-TEST_F(HapticctlTouch, AModelWithALandmarkThatIsOffIsRefused) {
-  const std::string model = home.write("model.yaml", kModel);
-  const std::string off = home.write("off.yaml",
-                                     "landmarks:\n  - {name: tip, position_m: [0, 0, -1]}\n"
-                                     "  - {name: left, position_m: [0, 0.13, -1]}\n"
-                                     "  - {name: top, position_m: [-0.1, 0, -1]}\n");
-  const std::vector<std::string> import{"fixture", "import", model, "--landmarks", model, "--measured", off};
-  EXPECT_TRUE(contains(refusal(import), "nothing was changed: a landmark is off by "));
-  EXPECT_EQ(home.control({"fixture", "import", model}).ending, exitedWith(1)) << "not in the world's frame";
-  EXPECT_EQ(fixtureNames(), "");
-  std::vector<std::string> tolerant = import;
-  tolerant.insert(tolerant.end(), {"--most-residual-m", "0.03"});
-  EXPECT_EQ(home.control(tolerant).ending, exitedWith(0));
-}
-
 TEST_F(HapticctlTouch, APlaneIsTouched) {
   const std::string said = answered(
       {"fixture", "touch", "wall", "--kind", "plane", "--points", "3", "--stiffness-n-per-m", "400"},
@@ -154,45 +138,6 @@ TEST_F(HapticctlTouch, APathIsStrokedWhileAButtonIsHeld) {
     const double off_second_m = std::abs(point[0].get<double>() - 0.6);
     EXPECT_LT(std::fmin(off_first_m, off_second_m), 1e-3) << point;
   }
-}
-
-TEST_F(HapticctlTouch, ABoxAndASphereAreFittedToAFileOfPoints) {
-  const std::string box = home.write("box", "0.1 0 -1\n0 0 -1\n0 0.2 -1\n0.05 0.05 -1.05\n");
-  const std::string ball = home.write("ball", "0.1 0 -1\n-0.1 0 -1\n0 0.1 -1\n0 0 -0.9\n");
-  EXPECT_EQ(home.control({"fixture", "touch", "a", "--kind", "box", "--touched", box}).ending, exitedWith(0));
-  EXPECT_EQ(home.control({"fixture", "touch", "b", "--kind", "sphere", "--touched", ball}).ending,
-            exitedWith(0));
-  EXPECT_NEAR(fixture("a")["position_m"][2].get<double>(), -1.025, 1e-9);
-  EXPECT_NEAR(fixture("b")["radius_m"].get<double>(), 0.1, 1e-9);
-}
-
-TEST_F(HapticctlTouch, AFixtureThatIsRefusedChangesNothing) {
-  const std::string line = home.write("line", "0 0 -1\n0.1 0 -1\n0.2 0 -1\n");
-  const std::string bumpy = home.write("bumpy", "0 0 -1\n0.1 0 -1\n0.1 0.1 -1.03\n0 0.1 -1\n");
-  const std::string good = home.write("good", "0 0 -1\n0.1 0 -1\n0 0.1 -1\n");
-  ASSERT_EQ(home.control({"fixture", "add", "nerve", "--kind", "sphere", "--position-m", "0,0,-0.8",
-                          "--radius-m", "0.05"})
-                .ending,
-            exitedWith(0));
-  const auto plane = [](const std::string& name, std::vector<std::string> more) {
-    more.insert(more.begin(), {"fixture", "touch", name, "--kind", "plane"});
-    return more;
-  };
-  EXPECT_TRUE(contains(refusal(plane("wall", {"--touched", line})), "lie on a line"));
-  EXPECT_TRUE(contains(refusal(plane("wall", {"--touched", bumpy})), "a point is off by "));
-  EXPECT_TRUE(contains(refusal(plane("wall", {}), "q\n"), "given up, nothing was changed"));
-  EXPECT_TRUE(contains(refusal(plane("nerve", {"--touched", good})), "there is a fixture of this name"));
-  EXPECT_TRUE(
-      contains(refusal(plane("wall", {"--touched", good, "--escape-force-n", "1"})), "escape_force_n"));
-  for (const std::vector<std::string>& unfit :
-       {std::vector<std::string>{"--kind", "cone"}, {"--kind", "box", "--points", "5"}}) {
-    std::vector<std::string> command{"fixture", "touch", "a"};
-    command.insert(command.end(), unfit.begin(), unfit.end());
-    EXPECT_EQ(home.control(command).ending, exitedWith(2)) << unfit[1];
-  }
-  EXPECT_EQ(fixtureNames(), "nerve\n");
-  EXPECT_EQ(home.control(plane("nerve", {"--touched", good, "--replace"})).ending, exitedWith(0));
-  EXPECT_EQ(fixture("nerve")["kind"], "plane");
 }
 
 // --- the camera's pose
@@ -230,6 +175,18 @@ TEST_F(HapticctlTouch, ARegistrationThatIsGivenUpOrOfOnePlaceChangesNothing) {
   EXPECT_TRUE(contains(refusal(command, "\n\n\n"), "the world's points lie on a line: 0.0 mm across it"));
   const json pose = json::parse(home.control({"--json", "register", "--show"}).output)["calibration"];
   EXPECT_TRUE(pose["waiting"].is_null()) << pose;
+}
+
+TEST(HapticctlTouchWithoutDepth, NamesTheLandmarksThatHaveNone) {
+  const DaemonHome home;
+  Daemon daemon(home, kWallYaml, {"synthetic.distance_m=5"});
+  ASSERT_TRUE(daemon.answers());
+  ASSERT_TRUE(daemon.reaches([](const json& status) { return status["camera"]["frames"] > 0; }));
+  const std::string marks = home.write("marks.csv", "name,column_px,row_px\na,100,0\nb,500,100\nc,300,400\n");
+  const Finished unseen = home.control({"register", "--landmarks", marks});
+  EXPECT_EQ(unseen.ending, exitedWith(1));
+  for (const char* name : {"a: 0 of 15", "b: 0 of 25", "c: 0 of 25"})
+    EXPECT_TRUE(contains(unseen.errors, name));
 }
 
 TEST(HapticctlTouchWithoutAHand, NamesTheHandleThatIsAbsentAndTheLandmarksWithoutDepth) {

@@ -5,11 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <functional>
+#include <nlohmann/json.hpp>
 #include <random>
 #include <set>
 
+#include "config/additions/addition_json.h"
+#include "config/additions/addition_reader.h"
 #include "config/settings/fixture_settings.h"
+#include "tests/support/golden_file.h"
 
 namespace hapticd::config {
 namespace {
@@ -107,67 +110,23 @@ Settings with(const FixtureSettings& fixture) {
   return settings;
 }
 
-Texts loosenedBy(const std::function<void(FixtureSettings&)>& change, FixtureSettings before = sphere()) {
-  FixtureSettings after = before;
-  change(after);
-  return loosened(with(before), with(after));
-}
-
-TEST(Loosening, OfAForbiddenRegionIsEverythingThatMayProtectLess) {
+/// Changes of a forbidden region, or of the guidance to a point, and what they loosen.
+TEST(Loosening, OfAFixtureIsEverythingThatMayProtectLess) {
   EXPECT_EQ(loosened(with(sphere()), Settings{}), Texts{"fixture nerve is removed"});
-  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) { nerve.enabled = false; }),
-            Texts{"fixture nerve is disabled"});
-  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) { nerve.clearance_m = 0.002; }),
-            Texts{"fixture nerve may protect less: clearance_m from 0.005 to 0.002 m"});
-  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) {
-              nerve.max_force_n = 1;
-              nerve.stiffness_n_per_m = 200;
-              nerve.fade_in_s = 1;
-            }),
-            Texts{"fixture nerve may protect less: stiffness_n_per_m from 300 to 200 N/m, max_force_n from 2 "
-                  "to 1 N, fade_in_s from 0.5 to 1 s"});
-  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) {
-              nerve.position_m.x = 1;
-              nerve.radius_m = 0.02;
-            }),
-            Texts{"fixture nerve may protect less: position_m changes, radius_m changes"});
-  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) { nerve.side = rt::FixtureSide::in; }),
-            Texts{"fixture nerve may protect less: side changes"});
-  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) { nerve.breach_m = 0.002; }),
-            Texts{"fixture nerve may protect less: breach_m from 0.001 to 0.002 m"});
-  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) {
-              nerve.warning_m = 0.02;
-              nerve.soft_m = 0.005;
-            }),
-            Texts{});
-  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) { nerve.soft_stiffness_n_per_m = 50; }),
-            Texts{"fixture nerve may protect less: soft_stiffness_n_per_m from 100 to 50 N/m"});
-  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) { nerve.effect = rt::FixtureEffect::slow; }),
-            Texts{"fixture nerve may protect less: effect changes"});
-}
-
-TEST(Loosening, IsNoChangeThatProtectsAsMuchOrMore) {
-  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) {
-              nerve.clearance_m = 0.006;
-              nerve.max_force_n = 3;
-              nerve.stiffness_n_per_m = 400;
-              nerve.fade_in_s = 0.1;
-              nerve.damping_n_s_per_m = 0;
-              nerve.origin.value = Origin::client;
-            }),
-            Texts{});
-  FixtureSettings off = sphere();
-  off.enabled = false;
-  EXPECT_EQ(loosenedBy([](FixtureSettings& nerve) { nerve.clearance_m = 0; }, off), Texts{});
   EXPECT_EQ(loosened(Settings{}, with(sphere())), Texts{});
-}
-
-TEST(Loosening, OfGuidanceIsOnlyThatItEnds) {
-  FixtureSettings target{.name = "target", .kind = rt::FixtureKind::point};
-  EXPECT_EQ(loosenedBy([](FixtureSettings& point) { point.stiffness_n_per_m = 100; }, target), Texts{});
-  EXPECT_EQ(loosenedBy([](FixtureSettings& point) { point.position_m.x = 1; }, target), Texts{});
-  EXPECT_EQ(loosenedBy([](FixtureSettings& point) { point.enabled = false; }, target),
-            Texts{"fixture target is disabled"});
+  const FixtureSettings target{.name = "target", .kind = rt::FixtureKind::point};
+  test::expectTranscript(
+      HAPTICD_SOURCE "/tests/unit/config/refusals/loosenings.golden", [&](const std::string& line) {
+        const std::size_t space = line.find(' ');
+        FixtureSettings before = line.starts_with("point") ? target : sphere();
+        before.enabled = !line.starts_with("disabled");
+        const auto after = changed(before, nodeOf(nlohmann::json::parse(line.substr(space))));
+        EXPECT_TRUE(after) << line;
+        std::string answer;
+        for (const std::string& text : loosened(with(before), with(after.value_or(before))))
+          answer += text + "\n";
+        return answer;
+      });
 }
 
 TEST(Loosening, OfARegionIsOnlyThatItGoes) {

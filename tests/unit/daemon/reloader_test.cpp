@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <random>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include "config/settings/parameter_table.h"
 #include "daemon/reloader.h"
 #include "daemon/running_box.h"
+#include "tests/support/golden_file.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"
 
@@ -124,60 +126,51 @@ std::vector<std::string> shown(const std::vector<config::FixtureSettings>& fixtu
 using Texts = std::vector<std::string>;
 constexpr Origin kFile = Origin::configuration, kClient = Origin::client, kProfile = Origin::profile;
 
-TEST(Reload, LeavesFixturesOfClientsAndProfiles) {
-  const auto reload = reloaded(with({fixture("a", kFile), fixture("b", kClient), fixture("c", kProfile)}),
-                               with({fixture("a", kFile, 0.02)}));
-  ASSERT_TRUE(reload);
-  EXPECT_EQ(shown(reload->settings.additions.fixtures),
-            (Texts{"a configuration 0.02", "b client 0.01", "c profile 0.01"}));
-  EXPECT_TRUE(reload->hidden.empty());
+/// The fixtures of a list such as "a client 0.01, b profile 0.02".
+std::vector<config::FixtureSettings> fixturesIn(const std::string& list) {
+  std::vector<config::FixtureSettings> fixtures;
+  std::istringstream items(list);
+  for (std::string item; std::getline(items, item, ',');) {
+    std::istringstream words(item);
+    std::string name, origin;
+    double radius_m = 0;
+    words >> name >> origin >> radius_m;
+    fixtures.push_back(fixture(name,
+                               origin == "client"    ? kClient
+                               : origin == "profile" ? kProfile
+                                                     : kFile,
+                               radius_m));
+  }
+  return fixtures;
 }
 
-TEST(Reload, TakesBackWhatAClientHasChangedOrRemovedOfTheConfiguration) {
-  const auto reload =
-      reloaded(with({fixture("a", kFile, 0.05)}), with({fixture("a", kFile), fixture("b", kFile)}));
-  ASSERT_TRUE(reload);
-  EXPECT_EQ(shown(reload->settings.additions.fixtures),
-            (Texts{"a configuration 0.01", "b configuration 0.01"}));
+/// `fixtures RUNNING | FILE`; `regions RUNNING | FILE` by their names, of which those behind m are of
+/// clients.
+std::string reloadOf(const std::string& command) {
+  const std::size_t bar = command.find('|'), begin = command.find(' ');
+  const std::string running = command.substr(begin + 1, bar - begin - 1), file = command.substr(bar + 1);
+  config::Settings before, loaded;
+  if (command.starts_with("fixtures")) {
+    before = with(fixturesIn(running));
+    loaded = with(fixturesIn(file));
+  } else {
+    for (const char name : running)
+      if (name != ' ')
+        before.additions.regions.push_back(region(std::string(1, name), name < 'n' ? kFile : kClient));
+    for (const char name : file)
+      if (name != ' ') loaded.additions.regions.push_back(region(std::string(1, name), kFile));
+  }
+  const auto reload = reloaded(before, loaded);
+  EXPECT_TRUE(reload) << command;
+  std::string lines;
+  for (const std::string& text : shown(reload->settings.additions.fixtures)) lines += text + "\n";
+  for (const config::RegionSettings& region : reload->settings.additions.regions) lines += region.name + " ";
+  for (const std::string& hidden : reload->hidden) lines += "hidden: " + hidden + "\n";
+  return lines;
 }
 
-TEST(Reload, LeavesANameToTheClientOrProfileThatHasItAndSaysSo) {
-  const auto reload =
-      reloaded(with({fixture("a", kClient, 0.05), fixture("b", kProfile, 0.05), fixture("c", kClient)}),
-               with({fixture("a", kFile), fixture("b", kFile), fixture("c", kFile)}));
-  ASSERT_TRUE(reload);
-  EXPECT_EQ(shown(reload->settings.additions.fixtures),
-            (Texts{"a client 0.05", "b profile 0.05", "c client 0.01"}));
-  EXPECT_EQ(reload->hidden, (Texts{"fixture a", "fixture b"})) << "c is the same";
-}
-
-// As after a start with a boot profile, whose list has taken the place of the file's.
-TEST(Reload, DoesNotBringBackWhatAClientHasRemovedOfAProfile) {
-  const auto reload =
-      reloaded(with({fixture("a", kProfile)}), with({fixture("a", kProfile), fixture("b", kProfile)}));
-  ASSERT_TRUE(reload);
-  EXPECT_EQ(shown(reload->settings.additions.fixtures), Texts{"a profile 0.01"});
-}
-
-TEST(Reload, KeepsTheOrderOfRegionsOfWhichTheLastOneCounts) {
-  const auto orderOf = [](const Texts& running, const Texts& loaded) {
-    config::Settings before;
-    config::Settings file;
-    for (const std::string& name : running)
-      before.additions.regions.push_back(region(name, name < "n" ? kFile : kClient));
-    for (const std::string& name : loaded) file.additions.regions.push_back(region(name, kFile));
-    const auto reload = reloaded(before, file);
-    EXPECT_TRUE(reload);
-    Texts names;
-    for (const config::RegionSettings& region : reload->settings.additions.regions)
-      names.push_back(region.name);
-    return names;
-  };
-  EXPECT_EQ(orderOf({"a", "x", "b", "y"}, {"a", "b"}), (Texts{"a", "x", "b", "y"}));
-  EXPECT_EQ(orderOf({"a", "x", "b", "y"}, {"b", "a"}), (Texts{"b", "x", "a", "y"}));
-  EXPECT_EQ(orderOf({"a", "x", "b", "y"}, {"a", "c", "b", "d"}), (Texts{"a", "x", "c", "b", "d", "y"}));
-  EXPECT_EQ(orderOf({"a", "x", "b", "y"}, {}), (Texts{"x", "y"}));
-  EXPECT_EQ(orderOf({"x", "y"}, {"a", "b"}), (Texts{"a", "b", "x", "y"}));
+TEST(Reload, OfFixturesAndRegionsIsAsWritten) {
+  hapticd::test::expectTranscript(HAPTICD_SOURCE_FOLDER "/tests/unit/daemon/reloads.golden", reloadOf);
 }
 
 TEST(Reload, ChangesNothingTheSecondTimeOnRandomLists) {

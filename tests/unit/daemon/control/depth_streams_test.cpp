@@ -229,7 +229,7 @@ TEST_F(DepthStreamsTest, AreRefusedWithTheReasonWhereThereIsNoMemory) {
 }
 
 TEST_F(DepthStreamsTest, AreRefusedToWhomMayNotSeeTheDepthImage) {
-  // privileges_test shows who that is; here only that this method asks for it.
+  // sockets_test shows who that is; here only that this method asks for it.
   start();
   const ControlService service(box, {});
   const auto method = std::ranges::find(service.methods(), "io.hapticd.Status.ShareDepth", &Method::name);

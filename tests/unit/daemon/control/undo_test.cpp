@@ -16,9 +16,6 @@ class UndoTest : public ControlFixture {
  protected:
   void SetUp() override { start(); }
 
-  json ask(const std::string& method, const json& parameters = json::object()) {
-    return askControl("io.hapticd.Control." + method, parameters.dump());
-  }
   /// The reply's parameters; fails on an error.
   json done(const std::string& method, const json& parameters = json::object()) {
     const json reply = ask(method, parameters);
@@ -120,27 +117,6 @@ TEST_F(UndoTest, RemembersABoundedNumberOfChanges) {
   EXPECT_NEAR(0.013, state()["force.radius_m"].get<double>(), 1e-12);
 }
 
-TEST_F(UndoTest, CountsNoCallThatChangesNothing) {
-  const json before = state()["force.radius_m"];
-  done("SetParameters", {{"parameters", {{"force.radius_m", 0.021}}}});
-  done("SetParameters", {{"parameters", {{"force.radius_m", 0.021}}}});
-  ask("SetParameters", {{"parameters", {{"force.radius_m", -1}}}});
-  done("Undo");
-  EXPECT_EQ(before, state()["force.radius_m"]);
-}
-
-TEST_F(UndoTest, UndoesAProfileAsAWhole) {
-  done("SaveProfile", {{"name", "first"}});
-  const json first = state();
-  done("SetParameters", {{"parameters", {{"force.radius_m", 0.021}, {"contact.friction", 0.3}}}});
-  done("ChangeFixtures", {{"add", {sphere("nerve", 0.02)}}});
-  const json second = state();
-  done("LoadProfile", {{"name", "first"}});
-  EXPECT_EQ(first, state());
-  done("Undo");
-  EXPECT_EQ(second, state());
-}
-
 TEST_F(UndoTest, KeepsWhatEstimatorsMeasuredWhereTheChangeWasElsewhere) {
   const auto liver = [this] { return state()["regions"][0]["stiffness_n_per_m"].get<double>(); };
   const auto measure = [this](double stiffness_n_per_m) {
@@ -165,32 +141,6 @@ TEST_F(UndoTest, KeepsWhatEstimatorsMeasuredWhereTheChangeWasElsewhere) {
   }
   done("Undo");
   EXPECT_EQ(json::array(), state()["regions"]);
-}
-
-TEST_F(UndoTest, LoosensNothingWhileTheBoxIsEngagedUnlessAskedTo) {
-  done("ChangeFixtures", {{"add", {sphere("nerve", 0.02)}}});
-  done("SetParameters", {{"parameters", {{"safety.max_force_n", 1.5}}}});
-  const json before = state();
-  done("Engage");
-  const json refused = ask("Undo");
-  EXPECT_EQ("io.hapticd.Control.WouldLoosen", refused["error"]);
-  EXPECT_EQ(1U, refused["parameters"]["loosens"].size()) << refused;
-  EXPECT_EQ(before, state());
-  done("Undo", {{"loosen", true}});
-  EXPECT_NE(before, state());
-  EXPECT_EQ("io.hapticd.Control.WouldLoosen", ask("Undo")["error"]) << "the fixture would go";
-  done("Disengage");
-  done("Undo");
-  EXPECT_EQ(json::array(), state()["fixtures"]);
-}
-
-TEST_F(UndoTest, LogsWhatItDoes) {
-  done("SetParameters", {{"parameters", {{"force.radius_m", 0.021}}}});
-  done("Undo");
-  const auto events = logged(config::EventKind::parameter);
-  ASSERT_EQ(2U, events.size());
-  EXPECT_EQ("0.021", events[1].at("OLD"));
-  EXPECT_EQ(events[0].at("OLD"), events[1].at("NEW"));
 }
 
 TEST(ChangeHistory, ForgetsWhatSomethingElseHasChangedSince) {

@@ -217,33 +217,33 @@ TEST_F(VarlinkServerTest, TreatsNoParametersNullAndAnEmptyObjectAlike) {
   EXPECT_EQ(expected, answerTo(R"({"method":"org.varlink.service.GetInfo","more":true})"));
 }
 
-TEST_F(VarlinkServerTest, RefusesTheNinthConnectionOfAUserWhoMayHaveEight) {
-  server_options.control_limits.per_user = 8;
+/// So many connections as there may be, of a user or of all, and the refusal of the next one.
+struct Crowd {
+  ConnectionLimits limits;
+  std::size_t connections;
+  bool per_user;
+};
+
+class CrowdedVarlinkServer : public VarlinkServerTest, public testing::WithParamInterface<Crowd> {};
+
+TEST_P(CrowdedVarlinkServer, RefusesTheNextConnectionUntilOneIsClosed) {
+  const auto& [limits, connections, per_user] = GetParam();
+  server_options.control_limits = limits;
   start();
   std::vector<RawClient> clients;
-  for (int i = 0; i < 8; ++i) clients.push_back(controlClient());
+  for (std::size_t i = 0; i < connections; ++i) clients.push_back(controlClient());
   for (RawClient& client : clients) {
     client.call(kUnknown);
     EXPECT_EQ(kUnknownReply, client.reply());
   }
-  expectRefused(controlPath(), {{"limit", 8}, {"perUser", true}});
+  expectRefused(controlPath(), {{"limit", connections}, {"perUser", per_user}});
   clients.front().close();
   expectAdmittedSoon(controlPath());
 }
 
-TEST_F(VarlinkServerTest, RefusesThe33rdConnectionOf32) {
-  server_options.control_limits = {32, 100};
-  start();
-  std::vector<RawClient> clients;
-  for (int i = 0; i < 32; ++i) clients.push_back(controlClient());
-  for (RawClient& client : clients) {
-    client.call(kUnknown);
-    EXPECT_EQ(kUnknownReply, client.reply());
-  }
-  expectRefused(controlPath(), {{"limit", 32}, {"perUser", false}});
-  clients.front().close();
-  expectAdmittedSoon(controlPath());
-}
+INSTANTIATE_TEST_SUITE_P(Limits, CrowdedVarlinkServer,
+                         testing::Values(Crowd{{ServerOptions{}.control_limits.all, 8}, 8, true},
+                                         Crowd{{32, 100}, 32, false}));
 
 TEST_F(VarlinkServerTest, AUserWhoHasAllPlacesForReadingStillGetsOneToControl) {
   start();
