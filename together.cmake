@@ -242,7 +242,6 @@ hapticd_together(hapticd_trace SETS
   daemon/trace/mcap/mcap_reader.cpp
   daemon/trace/reader/trace_folder.cpp
   --
-  daemon/trace/mcap/mcap_definitions.cpp
   daemon/trace/mcap/mcap_format.cpp
   daemon/trace/recovery/salvage.cpp
   daemon/trace/mcap/mcap_writer.cpp
