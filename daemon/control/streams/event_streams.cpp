@@ -83,8 +83,8 @@ bool EventStreams::Stream::wants(const Event& event) const {
 std::vector<Method> EventStreams::methods() {
   return {{.name = "io.hapticd.Status.Events",
            .streams = true,
-           .parameters = {"kinds"},
-           .answer = std::bind_front(&EventStreams::events, this)}};
+           .parameters = {{"kinds"}},
+           .stream = std::bind_front(&EventStreams::events, this)}};
 }
 
 void EventStreams::events(const Call& call, const Caller& caller, Replies& replies) {

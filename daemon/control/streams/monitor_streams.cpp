@@ -110,15 +110,15 @@ std::expected<StatusFields, Reply> fieldsOf(const Call& call) {
 
 std::vector<Method> MonitorStreams::methods() {
   using Self = MonitorStreams;
-  return {{.name = "io.hapticd.Status.GetStatus", .answer = std::bind_front(&Self::getStatus, this)},
+  return {methodOf(this, "io.hapticd.Status.GetStatus", &Self::getStatus),
           {.name = "io.hapticd.Status.Monitor",
            .streams = true,
-           .parameters = {"intervalMs", "fields"},
-           .answer = std::bind_front(&Self::monitor, this)}};
+           .parameters = {{"intervalMs"}, {"fields"}},
+           .stream = std::bind_front(&Self::monitor, this)}};
 }
 
-void MonitorStreams::getStatus(const Call&, const Caller& caller, Replies& replies) {
-  replies.finish(caller.connection, {"", {{"status", statusJson(box_.status())}}});
+Answer MonitorStreams::getStatus(const Call&, const Caller&) {
+  return Reply{"", {{"status", statusJson(box_.status())}}};
 }
 
 void MonitorStreams::monitor(const Call& call, const Caller& caller, Replies& replies) {
