@@ -31,7 +31,7 @@ bool isLooser(Looser looser, double before, double after) {
 }
 
 /// The place of a value, of a parameter or a member, among those of its row.
-double rankOf(const auto& row, const auto& value) {
+double rankOf(const Row& row, const Value& value) {
   if (const bool* const truth = std::get_if<bool>(&value)) return *truth ? 1 : 0;
   if (const auto* const integer = std::get_if<std::int64_t>(&value)) return static_cast<double>(*integer);
   if (const double* const number = std::get_if<double>(&value)) return *number;

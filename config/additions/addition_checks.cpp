@@ -152,13 +152,13 @@ void AdditionChecks::refuse(const AdditionField& field, std::string what) {
 }
 
 void AdditionChecks::checkField(const AdditionField& field) {
-  const MemberValue value = item_.get(field);
-  if (field.kind == MemberKind::quaternion) return;  // the vector of angles is checked
+  const Value value = item_.get(field);
+  if (field.kind == Kind::quaternion) return;  // the vector of angles is checked
   if (const auto* const text = std::get_if<std::string>(&value)) return checkText(field, *text);
   if (const auto* const points = std::get_if<std::vector<rt::Vec3>>(&value))
     return checkPoints(field, *points);
   if (const auto* const vector = std::get_if<rt::Vec3>(&value)) {
-    if (checkVector(field, *vector, toText(value)) && field.kind == MemberKind::direction &&
+    if (checkVector(field, *vector, toText(value)) && field.kind == Kind::direction &&
         norm(*vector) < kMinDirection)
       refuse(field, toText(value) + " is not a direction");
     return;
@@ -167,22 +167,18 @@ void AdditionChecks::checkField(const AdditionField& field) {
   const auto* const number = std::get_if<double>(&value);
   if (whole == nullptr && number == nullptr) return;
   const double held = number != nullptr ? *number : static_cast<double>(*whole);
-  if (!std::isfinite(held)) {
-    refuse(field, toText(value) + " is not a finite number");
-  } else if (!(held >= field.minimum && held <= field.maximum)) {
-    refuse(field,
-           fmt::format("{}{}{} is out of range", toText(value), field.unit.empty() ? "" : " ", field.unit));
-  }
+  if (std::string problem = field.problemOf(held, toText(value)); !problem.empty())
+    refuse(field, std::move(problem));
 }
 
 void AdditionChecks::checkText(const AdditionField& field, const std::string& text) {
-  if (field.kind == MemberKind::choice) {
+  if (field.kind == Kind::choice) {
     if (std::ranges::find(field.choices, text) == field.choices.end())
       refuse(field, "the value is not an allowed choice");
-  } else if (field.kind == MemberKind::hash) {
+  } else if (field.kind == Kind::hash) {
     if (!base::isSha256(text)) refuse(field, base::inQuotes(text) + " is not the SHA-256 of a file");
   } else if (!isAdditionName(text)) {
-    const bool may_be_empty = field.kind == MemberKind::name && field.required == 0;
+    const bool may_be_empty = field.kind == Kind::name && field.required == 0;
     if (!text.empty() || !may_be_empty) refuse(field, base::inQuotes(text) + " is not a valid name");
   }
 }

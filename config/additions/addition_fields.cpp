@@ -2,18 +2,19 @@
 #include "config/additions/addition_fields.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
-#include <algorithm>
 #include <array>
-#include <type_traits>
 #include <utility>
 
 #include "config/additions/addition_checks.h"
-#include "config/base/value_text.h"
+#include "config/settings/row_of_member.h"
 #include "config/settings/yaml_text.h"
 
 namespace hapticd::config {
+
+template <>
+inline constexpr std::array<std::string_view, 2> kWords<rt::TissuePlace>{"shape", "label"};
+
 namespace {
 
 using rt::FixtureKind;
@@ -87,82 +88,26 @@ std::string variantOf(const FrameSettings&) {
 
 // --- rows
 
-/// The words of a member; none: it is no choice.
-template <typename Member>
-constexpr std::array<std::string_view, 0> kWords{};
-template <rt::Worded Enumeration>
-constexpr auto kWords<Enumeration> = rt::kWords<Enumeration>;
-template <>
-constexpr std::array<std::string_view, 2> kWords<rt::TissuePlace>{"shape", "label"};
-
-template <typename Member>
-constexpr MemberKind kindOf() {
-  if constexpr (std::is_same_v<Member, bool>) return MemberKind::boolean;
-  if constexpr (std::is_same_v<Member, int>) return MemberKind::integer;
-  if constexpr (std::is_same_v<Member, double>) return MemberKind::number;
-  if constexpr (std::is_same_v<Member, rt::Vec3>) return MemberKind::vector;
-  if constexpr (std::is_same_v<Member, std::vector<rt::Vec3>>) return MemberKind::points;
-  if constexpr (std::is_enum_v<Member>) return MemberKind::choice;
-  return MemberKind::name;
-}
-
-/// Empty for a word that does not exist.
-template <typename Member>
-MemberValue valueOf(const Member& member) {
-  if constexpr (std::is_enum_v<Member>) {
-    const auto index = static_cast<std::size_t>(member);
-    return std::string(index < kWords<Member>.size() ? kWords<Member>[index] : "");
-  } else if constexpr (std::is_same_v<Member, int>) {
-    return std::int64_t{member};
-  } else {
-    return member;
-  }
-}
-
-template <typename Member>
-void assign(Member& member, const MemberValue& value) {
-  if constexpr (std::is_enum_v<Member>) {
-    const auto word = std::ranges::find(kWords<Member>, std::get<std::string>(value));
-    member = static_cast<Member>(word - kWords<Member>.begin());
-  } else if constexpr (std::is_same_v<Member, int>) {
-    member = static_cast<int>(std::get<std::int64_t>(value));
-  } else {
-    member = std::get<Member>(value);
-  }
-}
-
-struct Range {
-  double minimum = 0;
-  double maximum = 0;
-};
-
 template <auto kMember, typename Item, typename Member>
 constexpr AdditionField field(Member Item::*, std::string_view name, std::string_view unit, Range range,
                               Traits used, Traits required, std::string_view help,
                               std::optional<Looser> looser = std::nullopt) {
-  return {
-      .name = name,
-      .kind = kindOf<Member>(),
-      .unit = unit,
-      .minimum = range.minimum,
-      .maximum = range.maximum,
-      .choices = kWords<Member>,
-      .help = help,
-      .used = used,
-      .required = required,
-      .get = [](const void* item) { return valueOf(static_cast<const Item*>(item)->*kMember); },
-      .set = [](void* item, const MemberValue& value) { assign(static_cast<Item*>(item)->*kMember, value); },
-      .looser = looser};
+  return {rowOf<Member>(name, unit, range, help),
+          used,
+          required,
+          [](const void* item) { return valueOf(static_cast<const Item*>(item)->*kMember); },
+          [](void* item, const Value& value) { assign(static_cast<Item*>(item)->*kMember, value); },
+          looser};
 }
 
-constexpr AdditionField as(MemberKind kind, AdditionField field) {
+constexpr AdditionField as(Kind kind, AdditionField field) {
   field.kind = kind;
   return field;
 }
 /// Makes the row of the angles one of another way to give them.
 constexpr AdditionField quaternion(AdditionField angles) {
   angles.name = "orientation_xyzw";
-  return as(MemberKind::quaternion, angles);
+  return as(Kind::quaternion, angles);
 }
 /// The shapes of regions are those of rt::ShapeKind that are bounded.
 constexpr AdditionField bounded(AdditionField shape) {
@@ -182,7 +127,7 @@ using enum Looser;
 // be given, help, and which value protects less.
 // clang-format off
 constexpr auto kFixtureFields = std::to_array<AdditionField>({
-    as(MemberKind::name, OF_FIXTURE(name, "", {}, kAll, kAll,
+    as(Kind::name, OF_FIXTURE(name, "", {}, kAll, kAll,
         "1 to 32 letters, digits, '_' and '-'; unique")),
     OF_FIXTURE(kind, "", {}, kAll, kAll,
         "what the fixture is"),
@@ -191,16 +136,16 @@ constexpr auto kFixtureFields = std::to_array<AdditionField>({
     OF_FIXTURE(effect, "", {}, kForbidden, kNever,
         "hold: a spring holds the HIP off the region; slow: the HIP moves freely in it, against a force that only"
         " opposes its motion"),
-    as(MemberKind::frame, OF_FIXTURE(frame, "", {}, kPlaced | kOf<path>, kNever,
+    as(Kind::frame, OF_FIXTURE(frame, "", {}, kPlaced | kOf<path>, kNever,
         "frame of the vectors; one of the list frames moves, and the fixture with it")),
     OF_FIXTURE(enabled, "", {}, kAll, kNever,
         "whether it acts", lower),
     OF_FIXTURE(position_m, "m", {-kFarthest_m, kFarthest_m}, kPlaced, kPlaced,
         "plane: a point of it; box, sphere: centre; capsule: first end; cone: tip; solid: origin of its frame; "
         "point: the point"),
-    as(MemberKind::direction, OF_FIXTURE(normal, "", {-kMaxDirection, kMaxDirection}, kOf<plane>, kOf<plane>,
+    as(Kind::direction, OF_FIXTURE(normal, "", {-kMaxDirection, kMaxDirection}, kOf<plane>, kOf<plane>,
         "towards the free side; any length except zero")),
-    as(MemberKind::direction, OF_FIXTURE(axis, "", {-kMaxDirection, kMaxDirection}, kOf<cone>, kOf<cone>,
+    as(Kind::direction, OF_FIXTURE(axis, "", {-kMaxDirection, kMaxDirection}, kOf<cone>, kOf<cone>,
         "from the tip into the cone; any length except zero")),
     OF_FIXTURE(end_m, "m", {-kFarthest_m, kFarthest_m}, kOf<capsule>, kOf<capsule>,
         "second end"),
@@ -214,7 +159,7 @@ constexpr auto kFixtureFields = std::to_array<AdditionField>({
         "radius"),
     OF_FIXTURE(half_angle_deg, "deg", {1, 85}, kOf<cone>, kNever,
         "angle between the axis and the side of the cone"),
-    as(MemberKind::hash, OF_FIXTURE(solid, "", {}, kOf<solid>, kOf<solid>,
+    as(Kind::hash, OF_FIXTURE(solid, "", {}, kOf<solid>, kOf<solid>,
         "SHA-256 of the file with its shape, which fixture add --mesh and --labels send")),
     OF_FIXTURE(points_m, "m", {-kFarthest_m, kFarthest_m}, kOf<path>, kOf<path>,
         "2 to 256 points of the path, neighbours at least 0.0005 m apart, no turn over 175 degrees; closed where "
@@ -256,7 +201,7 @@ constexpr auto kFixtureFields = std::to_array<AdditionField>({
 });
 
 constexpr auto kRegionFields = std::to_array<AdditionField>({
-    as(MemberKind::name, OF_REGION(name, "", {}, kAll, kAll,
+    as(Kind::name, OF_REGION(name, "", {}, kAll, kAll,
         "1 to 32 letters, digits, '_' and '-'; unique")),
     OF_REGION(place, "", {}, kAll, kNever,
         "where the region is: inside a shape, or where the label image has its label"),
@@ -304,7 +249,7 @@ constexpr auto kRegionFields = std::to_array<AdditionField>({
 });
 
 constexpr auto kFrameFields = std::to_array<AdditionField>({
-    as(MemberKind::name, OF_FRAME(name, "", {}, kAll, kAll,
+    as(Kind::name, OF_FRAME(name, "", {}, kAll, kAll,
         "1 to 32 letters, digits, '_' and '-'; unique; neither world nor camera")),
     OF_FRAME(on_loss, "", {}, kAll, kNever,
         "when poses stop coming: hold: its fixtures stay where they are; fade: their force ends; stop: all force "
@@ -316,7 +261,7 @@ constexpr auto kFrameFields = std::to_array<AdditionField>({
         "no loss"),
     OF_FRAME(max_speed_m_per_s, "m/s", {0.01, rt::kFastestFrame_m_per_s}, kAll, kNever,
         "largest speed of the frame's origin; ten times as many radians per second are the largest of its turning"),
-    as(MemberKind::name, OF_FRAME(tracks, "", {}, kAll, kNever,
+    as(Kind::name, OF_FRAME(tracks, "", {}, kAll, kNever,
         "a fixture of kind solid in this frame, which the depth camera follows; empty: poses are fed")),
 });
 // clang-format on
@@ -356,7 +301,7 @@ const AdditionType& typeOf(const FrameSettings&) {
 }
 
 bool isSameIn(const AdditionField& field, const Addition& a, const Addition& b) {
-  return field.kind == MemberKind::quaternion || a.get(field) == b.get(field);
+  return field.kind == Kind::quaternion || a.get(field) == b.get(field);
 }
 
 bool isAdditionName(std::string_view name) {
@@ -366,80 +311,19 @@ bool isAdditionName(std::string_view name) {
 }
 
 std::string rangeOf(const AdditionField& field) {
-  const std::string_view between = field.unit.empty() ? "" : " ";
-  const std::string numbers = fmt::format("{}..{}{}{}", base::numberText(field.minimum),
-                                          base::numberText(field.maximum), between, field.unit);
-  switch (field.kind) {
-    case MemberKind::boolean:
-      return "true or false";
-    case MemberKind::integer:
-      return "whole number " + numbers;
-    case MemberKind::number:
-      return numbers;
-    case MemberKind::choice:
-      return fmt::format("one of: {}", fmt::join(field.choices, ", "));
-    case MemberKind::name:
-      return "1 to 32 letters, digits, '_' and '-'";
-    case MemberKind::frame:
-      return "world, camera or one of the list frames";
-    case MemberKind::hash:
-      return "64 hexadecimal digits in small letters";
-    case MemberKind::vector:
-      return "[x, y, z], each " + numbers;
-    case MemberKind::direction:
-      return "[x, y, z], any length except zero";
-    case MemberKind::quaternion:
-      return "[x, y, z, w] of length 1, without rotation_deg";
-    case MemberKind::points:
-      return "2 to 256 points [x, y, z], each " + numbers;
-  }
-  return "";
-}
-
-std::string toText(const MemberValue& value) {
-  const auto vector = [](const rt::Vec3& v) {
-    return fmt::format("[{}, {}, {}]", base::numberText(v.x), base::numberText(v.y), base::numberText(v.z));
-  };
-  if (const auto* const place = std::get_if<rt::Vec3>(&value)) return vector(*place);
-  if (const auto* const points = std::get_if<std::vector<rt::Vec3>>(&value)) {
-    std::vector<std::string> texts;
-    for (const rt::Vec3& point : *points) texts.push_back(vector(point));
-    return fmt::format("[{}]", fmt::join(texts, ", "));
-  }
-  if (const bool* const truth = std::get_if<bool>(&value)) return *truth ? "true" : "false";
-  if (const double* const number = std::get_if<double>(&value)) return base::numberText(*number);
-  if (const auto* const whole = std::get_if<std::int64_t>(&value)) return fmt::format("{}", *whole);
-  return std::get<std::string>(value);
+  return (field.kind == Kind::integer ? "whole number " : "") + field.range();
 }
 
 // All values have one form that is valid in YAML and in JSON alike.
-
-namespace {
-
-std::string quoted(const MemberValue& value) {
-  const auto* const text = std::get_if<std::string>(&value);
-  return text != nullptr ? quotedText(*text) : toText(value);
-}
-
-}  // namespace
 
 std::string lineOf(const Addition& item) {
   std::string members;
   for (const AdditionField& field : item.fields()) {
     if (!item.writes(field)) continue;
-    members += fmt::format("{}\"{}\": {}", members.empty() ? "" : ", ", field.name, quoted(item.get(field)));
+    members +=
+        fmt::format("{}\"{}\": {}", members.empty() ? "" : ", ", field.name, quotedText(item.get(field)));
   }
   return fmt::format("{{{}}}", members);
-}
-
-std::string lineOf(const FixtureSettings& fixture) {
-  return lineOf(Addition(fixture));
-}
-std::string lineOf(const RegionSettings& region) {
-  return lineOf(Addition(region));
-}
-std::string lineOf(const FrameSettings& frame) {
-  return lineOf(Addition(frame));
 }
 
 std::string textOf(const SceneAdditions& additions) {
@@ -454,9 +338,9 @@ std::string textOf(const SceneAdditions& additions) {
           std::string_view mark = "- ";
           for (const AdditionField& field : items.type().fields) {
             if (!items[i].writes(field)) continue;
-            const MemberValue value = items[i].get(field);
+            const Value value = items[i].get(field);
             text += fmt::format("  {}{}: {}\n", mark, field.name,
-                                field.kind == MemberKind::choice ? toText(value) : quoted(value));
+                                field.kind == Kind::choice ? toText(value) : quotedText(value));
             mark = "  ";
           }
         }

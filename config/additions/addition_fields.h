@@ -8,12 +8,10 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <variant>
 #include <vector>
 
 #include "config/settings/fixture_settings.h"
 #include "config/settings/parameter_table.h"
-#include "rt/base/vec3.h"
 
 /// The members of fixtures, regions and frames: one row each, from which the reader, the checks, the texts,
 /// the options of hapticctl and the documentation follow. They look at a fixture, region or frame as its rows
@@ -23,37 +21,12 @@ namespace hapticd::config {
 /// What a fixture, region or frame is, as bits: its kind, and what else decides which members it has.
 using Traits = std::uint32_t;
 
-/// A value of a member; a choice is the string of one of its alternatives.
-using MemberValue = std::variant<bool, std::int64_t, double, std::string, rt::Vec3, std::vector<rt::Vec3>>;
-
-/// What a member holds.
-enum class MemberKind {
-  boolean,
-  integer,
-  number,
-  choice,
-  name,        ///< of a fixture, region or frame
-  frame,       ///< name of the frame of vectors
-  hash,        ///< SHA-256 of a file
-  vector,      ///< three numbers, each within the range
-  direction,   ///< a vector of any length except zero
-  quaternion,  ///< [x, y, z, w] of length 1: the angles `rotation_deg` in another form, which is only read
-  points,      ///< of a path
-};
-
 /// The row of a member.
-struct AdditionField {
-  std::string_view name;
-  MemberKind kind;
-  std::string_view unit;                      ///< empty for pure numbers and words
-  double minimum;                             ///< of numbers and of components of vectors, inclusive
-  double maximum;                             ///< inclusive
-  std::span<const std::string_view> choices;  ///< empty: it is none
-  std::string_view help;                      ///< one line
-  Traits used;                                ///< those that have one of these traits have the member
-  Traits required;                            ///< and it must be given to these
-  MemberValue (*get)(const void* item);
-  void (*set)(void* item, const MemberValue& value);  ///< a word must be one of `choices`
+struct AdditionField : Row {
+  Traits used;      ///< those that have one of these traits have the member
+  Traits required;  ///< and it must be given to these
+  Value (*get)(const void* item);
+  void (*set)(void* item, const Value& value);  ///< a word must be one of `choices`
   /// Which value protects less; nothing: any other one may, as of a member of the shape.
   std::optional<Looser> looser;
 };
@@ -94,10 +67,10 @@ class Addition {
   /// What decides which members it has, for messages: "kind sphere", "place label".
   std::string variant() const { return type_->variant(item_); }
 
-  MemberValue get(const AdditionField& field) const { return field.get(item_); }
+  Value get(const AdditionField& field) const { return field.get(item_); }
   bool has(const AdditionField& field) const { return (field.used & traits()) != 0; }
   /// Whether a text of it has this member.
-  bool writes(const AdditionField& field) const { return has(field) && field.kind != MemberKind::quaternion; }
+  bool writes(const AdditionField& field) const { return has(field) && field.kind != Kind::quaternion; }
   void check(AdditionChecks& checks) const { type_->checkRules(item_, checks); }
 
   /// Null for an item of another list.
@@ -117,7 +90,7 @@ class ChangeableAddition : public Addition {
   template <Added Item>
   ChangeableAddition(Item& item) : Addition(item), item_(&item) {}  // NOLINT: implicit on purpose
 
-  void set(const AdditionField& field, const MemberValue& value) { field.set(item_, value); }
+  void set(const AdditionField& field, const Value& value) { field.set(item_, value); }
 
  private:
   void* item_;
@@ -160,10 +133,7 @@ bool isAdditionName(std::string_view name);
 /// Returns the range of a field, for example "0.0001..10 m" or "one of: out, in, both".
 std::string rangeOf(const AdditionField& field);
 
-/// Returns the shortest form that reads back as the same value: "0.04", "true", "sphere", "[0, 0, 0.1]".
-std::string toText(const MemberValue& value);
-
-/// As those in config/settings/fixture_settings.h.
+/// A definition in one line, for people; valid in YAML and in JSON.
 std::string lineOf(const Addition& item);
 
 }  // namespace hapticd::config

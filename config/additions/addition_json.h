@@ -37,7 +37,7 @@ YamlNode nodeOf(const Json& json) {
 
 /// Returns a value as JSON. Whole numbers have no decimal point.
 template <typename Json>
-Json jsonOf(const MemberValue& value) {
+Json jsonOf(const Value& value) {
   const auto number = [](double held) {
     constexpr double kMaxWhole = 9007199254740992;  // 2^53: a double holds all whole numbers up to here
     const bool whole = held == std::trunc(held) && std::abs(held) <= kMaxWhole;

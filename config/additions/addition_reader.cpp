@@ -118,25 +118,25 @@ class ItemReader {
   }
 
   /// Returns the value of a member, or reports why there is none.
-  std::optional<MemberValue> valueOf(const YamlMember& member, const AdditionField& field) {
+  std::optional<Value> valueOf(const YamlMember& member, const AdditionField& field) {
     switch (field.kind) {
-      case MemberKind::vector:
-      case MemberKind::direction:
+      case Kind::vector:
+      case Kind::direction:
         return vectorIn(member.line, member.value, field, "");
-      case MemberKind::quaternion:
+      case Kind::quaternion:
         return anglesIn(member, field);
-      case MemberKind::points:
+      case Kind::points:
         return pointsIn(member, field);
       default:
         break;
     }
     const std::string* const text = scalarOf(member, field);
     if (text == nullptr) return std::nullopt;
-    if (field.kind == MemberKind::boolean) return truthIn(member, field);
-    if (field.kind == MemberKind::choice) return wordIn(member, field);
-    if (field.kind != MemberKind::integer && field.kind != MemberKind::number) return *text;
+    if (field.kind == Kind::boolean) return truthIn(member, field);
+    if (field.kind == Kind::choice) return wordIn(member, field);
+    if (field.kind != Kind::integer && field.kind != Kind::number) return *text;
     const auto number = numberIn(member.line, member.value, field, "");
-    if (!number || field.kind == MemberKind::number) return number;
+    if (!number || field.kind == Kind::number) return number;
     if (std::isfinite(*number) && *number == std::trunc(*number) &&
         std::abs(*number) <= std::numeric_limits<int>::max())
       return static_cast<std::int64_t>(*number);
@@ -276,7 +276,7 @@ class ItemReader {
                  fmt::format("is not a member of a {} of {}", item_.type().noun, item_.variant()),
                  fmt::format("remove it; its members are: {}", fmt::join(namesWith(item_.traits()), ", ")));
         }
-        if (field.kind != MemberKind::quaternion) item_.set(field, defaults.get(field));
+        if (field.kind != Kind::quaternion) item_.set(field, defaults.get(field));
       } else if (isMissing(field)) {
         reportMissing(field);
       }
@@ -386,16 +386,6 @@ void checkAdditionGroups(const YamlFile& file, bool of_model, std::vector<Placed
   }
 }
 
-template <typename Item>
-std::expected<Item, std::vector<AdditionError>> changedBy(Item item, const YamlNode& members) {
-  std::vector<PlacedAdditionError> errors;
-  ItemReader(members, item, std::string(typeOf(item).noun), true, true).read(errors);
-  if (errors.empty()) return item;
-  std::vector<AdditionError> all;
-  for (PlacedAdditionError& error : errors) all.push_back(std::move(error.error));
-  return std::unexpected(std::move(all));
-}
-
 std::expected<SceneAdditions, std::vector<AdditionError>> additionsOf(std::string_view text,
                                                                       const std::string& name,
                                                                       bool of_model) {
@@ -470,7 +460,7 @@ std::expected<SceneAdditions, std::vector<AdditionError>> modelAdditionsFromText
   return additionsOf(text, name, true);
 }
 
-template <typename Item>
+template <Added Item>
 std::expected<std::vector<Item>, std::vector<AdditionError>> definitionsFrom(const YamlNode& list,
                                                                              const std::string& name) {
   std::vector<PlacedAdditionError> errors;
@@ -487,14 +477,12 @@ definitionsFrom<FixtureSettings>(const YamlNode&, const std::string&);
 template std::expected<std::vector<RegionSettings>, std::vector<AdditionError>>
 definitionsFrom<RegionSettings>(const YamlNode&, const std::string&);
 
-std::expected<FixtureSettings, std::vector<AdditionError>> changed(const FixtureSettings& fixture,
-                                                                   const YamlNode& members) {
-  return changedBy(fixture, members);
-}
-
-std::expected<RegionSettings, std::vector<AdditionError>> changed(const RegionSettings& region,
-                                                                  const YamlNode& members) {
-  return changedBy(region, members);
+std::vector<AdditionError> change(const ChangeableAddition& item, const YamlNode& members) {
+  std::vector<PlacedAdditionError> errors;
+  ItemReader(members, item, std::string(item.type().noun), true, true).read(errors);
+  std::vector<AdditionError> all;
+  for (PlacedAdditionError& error : errors) all.push_back(std::move(error.error));
+  return all;
 }
 
 }  // namespace hapticd::config

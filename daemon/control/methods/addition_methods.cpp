@@ -50,7 +50,7 @@ OrderedJson entryOf(const auto& item) {
 OrderedJson orientationJson(const auto& item) {
   const config::Addition addition(item);
   const auto turns = [&addition](const config::AdditionField& field) {
-    return field.kind == config::MemberKind::quaternion && addition.has(field);
+    return field.kind == config::Kind::quaternion && addition.has(field);
   };
   if (std::ranges::none_of(addition.fields(), turns)) return {};
   const auto [x, y, z, w] = config::orientationOf(item.rotation_deg);

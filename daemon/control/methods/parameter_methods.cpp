@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "config/additions/addition_json.h"
 #include "config/settings/parameter_table.h"
 #include "daemon/base/journal_entry.h"
 #include "daemon/control/base/method_context.h"
@@ -24,24 +25,9 @@ using Unawaited = PendingAnswers::Unawaited;
 /// The most problems that a reply lists: with more it would be too long, and they would hardly be of use.
 constexpr std::size_t kMaxProblems = 100;
 
-const char* kindName(config::Kind kind) {
-  switch (kind) {
-    case config::Kind::boolean:
-      return "boolean";
-    case config::Kind::integer:
-      return "integer";
-    case config::Kind::number:
-      return "number";
-    case config::Kind::choice:
-      return "choice";
-    case config::Kind::text:
-      return "text";
-  }
-  return "text";
-}
-
 OrderedJson toJson(const config::Value& value) {
-  return std::visit([](const auto& held) { return OrderedJson(held); }, value);
+  if (const double* const number = std::get_if<double>(&value)) return *number;
+  return config::jsonOf<OrderedJson>(value);
 }
 
 /// A JSON value as a parameter's value; nothing for null, objects and arrays.
@@ -143,7 +129,7 @@ OrderedJson parameterJson(const config::Parameter& parameter, const config::Sett
   }
   return {{"name", parameter.name},
           {"value", toJson(parameter.get(settings))},
-          {"kind", kindName(parameter.kind)},
+          {"kind", rt::wordOf(parameter.kind)},
           {"unit", parameter.unit},
           {"minimum", numeric ? OrderedJson(parameter.minimum) : OrderedJson()},
           {"maximum", numeric ? OrderedJson(parameter.maximum) : OrderedJson()},

@@ -81,24 +81,24 @@ class RandomAdditions {
       if (const auto value = valueFor(field)) item.set(field, *value);
     }
   }
-  std::optional<MemberValue> valueFor(const AdditionField& field) {
+  std::optional<Value> valueFor(const AdditionField& field) {
     switch (field.kind) {
-      case MemberKind::boolean:
+      case Kind::boolean:
         return below(2) == 0;
-      case MemberKind::integer:
+      case Kind::integer:
         return std::int64_t{1} + below(255);
-      case MemberKind::number:
+      case Kind::number:
         return between(field.minimum, field.maximum);
-      case MemberKind::hash:
+      case Kind::hash:
         return base::sha256(std::to_string(below(1000)));
-      case MemberKind::vector:
-      case MemberKind::direction: {
+      case Kind::vector:
+      case Kind::direction: {
         rt::Vec3 vector;
         for (double* const component : {&vector.x, &vector.y, &vector.z})
           *component = between(field.minimum, field.maximum);
         return vector;
       }
-      case MemberKind::points: {
+      case Kind::points: {
         std::vector<rt::Vec3> points;
         double x_m = between(-1, 1);
         for (int count = 2 + below(255); count > 0; --count) {
@@ -107,7 +107,7 @@ class RandomAdditions {
         }
         return points;
       }
-      case MemberKind::choice:
+      case Kind::choice:
         if (field.name == "kind" || field.name == "place" || field.name == "shape" || field.name == "model")
           return std::nullopt;  // chosen before
         return std::string(field.choices[static_cast<std::size_t>(below(field.choices.size()))]);

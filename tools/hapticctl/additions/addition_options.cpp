@@ -21,7 +21,7 @@
 namespace hapticd::tools {
 namespace {
 
-using config::MemberKind;
+using config::Kind;
 
 constexpr std::size_t kMaxPointBytes = std::size_t{1} << 20;
 
@@ -58,20 +58,20 @@ std::optional<Json> jsonOf(const std::optional<T>& value) {
 }
 
 /// The value of an option as JSON; nothing: it is another text.
-std::optional<Json> valueIn(MemberKind kind, const std::string& text) {
+std::optional<Json> valueIn(Kind kind, const std::string& text) {
   switch (kind) {
-    case MemberKind::boolean:
+    case Kind::boolean:
       return text == "true";
-    case MemberKind::integer:
+    case Kind::integer:
       return jsonOf(base::numberFrom<int>(text));
-    case MemberKind::number:
+    case Kind::number:
       return jsonOf(numberIn(text));
-    case MemberKind::vector:
-    case MemberKind::direction:
+    case Kind::vector:
+    case Kind::direction:
       return vectorIn(text, ",");
-    case MemberKind::quaternion:
+    case Kind::quaternion:
       return vectorIn(text, ",", 4);
-    case MemberKind::points:
+    case Kind::points:
       return pointsIn(text);
     default:
       return text;
@@ -88,19 +88,19 @@ Form formOf(const config::AdditionField& field) {
   const std::string without_unit =
       field.unit.empty() ? "" : fmt::format("; it is in {}, and written without the unit", field.unit);
   switch (field.kind) {
-    case MemberKind::boolean:
-    case MemberKind::choice:
+    case Kind::boolean:
+    case Kind::choice:
       return {"WORD", ""};
-    case MemberKind::integer:
-    case MemberKind::number:  // the daemon checks the range, with all other members
+    case Kind::integer:
+    case Kind::number:  // the daemon checks the range, with all other members
       return {fmt::format("NUMBER in [{} - {}]", field.minimum, field.maximum),
-              (field.kind == MemberKind::integer ? "a whole number" : "a number") + without_unit};
-    case MemberKind::vector:
-    case MemberKind::direction:
+              (field.kind == Kind::integer ? "a whole number" : "a number") + without_unit};
+    case Kind::vector:
+    case Kind::direction:
       return {"X,Y,Z", "three numbers, such as 0,0,-0.8"};
-    case MemberKind::quaternion:
+    case Kind::quaternion:
       return {"X,Y,Z,W", "four numbers, such as 0,0,0,1"};
-    case MemberKind::points:
+    case Kind::points:
       return {"POINTS", "a list of points, such as \"0,0,-0.8 0.1,0,-0.8\""};
     default:
       return {"TEXT", ""};
@@ -132,7 +132,7 @@ CLI::Option* addMember(CLI::App& command, const config::AdditionField& field,
               fmt::format("{}{}", field.help, unit))
           ->type_name(form.type);
   std::vector<std::string> words(field.choices.begin(), field.choices.end());
-  if (field.kind == MemberKind::boolean) words = {"true", "false"};
+  if (field.kind == Kind::boolean) words = {"true", "false"};
   return words.empty() ? option : option->check(CLI::IsMember(words));
 }
 
@@ -172,9 +172,9 @@ void addMembers(CLI::App& command, const AdditionList& list, const std::shared_p
                 std::span<const std::string_view> without) {
   CLI::Option* points = nullptr;
   for (const config::AdditionField& field : list.type.fields) {
-    if (field.kind == MemberKind::name || std::ranges::find(without, field.name) != without.end()) continue;
+    if (field.kind == Kind::name || std::ranges::find(without, field.name) != without.end()) continue;
     CLI::Option* const option = addMember(command, field, members);
-    if (field.kind == MemberKind::points) points = option;
+    if (field.kind == Kind::points) points = option;
   }
   if (points == nullptr) return;
   command
