@@ -150,7 +150,6 @@ hapticd_together(hapticd_config SETS
   config/additions/addition_conversion.cpp
   config/additions/addition_fields.cpp
   config/additions/addition_reader.cpp
-  config/additions/addition_text.cpp
   config/additions/path_problem.cpp
   --
   config/settings/cause_text.cpp

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <iterator>
 #include <optional>
+#include <type_traits>
 #include <variant>
 
 #include "config/additions/addition_fields.h"
@@ -29,37 +30,27 @@ bool isLooser(Looser looser, double before, double after) {
   return false;
 }
 
-/// The place of a value among those of its parameter.
-double rankOf(const Parameter& parameter, const Value& value) {
+/// The place of a value, of a parameter or a member, among those of its row.
+double rankOf(const Row& row, const Value& value) {
   if (const bool* const truth = std::get_if<bool>(&value)) return *truth ? 1 : 0;
   if (const auto* const integer = std::get_if<std::int64_t>(&value)) return static_cast<double>(*integer);
   if (const double* const number = std::get_if<double>(&value)) return *number;
-  return static_cast<double>(std::ranges::find(parameter.choices, std::get<std::string>(value)) -
-                             parameter.choices.begin());
+  return static_cast<double>(std::ranges::find(row.choices, std::get<std::string>(value)) -
+                             row.choices.begin());
 }
 
 std::string withUnit(std::string text, std::string_view unit) {
   return unit.empty() ? text : fmt::format("{} {}", text, unit);
 }
 
-using FixtureField = AdditionField<FixtureSettings>;
-
-/// The number of a member that has a looser side.
-double numberOf(const FixtureField& field, const FixtureSettings& fixture) {
-  return std::visit(Overloaded{[&](bool FixtureSettings::*member) { return fixture.*member ? 1.0 : 0.0; },
-                               [&](double FixtureSettings::*member) { return fixture.*member; },
-                               [](const auto&) { return 0.0; }},
-                    field.member);
-}
-
 /// How one member of a fixture protects less; nothing: it does not. Both are of the same kind, or the member
 /// is part of either.
-std::optional<std::string> weaknessOf(const FixtureField& field, const FixtureSettings& before,
-                                      const FixtureSettings& after) {
+std::optional<std::string> weaknessOf(const AdditionField& field, const Addition& before,
+                                      const Addition& after) {
   if (isSameIn(field, before, after)) return std::nullopt;
   if (!field.looser) return fmt::format("{} changes", field.name);
-  const double from = numberOf(field, before);
-  const double to = numberOf(field, after);
+  const double from = rankOf(field, before.get(field));
+  const double to = rankOf(field, after.get(field));
   if (!isLooser(*field.looser, from, to)) return std::nullopt;
   return fmt::format("{} from {} to {}", field.name, base::numberText(from),
                      withUnit(base::numberText(to), field.unit));
@@ -71,9 +62,10 @@ std::string weakness(const FixtureSettings& before, const FixtureSettings& after
   if (!after.enabled) return "is disabled";
   if (isGuidance(before.kind)) return "";
   std::vector<std::string> members;
-  for (const auto& field : fixtureFields()) {
-    if (!field.used(before) && !field.used(after)) continue;
-    if (auto text = weaknessOf(field, before, after)) members.push_back(std::move(*text));
+  const Addition was(before), is(after);
+  for (const AdditionField& field : was.fields()) {
+    if (!was.has(field) && !is.has(field)) continue;
+    if (auto text = weaknessOf(field, was, is)) members.push_back(std::move(*text));
   }
   return members.empty() ? "" : fmt::format("may protect less: {}", fmt::join(members, ", "));
 }
@@ -88,35 +80,27 @@ std::string weakness(const FrameSettings& before, const FrameSettings& after) {
   return before == after ? "" : "may protect less: its rules change";
 }
 
-template <typename Owner>
-auto named(const Owner& owner, const std::vector<Owner>& owners) {
-  return std::ranges::find(owners, owner.name, &Owner::name);
-}
-
-template <typename Owner>
-void addLoosenings(const std::vector<Owner>& before, const std::vector<Owner>& after,
-                   std::vector<Loosening>& found) {
-  for (const Owner& owner : before) {
-    const auto now = named(owner, after);
-    const std::string why = now == after.end() ? "is removed" : weakness(owner, *now);
+void addLoosenings(const auto& before, const auto& after, std::vector<Loosening>& found) {
+  for (const auto& item : before) {
+    const auto now = std::ranges::find(after, item.name, &std::decay_t<decltype(item)>::name);
+    const std::string why = now == after.end() ? "is removed" : weakness(item, *now);
     if (why.empty()) continue;
-    const std::string name = fmt::format("{} {}", nounOf(owner), owner.name);
+    const std::string name = fmt::format("{} {}", typeOf(item).noun, item.name);
     found.push_back({name, fmt::format("{} {}", name, why)});
   }
 }
 
-/// `after` with what is missing in it where it was, and what is weaker in it as it was.
-template <typename Owner>
-std::vector<Owner> kept(const std::vector<Owner>& before, const std::vector<Owner>& after) {
-  std::vector<Owner> result = after;
+/// `result` with what is missing in it where it was, and what is weaker in it as it was.
+template <typename Item>
+std::vector<Item> kept(const std::vector<Item>& before, std::vector<Item> result) {
   auto place = result.begin();
-  for (const Owner& owner : before) {
-    const auto now = std::ranges::find(result, owner.name, &Owner::name);
+  for (const Item& item : before) {
+    const auto now = std::ranges::find(result, item.name, &Item::name);
     if (now == result.end()) {
-      place = std::next(result.insert(place, owner));
+      place = std::next(result.insert(place, item));
       continue;
     }
-    if (!weakness(owner, *now).empty()) *now = owner;
+    if (!weakness(item, *now).empty()) *now = item;
     place = std::next(now);
   }
   return result;
@@ -139,9 +123,8 @@ std::vector<Loosening> looseningsOf(const Settings& before, const Settings& afte
         {std::string(parameter.name), fmt::format("{} from {} to {}", parameter.name, toText(old_value),
                                                   withUnit(toText(new_value), parameter.unit))});
   }
-  addLoosenings(before.additions.frames, after.additions.frames, found);
-  addLoosenings(before.additions.fixtures, after.additions.fixtures, found);
-  addLoosenings(before.additions.regions, after.additions.regions, found);
+  forEachList([&found](const auto& was, const auto& is) { addLoosenings(was, is, found); }, before.additions,
+              after.additions);
   return found;
 }
 
@@ -152,9 +135,7 @@ Settings withoutLoosening(const Settings& before, const Settings& after) {
     if (parameter.effect == Effect::live && isLooser(parameter, value, parameter.get(after)))
       parameter.set(result, value);
   }
-  result.additions.frames = kept(before.additions.frames, after.additions.frames);
-  result.additions.fixtures = kept(before.additions.fixtures, after.additions.fixtures);
-  result.additions.regions = kept(before.additions.regions, after.additions.regions);
+  forEachList([](const auto& was, auto& is) { is = kept(was, is); }, before.additions, result.additions);
   return result;
 }
 

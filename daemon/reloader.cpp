@@ -41,7 +41,7 @@ std::vector<T> merged(const std::vector<T>& running, const std::vector<T>& loade
     if (absent ? isOfConfiguration(item) : isOfConfiguration(*now)) {
       own.push_back(item);
     } else if (!absent && isOfConfiguration(item) && *now != item) {
-      hidden.push_back(std::string(nounOf(item)) + " " + item.name);
+      hidden.push_back(std::string(typeOf(item).noun) + " " + item.name);
     }
   }
   const auto isPlace = [&](const T& item) {
@@ -64,9 +64,8 @@ std::vector<T> merged(const std::vector<T>& running, const std::vector<T>& loade
 
 void mergeAdditions(config::SceneAdditions& running, const config::SceneAdditions& loaded,
                     std::vector<std::string>& hidden) {
-  running.frames = merged(running.frames, loaded.frames, hidden);
-  running.fixtures = merged(running.fixtures, loaded.fixtures, hidden);
-  running.regions = merged(running.regions, loaded.regions, hidden);
+  config::forEachList([&hidden](auto& own, const auto& other) { own = merged(own, other, hidden); }, running,
+                      loaded);
   const bool own = running.label_image_origin.value == Origin::configuration || running.label_image.empty();
   if (own) {
     running.label_image = loaded.label_image;

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "config/additions/addition_fields.h"
 #include "config/base/counted.h"
 #include "config/base/sha256.h"
 #include "config/base/value_text.h"
@@ -22,114 +21,10 @@ constexpr double kMinCapsule_m = 0.0001;
 constexpr double kFarthestStandoff_m = 0.05;
 constexpr std::size_t kMaxPathLength = 4095;
 
-std::string withUnit(double number, std::string_view unit) {
-  return unit.empty() ? base::numberText(number) : fmt::format("{} {}", base::numberText(number), unit);
-}
-
-std::string vectorText(const rt::Vec3& vector) {
-  return fmt::format("[{}, {}, {}]", base::numberText(vector.x), base::numberText(vector.y),
-                     base::numberText(vector.z));
-}
-
-/// Checks the fields of one fixture or region.
-template <typename Owner>
-class FieldChecks {
- public:
-  using Field = AdditionField<Owner>;
-
-  FieldChecks(const Owner& owner, const FieldNames& skipped) : owner_(owner), skipped_(skipped) {}
-
-  void run() {
-    const Owner defaults;
-    for (const Field& field : fieldsOf(owner_)) {
-      if (skipped_.contains(field.name)) continue;
-      if (field.used(owner_)) {
-        std::visit([&](const auto& member) { checkMember(field, member); }, field.member);
-      } else if (!isSameIn(field, owner_, defaults)) {
-        report(field.name, fmt::format("is not a member of a {} of {}", nounOf(owner_), variantOf(owner_)),
-               "remove it");
-      }
-    }
-  }
-
-  /// Whether a rule between fields can be checked.
-  bool isGood(std::initializer_list<std::string_view> fields) const {
-    return std::ranges::none_of(fields, [this](std::string_view field) {
-      return skipped_.contains(field) ||
-             std::ranges::find(errors_, field, &AdditionError::field) != errors_.end();
-    });
-  }
-  void report(std::string_view field, std::string what, std::string remedy) {
-    errors_.push_back(additionError(nounOf(owner_), owner_.name, field, std::move(what), std::move(remedy)));
-  }
-  std::vector<AdditionError> takeErrors() { return std::move(errors_); }
-
- private:
-  void refuse(const Field& field, const std::string& value, std::string_view why) {
-    report(field.name, fmt::format("{} {}", value, why),
-           fmt::format("set {} to {}", field.name, rangeOf(field)));
-  }
-
-  void checkMember(const Field& field, std::string Owner::*member) {
-    if (field.name == "tracks" && (owner_.*member).empty()) return;
-    const bool is_hash = field.name == "solid";
-    if (is_hash ? base::isSha256(owner_.*member) : isAdditionName(owner_.*member)) return;
-    refuse(field, base::inQuotes(owner_.*member),
-           is_hash ? "is not the SHA-256 of a file" : "is not a valid name");
-  }
-  void checkMember(const Field&, bool Owner::*) {}
-  void checkMember(const Field& field, int Owner::*member) { checkNumber(field, owner_.*member); }
-  void checkMember(const Field& field, double Owner::*member) { checkNumber(field, owner_.*member); }
-  void checkMember(const Field& field, std::vector<rt::Vec3> Owner::*member) {
-    const std::vector<rt::Vec3>& points = owner_.*member;
-    if (points.size() < 2 || points.size() > rt::kMaxPathPoints) {
-      return report(field.name, "has " + base::counted(points.size(), "point(s)"),
-                    fmt::format("give 2 to {} points", rt::kMaxPathPoints));
-    }
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      if (!checkComponents(field, points[i], fmt::format("point {}, {},", i + 1, vectorText(points[i]))))
-        return;
-    }
-  }
-  void checkMember(const Field& field, const WordMember<Owner>& member) {
-    if (member.get(owner_) >= member.words.size()) refuse(field, "the value", "is not an allowed choice");
-  }
-  void checkMember(const Field&, const QuaternionMember<Owner>&) {}  // the vector of angles is checked
-  void checkMember(const Field& field, const VectorMember<Owner>& member) {
-    const rt::Vec3& vector = owner_.*member.member;
-    if (!checkComponents(field, vector, vectorText(vector))) return;
-    if (member.use == VectorUse::direction && norm(vector) < kMinDirection) {
-      refuse(field, vectorText(vector), "is not a direction");
-    }
-  }
-
-  void checkNumber(const Field& field, double number) {
-    if (!std::isfinite(number)) return refuse(field, base::numberText(number), "is not a finite number");
-    if (number >= field.minimum && number <= field.maximum) return;
-    refuse(field, withUnit(number, field.unit), "is out of range");
-  }
-  bool checkComponents(const Field& field, const rt::Vec3& vector, const std::string& shown) {
-    const auto good = [&field](double number) { return number >= field.minimum && number <= field.maximum; };
-    if (!isFinite(vector)) {
-      refuse(field, shown, "contains a number that is not finite");
-    } else if (!good(vector.x) || !good(vector.y) || !good(vector.z)) {
-      refuse(field, shown, "is out of range");
-    } else {
-      return true;
-    }
-    return false;
-  }
-
-  const Owner& owner_;
-  const FieldNames& skipped_;
-  std::vector<AdditionError> errors_;
-};
-
-template <typename Owner>
-void checkCapsule(const Owner& owner, FieldChecks<Owner>& checks) {
+void checkCapsule(const auto& item, AdditionChecks& checks) {
   if (!checks.isGood({"position_m", "end_m"})) return;
-  if (norm(owner.end_m - owner.position_m) >= kMinCapsule_m) return;
-  checks.report("end_m", fmt::format("{} is also position_m", vectorText(owner.end_m)),
+  if (norm(item.end_m - item.position_m) >= kMinCapsule_m) return;
+  checks.report("end_m", fmt::format("{} is also position_m", toText(item.end_m)),
                 "move it away from position_m, or use a sphere");
 }
 
@@ -146,7 +41,7 @@ double inside_m(const FixtureSettings& fixture) {
   }
 }
 
-void checkClearance(const FixtureSettings& fixture, FieldChecks<FixtureSettings>& checks) {
+void checkClearance(const FixtureSettings& fixture, AdditionChecks& checks) {
   if (!checks.isGood({"clearance_m", "soft_m", "size_m", "radius_m", "side", "kind", "effect"})) return;
   if (fixture.kind == rt::FixtureKind::standoff && !(fixture.clearance_m > 0)) {
     checks.report("clearance_m", "is 0 m, and a standoff keeps the HIP that far from the surface",
@@ -179,7 +74,7 @@ void checkClearance(const FixtureSettings& fixture, FieldChecks<FixtureSettings>
 }
 
 /// The distances before the boundary, which must be in this order: warn, soften, stop.
-void checkMargins(const FixtureSettings& fixture, FieldChecks<FixtureSettings>& checks) {
+void checkMargins(const FixtureSettings& fixture, AdditionChecks& checks) {
   if (rt::isGuidance(fixture.kind) || !(fixture.soft_m > 0)) return;
   if (checks.isGood({"warning_m", "soft_m"}) && fixture.warning_m > 0 &&
       fixture.warning_m <= fixture.soft_m) {
@@ -209,34 +104,11 @@ void checkMargins(const FixtureSettings& fixture, FieldChecks<FixtureSettings>& 
 }
 
 /// A region that slows the HIP is entered freely, so it has no side on which the HIP stays.
-void checkZone(const FixtureSettings& fixture, FieldChecks<FixtureSettings>& checks) {
+void checkZone(const FixtureSettings& fixture, AdditionChecks& checks) {
   if (!checks.isGood({"side", "effect", "kind"}) || fixture.effect != rt::FixtureEffect::slow) return;
   if (fixture.side != rt::FixtureSide::both) return;
   checks.report("side", "is both, and a region that slows the HIP can be entered and left freely",
                 "set side to out, to slow the HIP inside the shape, or to in, to slow it outside");
-}
-
-template <typename Owner>
-std::vector<ItemError> duplicatesIn(std::span<const Owner> owners) {
-  std::vector<ItemError> found;
-  std::set<std::string_view> names;
-  for (std::size_t i = 0; i < owners.size(); ++i) {
-    if (names.insert(owners[i].name).second || owners[i].name.empty()) continue;
-    found.push_back({i, additionError(nounOf(owners[i]), owners[i].name, "name",
-                                      fmt::format("an earlier {} has the same name", nounOf(owners[i])),
-                                      "give each its own name")});
-  }
-  return found;
-}
-
-template <typename Owner>
-std::optional<AdditionError> surplus(std::span<const Owner> owners, std::size_t count, std::size_t most) {
-  if (count <= most) return std::nullopt;
-  const std::string_view noun = nounOf(Owner{});
-  const std::string name = owners.size() > most ? owners[most].name : "";
-  return additionError(noun, name, "",
-                       fmt::format("is one of {} {}s, and {} are possible", count, noun, most),
-                       fmt::format("remove {}", count - most));
 }
 
 }  // namespace
@@ -250,10 +122,91 @@ AdditionError additionError(std::string_view noun, std::string_view name, std::s
   return {std::string(name), std::string(field), {std::move(where), std::move(what), std::move(remedy)}};
 }
 
-std::vector<AdditionError> checkAlone(const FixtureSettings& fixture, const FieldNames& skipped) {
-  FieldChecks<FixtureSettings> checks(fixture, skipped);
-  checks.run();
-  if (skipped.contains("kind")) return checks.takeErrors();
+void AdditionChecks::checkFields() {
+  const Addition defaults(item_.type(), item_.type().defaults);
+  for (const AdditionField& field : item_.fields()) {
+    if (skipped_.contains(field.name)) continue;
+    if (item_.has(field)) {
+      checkField(field);
+    } else if (!isSameIn(field, item_, defaults)) {
+      report(field.name, fmt::format("is not a member of a {} of {}", item_.type().noun, item_.variant()),
+             "remove it");
+    }
+  }
+}
+
+bool AdditionChecks::isGood(std::initializer_list<std::string_view> fields) const {
+  return std::ranges::none_of(fields, [this](std::string_view field) {
+    return skipped_.contains(field) ||
+           std::ranges::find(errors_, field, &AdditionError::field) != errors_.end();
+  });
+}
+
+void AdditionChecks::report(std::string_view field, std::string what, std::string remedy) {
+  errors_.push_back(
+      additionError(item_.type().noun, item_.name(), field, std::move(what), std::move(remedy)));
+}
+
+void AdditionChecks::refuse(const AdditionField& field, std::string what) {
+  report(field.name, std::move(what), fmt::format("set {} to {}", field.name, rangeOf(field)));
+}
+
+void AdditionChecks::checkField(const AdditionField& field) {
+  const Value value = item_.get(field);
+  if (field.kind == Kind::quaternion) return;  // the vector of angles is checked
+  if (const auto* const text = std::get_if<std::string>(&value)) return checkText(field, *text);
+  if (const auto* const points = std::get_if<std::vector<rt::Vec3>>(&value))
+    return checkPoints(field, *points);
+  if (const auto* const vector = std::get_if<rt::Vec3>(&value)) {
+    if (checkVector(field, *vector, toText(value)) && field.kind == Kind::direction &&
+        norm(*vector) < kMinDirection)
+      refuse(field, toText(value) + " is not a direction");
+    return;
+  }
+  const auto* const whole = std::get_if<std::int64_t>(&value);
+  const auto* const number = std::get_if<double>(&value);
+  if (whole == nullptr && number == nullptr) return;
+  const double held = number != nullptr ? *number : static_cast<double>(*whole);
+  if (std::string problem = field.problemOf(held, toText(value)); !problem.empty())
+    refuse(field, std::move(problem));
+}
+
+void AdditionChecks::checkText(const AdditionField& field, const std::string& text) {
+  if (field.kind == Kind::choice) {
+    if (std::ranges::find(field.choices, text) == field.choices.end())
+      refuse(field, "the value is not an allowed choice");
+  } else if (field.kind == Kind::hash) {
+    if (!base::isSha256(text)) refuse(field, base::inQuotes(text) + " is not the SHA-256 of a file");
+  } else if (!isAdditionName(text)) {
+    const bool may_be_empty = field.kind == Kind::name && field.required == 0;
+    if (!text.empty() || !may_be_empty) refuse(field, base::inQuotes(text) + " is not a valid name");
+  }
+}
+
+bool AdditionChecks::checkVector(const AdditionField& field, const rt::Vec3& vector,
+                                 const std::string& shown) {
+  const auto good = [&field](double number) { return number >= field.minimum && number <= field.maximum; };
+  if (!isFinite(vector)) {
+    refuse(field, shown + " contains a number that is not finite");
+  } else if (!good(vector.x) || !good(vector.y) || !good(vector.z)) {
+    refuse(field, shown + " is out of range");
+  } else {
+    return true;
+  }
+  return false;
+}
+
+void AdditionChecks::checkPoints(const AdditionField& field, const std::vector<rt::Vec3>& points) {
+  if (points.size() < 2 || points.size() > rt::kMaxPathPoints) {
+    return report(field.name, "has " + base::counted(points.size(), "point(s)"),
+                  fmt::format("give 2 to {} points", rt::kMaxPathPoints));
+  }
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!checkVector(field, points[i], fmt::format("point {}, {},", i + 1, toText(points[i])))) return;
+  }
+}
+
+void checkRules(const FixtureSettings& fixture, AdditionChecks& checks) {
   checkClearance(fixture, checks);
   checkMargins(fixture, checks);
   checkZone(fixture, checks);
@@ -269,23 +222,23 @@ std::vector<AdditionError> checkAlone(const FixtureSettings& fixture, const Fiel
       checks.report("points_m", std::move(problem->what), std::move(problem->remedy));
     }
   }
-  return checks.takeErrors();
 }
 
-std::vector<AdditionError> checkAlone(const RegionSettings& region, const FieldNames& skipped) {
-  FieldChecks<RegionSettings> checks(region, skipped);
-  checks.run();
+void checkRules(const RegionSettings& region, AdditionChecks& checks) {
   const bool capsule = region.place == rt::TissuePlace::shape && region.shape == rt::ShapeKind::capsule;
   if (capsule && checks.isGood({"place", "shape"})) checkCapsule(region, checks);
-  return checks.takeErrors();
 }
 
-std::vector<AdditionError> checkAlone(const FrameSettings& frame, const FieldNames& skipped) {
-  FieldChecks<FrameSettings> checks(frame, skipped);
-  checks.run();
+void checkRules(const FrameSettings& frame, AdditionChecks& checks) {
   if (isResting(frame.name))
     checks.report("name", fmt::format("{} is the name of a frame that rests", frame.name),
                   "give it another one");
+}
+
+std::vector<AdditionError> checkAlone(const Addition& item, const FieldNames& skipped) {
+  AdditionChecks checks(item, skipped);
+  checks.checkFields();
+  if (!skipped.contains("kind")) item.check(checks);
   return checks.takeErrors();
 }
 
@@ -316,31 +269,35 @@ std::vector<AdditionError> unknownFrames(const SceneAdditions& additions) {
   return errors;
 }
 
-std::vector<ItemError> duplicateNames(std::span<const FrameSettings> frames) {
-  return duplicatesIn(frames);
-}
-std::vector<ItemError> duplicateNames(std::span<const FixtureSettings> fixtures) {
-  return duplicatesIn(fixtures);
-}
-std::vector<ItemError> duplicateNames(std::span<const RegionSettings> regions) {
-  return duplicatesIn(regions);
+std::vector<ItemError> duplicateNames(const AdditionSpan& items) {
+  std::vector<ItemError> found;
+  std::set<std::string> names;
+  const std::string_view noun = items.type().noun;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const std::string name = items[i].name();
+    if (names.insert(name).second || name.empty()) continue;
+    found.push_back(
+        {i, additionError(noun, name, "name", fmt::format("an earlier {} has the same name", noun),
+                          "give each its own name")});
+  }
+  return found;
 }
 
-std::vector<ItemError> unlikeTransitions(std::span<const RegionSettings> regions) {
+std::vector<ItemError> unlikeTransitions(const AdditionSpan& items) {
   std::vector<ItemError> found;
   const RegionSettings* first = nullptr;
-  for (std::size_t i = 0; i < regions.size(); ++i) {
-    const RegionSettings& region = regions[i];
-    if (region.place != rt::TissuePlace::label) continue;
-    if (first == nullptr) first = &region;
-    if (region.transition_m == first->transition_m) continue;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const auto* const region = items[i].as<RegionSettings>();
+    if (region == nullptr || region->place != rt::TissuePlace::label) continue;
+    if (first == nullptr) first = region;
+    if (region->transition_m == first->transition_m) continue;
     const std::string width = base::numberText(first->transition_m);
     found.push_back(
         {i, additionError(
-                "region", region.name, "transition_m",
+                "region", region->name, "transition_m",
                 fmt::format("{} m differs from the {} m of region {}, and all regions of place label "
                             "share one width",
-                            base::numberText(region.transition_m), width, base::printable(first->name)),
+                            base::numberText(region->transition_m), width, base::printable(first->name)),
                 fmt::format("set transition_m to {} m, or to another width in all of these regions "
                             "at once",
                             width))});
@@ -348,14 +305,12 @@ std::vector<ItemError> unlikeTransitions(std::span<const RegionSettings> regions
   return found;
 }
 
-std::optional<AdditionError> tooMany(std::span<const FixtureSettings> fixtures, std::size_t count) {
-  return surplus(fixtures, count, rt::kMaxFixtures);
-}
-std::optional<AdditionError> tooMany(std::span<const FrameSettings> frames, std::size_t count) {
-  return surplus(frames, count, rt::kMaxFrames);
-}
-std::optional<AdditionError> tooMany(std::span<const RegionSettings> regions, std::size_t count) {
-  return surplus(regions, count, rt::kMaxTissueRegions);
+std::optional<AdditionError> tooMany(const AdditionSpan& items, std::size_t count) {
+  const AdditionType& type = items.type();
+  if (count <= type.most) return std::nullopt;
+  return additionError(type.noun, items.size() > type.most ? items[type.most].name() : "", "",
+                       fmt::format("is one of {} {}, and {} are possible", count, type.list, type.most),
+                       fmt::format("remove {}", count - type.most));
 }
 
 std::optional<AdditionError> toolProblem(const SceneAdditions& additions, double tool_radius_m) {
@@ -386,17 +341,14 @@ std::optional<AdditionError> labelImageProblem(const SceneAdditions& additions) 
 
 std::vector<AdditionError> checkTogether(const SceneAdditions& additions) {
   std::vector<AdditionError> errors;
-  const auto checkList = [&errors](const auto& list) {
-    for (const auto& owner : list) std::ranges::move(checkAlone(owner), std::back_inserter(errors));
-    using Owner = typename std::decay_t<decltype(list)>::value_type;
-    const std::span<const Owner> all(list);
-    for (ItemError& duplicate : duplicateNames(all)) errors.push_back(std::move(duplicate.error));
-    for (ItemError& unlike : unlikeTransitions(all)) errors.push_back(std::move(unlike.error));
-    if (auto surplus = tooMany(all, all.size())) errors.push_back(std::move(*surplus));
+  const auto checkList = [&errors](const AdditionSpan& items) {
+    for (std::size_t i = 0; i < items.size(); ++i)
+      std::ranges::move(checkAlone(items[i]), std::back_inserter(errors));
+    for (ItemError& duplicate : duplicateNames(items)) errors.push_back(std::move(duplicate.error));
+    for (ItemError& unlike : unlikeTransitions(items)) errors.push_back(std::move(unlike.error));
+    if (auto surplus = tooMany(items, items.size())) errors.push_back(std::move(*surplus));
   };
-  checkList(additions.frames);
-  checkList(additions.fixtures);
-  checkList(additions.regions);
+  forEachList(checkList, additions);
   if (additions.label_image.size() > kMaxPathLength || base::firstInvalidUtf8(additions.label_image) ||
       base::firstUnprintable(additions.label_image)) {
     errors.push_back(

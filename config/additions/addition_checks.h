@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <initializer_list>
 #include <optional>
 #include <set>
 #include <span>
@@ -8,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "config/additions/addition_fields.h"
 #include "config/settings/fixture_settings.h"
 
 namespace hapticd::config {
@@ -19,10 +21,8 @@ using FieldNames = std::set<std::string_view>;
 AdditionError additionError(std::string_view noun, std::string_view name, std::string_view field,
                             std::string what, std::string remedy);
 
-/// Checks one fixture or region by itself, except the fields in `skipped`.
-std::vector<AdditionError> checkAlone(const FixtureSettings& fixture, const FieldNames& skipped = {});
-std::vector<AdditionError> checkAlone(const RegionSettings& region, const FieldNames& skipped = {});
-std::vector<AdditionError> checkAlone(const FrameSettings& frame, const FieldNames& skipped = {});
+/// Checks one fixture, region or frame by itself, except the fields in `skipped`.
+std::vector<AdditionError> checkAlone(const Addition& item, const FieldNames& skipped = {});
 
 /// An error about one fixture or region of a list, with its index.
 struct ItemError {
@@ -30,26 +30,16 @@ struct ItemError {
   AdditionError error;
 };
 
-/// Returns an error for each name that an earlier fixture or region of the list has too.
-std::vector<ItemError> duplicateNames(std::span<const FixtureSettings> fixtures);
-std::vector<ItemError> duplicateNames(std::span<const RegionSettings> regions);
-std::vector<ItemError> duplicateNames(std::span<const FrameSettings> frames);
+/// Returns an error for each name that an earlier one of the list has too.
+std::vector<ItemError> duplicateNames(const AdditionSpan& items);
 
 /// Returns an error for each region of the place `label` with another transition_m than the first of them:
 /// the force loop looks at the labels around the HIP once for each width.
-std::vector<ItemError> unlikeTransitions(std::span<const RegionSettings> regions);
-inline std::vector<ItemError> unlikeTransitions(std::span<const FixtureSettings>) {
-  return {};
-}
-inline std::vector<ItemError> unlikeTransitions(std::span<const FrameSettings>) {
-  return {};
-}
+std::vector<ItemError> unlikeTransitions(const AdditionSpan& items);
 
-/// Returns an error if there are more fixtures or regions than the force loop has room for; `count` may be
-/// above the number in the list.
-std::optional<AdditionError> tooMany(std::span<const FixtureSettings> fixtures, std::size_t count);
-std::optional<AdditionError> tooMany(std::span<const RegionSettings> regions, std::size_t count);
-std::optional<AdditionError> tooMany(std::span<const FrameSettings> frames, std::size_t count);
+/// Returns an error if there are more than the force loop has room for; `count` may be above the number in
+/// the list.
+std::optional<AdditionError> tooMany(const AdditionSpan& items, std::size_t count);
 
 /// Returns an error if a fixture leaves no room for a tool of this radius: in a shape that keeps it inside,
 /// or for a standoff that may reach only so far.
@@ -63,5 +53,34 @@ struct PathProblem {
   std::string remedy;
 };
 std::optional<PathProblem> pathProblem(std::span<const rt::Vec3> points_m, bool allow_crossing);
+
+/// What is wrong with the members of one fixture, region or frame.
+class AdditionChecks {
+ public:
+  AdditionChecks(const Addition& item, const FieldNames& skipped) : item_(item), skipped_(skipped) {}
+
+  /// Checks each member by itself.
+  void checkFields();
+  /// Whether a rule between fields can be checked.
+  bool isGood(std::initializer_list<std::string_view> fields) const;
+  void report(std::string_view field, std::string what, std::string remedy);
+  std::vector<AdditionError> takeErrors() { return std::move(errors_); }
+
+ private:
+  void refuse(const AdditionField& field, std::string what);
+  void checkField(const AdditionField& field);
+  void checkText(const AdditionField& field, const std::string& text);
+  bool checkVector(const AdditionField& field, const rt::Vec3& vector, const std::string& shown);
+  void checkPoints(const AdditionField& field, const std::vector<rt::Vec3>& points);
+
+  Addition item_;
+  const FieldNames& skipped_;
+  std::vector<AdditionError> errors_;
+};
+
+/// The rules between the members of one.
+void checkRules(const FixtureSettings& fixture, AdditionChecks& checks);
+void checkRules(const RegionSettings& region, AdditionChecks& checks);
+void checkRules(const FrameSettings& frame, AdditionChecks& checks);
 
 }  // namespace hapticd::config

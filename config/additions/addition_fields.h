@@ -1,137 +1,139 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
+#include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
-#include <variant>
 #include <vector>
 
 #include "config/settings/fixture_settings.h"
 #include "config/settings/parameter_table.h"
-#include "rt/base/vec3.h"
 
-/// The members of fixtures and regions: one table each, from which the reader, the checks, the texts and the
-/// documentation follow.
+/// The members of fixtures, regions and frames: one row each, from which the reader, the checks, the texts,
+/// the options of hapticctl and the documentation follow. They look at a fixture, region or frame as its rows
+/// show it.
 namespace hapticd::config {
 
-/// A member that is one of several words.
-template <typename Owner>
-struct WordMember {
-  std::span<const std::string_view> words;
-  std::size_t (*get)(const Owner&);        ///< index of the word
-  void (*set)(Owner&, std::size_t index);  ///< must exist
-};
+/// What a fixture, region or frame is, as bits: its kind, and what else decides which members it has.
+using Traits = std::uint32_t;
 
-/// What the three components of a vector are.
-enum class VectorUse { place, direction, size, angles };
-template <typename Owner>
-struct VectorMember {
-  rt::Vec3 Owner::*member;
-  VectorUse use;
-};
-
-/// Another way to give a vector of angles: a unit quaternion [x, y, z, w]. It is read only, and what is
-/// written is the vector.
-template <typename Owner>
-struct QuaternionMember {
-  rt::Vec3 Owner::*rotation_deg;
-  std::string_view vector;  ///< name of the member with the angles
-};
-
-/// One member.
-template <typename Owner>
-struct AdditionField {
-  using Member = std::variant<std::string Owner::*, bool Owner::*, int Owner::*, double Owner::*,
-                              std::vector<rt::Vec3> Owner::*, WordMember<Owner>, VectorMember<Owner>,
-                              QuaternionMember<Owner>>;
-
-  std::string_view name;
-  std::string_view unit;  ///< empty for pure numbers and words
-  Member member;
-  double minimum = 0;              ///< of numbers and of components of vectors, inclusive
-  double maximum = 0;              ///< inclusive
-  bool (*used)(const Owner&);      ///< whether the fixture or region has this member
-  bool (*required)(const Owner&);  ///< whether it must be given; only where it is used
-  std::string_view help;           ///< one line
+/// The row of a member.
+struct AdditionField : Row {
+  Traits used;      ///< those that have one of these traits have the member
+  Traits required;  ///< and it must be given to these
+  Value (*get)(const void* item);
+  void (*set)(void* item, const Value& value);  ///< a word must be one of `choices`
   /// Which value protects less; nothing: any other one may, as of a member of the shape.
-  std::optional<Looser> looser = std::nullopt;
+  std::optional<Looser> looser;
 };
 
-template <typename... Visitor>
-struct Overloaded : Visitor... {
-  using Visitor::operator()...;
+class AdditionChecks;
+
+/// One of the lists that people add to the scene, and what its items are.
+struct AdditionType {
+  std::string_view noun;                  ///< "fixture": for messages
+  std::string_view list;                  ///< "fixtures": of its list, in files and calls
+  std::size_t most;                       ///< that the force loop has room for
+  std::span<const AdditionField> fields;  ///< in the order in which they are written, the name first
+  const void* defaults;                   ///< an item that has only these
+  Traits (*traits)(const void* item);
+  std::string (*variant)(const void* item);
+  void (*checkRules)(const void* item, AdditionChecks& checks);
 };
 
-/// Whether a member is the same in both.
-template <typename Owner>
-bool isSameIn(const AdditionField<Owner>& field, const Owner& a, const Owner& b) {
-  return std::visit(
-      Overloaded{[&](auto member) { return a.*member == b.*member; },
-                 [&](const WordMember<Owner>& member) { return member.get(a) == member.get(b); },
-                 [&](const VectorMember<Owner>& member) { return a.*member.member == b.*member.member; },
-                 // the vector of angles is compared
-                 [](const QuaternionMember<Owner>&) { return true; }},
-      field.member);
+const AdditionType& typeOf(const FixtureSettings&);
+const AdditionType& typeOf(const RegionSettings&);
+const AdditionType& typeOf(const FrameSettings&);
+
+template <typename Item>
+concept Added = std::same_as<Item, FixtureSettings> || std::same_as<Item, RegionSettings> ||
+    std::same_as<Item, FrameSettings>;
+
+/// A fixture, region or frame that somebody else owns.
+class Addition {
+ public:
+  template <Added Item>
+  Addition(const Item& item) : type_(&typeOf(item)), item_(&item) {}  // NOLINT: implicit on purpose
+  Addition(const AdditionType& type, const void* item) : type_(&type), item_(item) {}
+
+  const AdditionType& type() const { return *type_; }
+  std::span<const AdditionField> fields() const { return type_->fields; }
+  std::string name() const { return std::get<std::string>(fields().front().get(item_)); }
+  Traits traits() const { return type_->traits(item_); }
+  /// What decides which members it has, for messages: "kind sphere", "place label".
+  std::string variant() const { return type_->variant(item_); }
+
+  Value get(const AdditionField& field) const { return field.get(item_); }
+  bool has(const AdditionField& field) const { return (field.used & traits()) != 0; }
+  /// Whether a text of it has this member.
+  bool writes(const AdditionField& field) const { return has(field) && field.kind != Kind::quaternion; }
+  void check(AdditionChecks& checks) const { type_->checkRules(item_, checks); }
+
+  /// Null for an item of another list.
+  template <Added Item>
+  const Item* as() const {
+    return type_ == &typeOf(Item{}) ? static_cast<const Item*>(item_) : nullptr;
+  }
+
+ private:
+  const AdditionType* type_;
+  const void* item_;
+};
+
+/// The same of one that may be changed.
+class ChangeableAddition : public Addition {
+ public:
+  template <Added Item>
+  ChangeableAddition(Item& item) : Addition(item), item_(&item) {}  // NOLINT: implicit on purpose
+
+  void set(const AdditionField& field, const Value& value) { field.set(item_, value); }
+
+ private:
+  void* item_;
+};
+
+/// A list of fixtures, regions or frames that somebody else owns.
+class AdditionSpan {
+ public:
+  template <Added Item>
+  AdditionSpan(const std::vector<Item>& items)  // NOLINT: implicit on purpose
+      : type_(&typeOf(Item{})), items_(items.data()), count_(items.size()), bytes_(sizeof(Item)) {}
+
+  const AdditionType& type() const { return *type_; }
+  std::size_t size() const { return count_; }
+  Addition operator[](std::size_t index) const {
+    return {*type_, static_cast<const std::byte*>(items_) + index * bytes_};
+  }
+
+ private:
+  const AdditionType* type_;
+  const void* items_;
+  std::size_t count_;
+  std::size_t bytes_;
+};
+
+/// Calls visit(list..) with the frames, the fixtures and the regions of all of `additions`, which are
+/// SceneAdditions or alike.
+constexpr void forEachList(auto&& visit, auto&... additions) {
+  visit(additions.frames...);
+  visit(additions.fixtures...);
+  visit(additions.regions...);
 }
 
-/// Whether a text of the fixture or region has this member.
-template <typename Owner>
-bool isWritten(const AdditionField<Owner>& field, const Owner& owner) {
-  return field.used(owner) && !std::holds_alternative<QuaternionMember<Owner>>(field.member);
-}
+/// Whether a member is the same in both, which are of one list. Of a rotation, the angles are compared.
+bool isSameIn(const AdditionField& field, const Addition& a, const Addition& b);
 
-/// All members of a fixture, in the order in which they are written.
-std::span<const AdditionField<FixtureSettings>> fixtureFields();
-/// All members of a region.
-std::span<const AdditionField<RegionSettings>> regionFields();
-
-/// All members of a frame.
-std::span<const AdditionField<FrameSettings>> frameFields();
-
-/// The table of a type, by overload.
-inline auto fieldsOf(const FixtureSettings&) {
-  return fixtureFields();
-}
-inline auto fieldsOf(const RegionSettings&) {
-  return regionFields();
-}
-
-inline auto fieldsOf(const FrameSettings&) {
-  return frameFields();
-}
-
-/// The words of RegionSettings::place.
-inline constexpr std::array<std::string_view, 2> kPlaceWords{"shape", "label"};
-
-/// The word for messages: "fixture", "region" or "frame".
-constexpr std::string_view nounOf(const FixtureSettings&) {
-  return "fixture";
-}
-constexpr std::string_view nounOf(const RegionSettings&) {
-  return "region";
-}
-
-constexpr std::string_view nounOf(const FrameSettings&) {
-  return "frame";
-}
-
-/// What decides which members there are, for messages: "kind sphere", "place label".
-std::string variantOf(const FixtureSettings& fixture);
-std::string variantOf(const RegionSettings& region);
-std::string variantOf(const FrameSettings& frame);
-
-/// Whether the name is one for a fixture or region: 1 to 32 letters, digits, '_' and '-'.
+/// Whether the name is one for a fixture, region or frame.
 bool isAdditionName(std::string_view name);
 
 /// Returns the range of a field, for example "0.0001..10 m" or "one of: out, in, both".
-template <typename Owner>
-std::string rangeOf(const AdditionField<Owner>& field);
-extern template std::string rangeOf(const AdditionField<FixtureSettings>&);
-extern template std::string rangeOf(const AdditionField<RegionSettings>&);
-extern template std::string rangeOf(const AdditionField<FrameSettings>&);
+std::string rangeOf(const AdditionField& field);
+
+/// A definition in one line, for people; valid in YAML and in JSON.
+std::string lineOf(const Addition& item);
 
 }  // namespace hapticd::config

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <string>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -34,40 +35,41 @@ YamlNode nodeOf(const Json& json) {
   return node;
 }
 
-/// The value of a member as JSON; null for one that is only read. Whole numbers have no decimal point.
-template <typename Json, typename Owner>
-struct MemberJson {
-  const Owner& owner;
-
-  static Json of(double number) {
+/// Returns a value as JSON. Whole numbers have no decimal point.
+template <typename Json>
+Json jsonOf(const Value& value) {
+  const auto number = [](double held) {
     constexpr double kMaxWhole = 9007199254740992;  // 2^53: a double holds all whole numbers up to here
-    if (number == std::trunc(number) && std::abs(number) <= kMaxWhole)
-      return Json(static_cast<std::int64_t>(number));
-    return Json(number);
-  }
-  static Json of(const rt::Vec3& vector) { return Json::array({of(vector.x), of(vector.y), of(vector.z)}); }
+    const bool whole = held == std::trunc(held) && std::abs(held) <= kMaxWhole;
+    return whole ? Json(static_cast<std::int64_t>(held)) : Json(held);
+  };
+  const auto vector = [&number](const rt::Vec3& held) {
+    return Json::array({number(held.x), number(held.y), number(held.z)});
+  };
+  return std::visit(
+      [&]<typename Held>(const Held& held) {
+        if constexpr (std::is_same_v<Held, double>) {
+          return number(held);
+        } else if constexpr (std::is_same_v<Held, rt::Vec3>) {
+          return vector(held);
+        } else if constexpr (std::is_same_v<Held, std::vector<rt::Vec3>>) {
+          Json points = Json::array();
+          for (const rt::Vec3& point : held) points.push_back(vector(point));
+          return points;
+        } else {
+          return Json(held);
+        }
+      },
+      value);
+}
 
-  Json operator()(double Owner::*member) const { return of(owner.*member); }
-  Json operator()(std::vector<rt::Vec3> Owner::*member) const {
-    Json points = Json::array();
-    for (const rt::Vec3& point : owner.*member) points.push_back(of(point));
-    return points;
-  }
-  Json operator()(const WordMember<Owner>& member) const {
-    return Json(std::string(member.words[member.get(owner)]));
-  }
-  Json operator()(const VectorMember<Owner>& member) const { return of(owner.*member.member); }
-  Json operator()(const QuaternionMember<Owner>&) const { return Json(); }
-  Json operator()(auto Owner::*member) const { return Json(owner.*member); }
-};
-
-/// Returns the definition of a fixture or region, which reads back as the same: the members that it has.
-template <typename Json, typename Owner>
-Json definitionOf(const Owner& owner) {
+/// Returns the definition of a fixture, region or frame, which reads back as the same: the members that it
+/// has.
+template <typename Json>
+Json definitionOf(const Addition& item) {
   Json definition = Json::object();
-  for (const AdditionField<Owner>& field : fieldsOf(owner)) {
-    if (!isWritten(field, owner)) continue;
-    definition[std::string(field.name)] = std::visit(MemberJson<Json, Owner>{owner}, field.member);
+  for (const AdditionField& field : item.fields()) {
+    if (item.writes(field)) definition[std::string(field.name)] = jsonOf<Json>(item.get(field));
   }
   return definition;
 }

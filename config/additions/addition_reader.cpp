@@ -5,11 +5,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <map>
 #include <utility>
 
 #include "config/additions/addition_checks.h"
-#include "config/additions/addition_fields.h"
-#include "config/additions/addition_item_reader.h"
 #include "config/base/value_text.h"
 
 namespace hapticd::config {
@@ -19,36 +22,313 @@ constexpr std::string_view kLabelImage = "label_image";
 constexpr std::size_t kMaxTextLength = std::size_t{1} << 20;
 constexpr std::size_t kMaxErrors = 100;
 
-template <typename Owner>
-std::vector<Owner> listFrom(const YamlNode& node, bool complete, std::vector<PlacedAdditionError>& errors) {
-  const std::string_view noun = nounOf(Owner{});
+/// Reads the members of one fixture or region.
+class ItemReader {
+ public:
+  /// `item`: gets the members; those that are not given stay. `place`: what to call it while its name is
+  /// unknown, e.g. "fixture 2 of the list". `complete`: the parser has reached the end of `node`. `change`:
+  /// of one that is there, which need not have all of them again.
+  ItemReader(const YamlNode& node, const ChangeableAddition& item, std::string place, bool complete,
+             bool change)
+      : node_(node),
+        item_(item),
+        before_(change ? item.traits() : 0),
+        place_(std::move(place)),
+        complete_(complete) {}
+
+  void read(std::vector<PlacedAdditionError>& errors) {
+    if (node_.type != YamlNode::Type::map) {
+      if (node_.type != YamlNode::Type::refused) {
+        report(node_.line, "",
+               node_.type == YamlNode::Type::null ? "is empty (null), not a mapping of members"
+                                                  : "is not a mapping of members",
+               "write it as `{name: value, ...}`");
+      }
+      std::ranges::move(errors_, std::back_inserter(errors));
+      return;
+    }
+    takeName();
+    for (const YamlMember& member : node_.members) takeMember(member);
+    if (!isVariantUnknown()) checkMembers();
+    for (AdditionError& error : checkAlone(item_, skipped_)) {
+      const auto line = lines_.find(error.field);
+      errors_.push_back({line == lines_.end() ? node_.line : line->second, std::move(error)});
+    }
+    std::ranges::move(errors_, std::back_inserter(errors));
+  }
+
+ private:
+  /// A quaternion may be this far from length 1: three digits are enough, and what is none is found.
+  static constexpr double kUnitTolerance = 1e-3;
+  // The members that decide which others there are.
+  static constexpr std::array<std::string_view, 4> kVariantFields{"kind", "place", "shape", "model"};
+
+  void takeName() {
+    const YamlMember* const name = node_.find("name");
+    if (name != nullptr && name->value.type == YamlNode::Type::scalar)
+      item_.set(item_.fields().front(), name->value.text);
+  }
+
+  void report(int line, std::string_view field, std::string what, std::string remedy) {
+    AdditionError error =
+        additionError(item_.type().noun, item_.name(), field, std::move(what), std::move(remedy));
+    if (!isAdditionName(item_.name())) {
+      error.error.where = field.empty() ? place_ : fmt::format("{}: {}", place_, field);
+    }
+    errors_.push_back({line, std::move(error)});
+  }
+  std::nullopt_t refuse(int line, const AdditionField& field, std::string what, std::string remedy = "") {
+    if (remedy.empty()) remedy = fmt::format("set {} to {}", field.name, rangeOf(field));
+    report(line, field.name, std::move(what), std::move(remedy));
+    skipped_.insert(field.name);
+    return std::nullopt;
+  }
+
+  const AdditionField* fieldNamed(std::string_view name) const {
+    const auto found = std::ranges::find(item_.fields(), name, &AdditionField::name);
+    return found == item_.fields().end() ? nullptr : &*found;
+  }
+
+  std::vector<std::string_view> namesWith(Traits traits) const {
+    std::vector<std::string_view> names;
+    for (const AdditionField& field : item_.fields()) {
+      if ((field.used & traits) != 0) names.push_back(field.name);
+    }
+    return names;
+  }
+
+  void takeMember(const YamlMember& member) {
+    const AdditionField* const field = fieldNamed(member.name);
+    if (field == nullptr) {
+      const std::vector<std::string_view> all = namesWith(~Traits{0});
+      const std::string guess = base::didYouMean(member.name, all);
+      return report(member.line, isAdditionName(member.name) ? member.name : "",
+                    fmt::format("there is no member {}", base::inQuotes(member.name)),
+                    guess.empty() ? fmt::format("members: {}", fmt::join(all, ", ")) : guess);
+    }
+    if (const auto [first, inserted] = lines_.emplace(field->name, member.line); !inserted) {
+      return report(member.line, field->name, fmt::format("is given twice, first in line {}", first->second),
+                    "delete one of the two");
+    }
+    if (member.value.type == YamlNode::Type::refused) {
+      skipped_.insert(field->name);
+      return;
+    }
+    if (auto value = valueOf(member, *field)) item_.set(*field, *value);
+  }
+
+  /// Returns the value of a member, or reports why there is none.
+  std::optional<Value> valueOf(const YamlMember& member, const AdditionField& field) {
+    switch (field.kind) {
+      case Kind::vector:
+      case Kind::direction:
+        return vectorIn(member.line, member.value, field, "");
+      case Kind::quaternion:
+        return anglesIn(member, field);
+      case Kind::points:
+        return pointsIn(member, field);
+      default:
+        break;
+    }
+    const std::string* const text = scalarOf(member, field);
+    if (text == nullptr) return std::nullopt;
+    if (field.kind == Kind::boolean) return truthIn(member, field);
+    if (field.kind == Kind::choice) return wordIn(member, field);
+    if (field.kind != Kind::integer && field.kind != Kind::number) return *text;
+    const auto number = numberIn(member.line, member.value, field, "");
+    if (!number || field.kind == Kind::number) return number;
+    if (std::isfinite(*number) && *number == std::trunc(*number) &&
+        std::abs(*number) <= std::numeric_limits<int>::max())
+      return static_cast<std::int64_t>(*number);
+    return refuse(member.line, field, fmt::format("{} is not a whole number", base::inQuotes(*text)));
+  }
+
+  /// Returns the text of a scalar, or reports why there is none.
+  const std::string* scalarOf(const YamlMember& member, const AdditionField& field) {
+    if (member.value.type == YamlNode::Type::scalar) return &member.value.text;
+    refuse(member.line, field,
+           member.value.type == YamlNode::Type::null  ? "has no value (null)"
+           : member.value.type == YamlNode::Type::map ? "is a mapping"
+                                                      : "is a list");
+    return nullptr;
+  }
+
+  std::optional<bool> truthIn(const YamlMember& member, const AdditionField& field) {
+    const std::string& text = member.value.text;
+    if ((text == "true" || text == "false") && !member.value.quoted) return text == "true";
+    return refuse(member.line, field, fmt::format("{} is not a truth value", base::inQuotes(text)));
+  }
+
+  std::optional<std::string> wordIn(const YamlMember& member, const AdditionField& field) {
+    const std::string& text = member.value.text;
+    if (std::ranges::find(field.choices, text) != field.choices.end()) return text;
+    const std::string guess = base::didYouMean(text, field.choices);
+    return refuse(member.line, field, fmt::format("{} is not an allowed choice", base::inQuotes(text)),
+                  guess.empty() ? "" : fmt::format("{} {}", guess, rangeOf(field)));
+  }
+
+  /// The angles of a quaternion.
+  std::optional<rt::Vec3> anglesIn(const YamlMember& member, const AdditionField& field) {
+    constexpr std::string_view kAngles = "rotation_deg";
+    const auto numbers = numbersIn<4>(member.line, member.value, field, "");
+    if (!numbers) return std::nullopt;
+    if (node_.find(kAngles) != nullptr) {
+      return refuse(member.line, field,
+                    fmt::format("is given together with {}, which says the same", kAngles),
+                    "delete one of the two");
+    }
+    const auto [x, y, z, w] = *numbers;
+    const double length = std::sqrt(x * x + y * y + z * z + w * w);
+    if (std::abs(length - 1) <= kUnitTolerance)
+      return rotationOf({x / length, y / length, z / length, w / length});
+    return refuse(member.line, field,
+                  fmt::format("has the length {:.6g}, and a rotation has the length 1", length));
+  }
+
+  std::optional<std::vector<rt::Vec3>> pointsIn(const YamlMember& member, const AdditionField& field) {
+    const YamlNode& list = member.value;
+    if (list.type != YamlNode::Type::list) return refuse(member.line, field, "is not a list of points");
+    if (list.items.size() > rt::kMaxPathPoints) {
+      return refuse(member.line, field,
+                    fmt::format("has {}{} points", complete_ ? "" : "at least ", list.items.size()),
+                    fmt::format("leave out points of it: at most {} are possible", rt::kMaxPathPoints));
+    }
+    std::vector<rt::Vec3> points;
+    for (std::size_t i = 0; i < list.items.size(); ++i) {
+      const auto point = vectorIn(list.items[i].line, list.items[i], field, fmt::format("point {}: ", i + 1));
+      if (!point) return std::nullopt;
+      points.push_back(*point);
+    }
+    return points;
+  }
+
+  std::optional<double> numberIn(int line, const YamlNode& node, const AdditionField& field,
+                                 const std::string& which) {
+    const std::optional<double> number =
+        node.type == YamlNode::Type::scalar ? base::yamlNumberFrom(node.text) : std::nullopt;
+    if (number && !node.quoted) return *number + 0.0;  // turns a negative zero into a positive one
+    return refuse(line, field,
+                  fmt::format("{}{} {}", which, base::inQuotes(node.text),
+                              number ? "is text because of its quotes" : "is not a number"));
+  }
+
+  template <std::size_t kCount>
+  std::optional<std::array<double, kCount>> numbersIn(int line, const YamlNode& node,
+                                                      const AdditionField& field, const std::string& which) {
+    static_assert(kCount == 3 || kCount == 4);
+    if (node.type != YamlNode::Type::list || node.items.size() != kCount) {
+      return refuse(line, field,
+                    fmt::format("{}is not a list of {} numbers", which, kCount == 3 ? "three" : "four"));
+    }
+    std::array<double, kCount> numbers{};
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      const auto number = numberIn(line, node.items[i], field, which);
+      if (!number) return std::nullopt;
+      numbers[i] = *number;
+    }
+    return numbers;
+  }
+
+  std::optional<rt::Vec3> vectorIn(int line, const YamlNode& node, const AdditionField& field,
+                                   const std::string& which) {
+    const auto numbers = numbersIn<3>(line, node, field, which);
+    if (!numbers) return std::nullopt;
+    return rt::Vec3{(*numbers)[0], (*numbers)[1], (*numbers)[2]};
+  }
+
+  /// Whether a member that decides which others there are could not be read or is missing.
+  bool isVariantUnknown() {
+    bool unknown = false;
+    for (const std::string_view name : kVariantFields) {
+      const AdditionField* const field = fieldNamed(name);
+      if (field == nullptr) continue;
+      if (isMissing(*field)) {
+        reportMissing(*field);
+        unknown = true;
+      }
+      unknown = unknown || skipped_.contains(name);
+    }
+    // Without it, every other member might be wrong, or right.
+    if (unknown) {
+      if (const AdditionField* const name = fieldNamed("name"); isMissing(*name)) reportMissing(*name);
+      for (const AdditionField& field : item_.fields()) skipped_.insert(field.name);
+    }
+    return unknown;
+  }
+
+  bool isMissing(const AdditionField& field) const {
+    return complete_ && item_.has(field) && (field.required & item_.traits()) != 0 &&
+           !lines_.contains(field.name) && (field.used & before_) == 0;
+  }
+  void reportMissing(const AdditionField& field) {
+    if (skipped_.contains(field.name)) return;
+    report(node_.line, field.name, "is missing", fmt::format("set {} to {}", field.name, rangeOf(field)));
+    skipped_.insert(field.name);
+  }
+
+  void checkMembers() {
+    const Addition defaults(item_.type(), item_.type().defaults);
+    for (const AdditionField& field : item_.fields()) {
+      const auto line = lines_.find(field.name);
+      if (!item_.has(field)) {
+        if (line != lines_.end()) {
+          report(line->second, field.name,
+                 fmt::format("is not a member of a {} of {}", item_.type().noun, item_.variant()),
+                 fmt::format("remove it; its members are: {}", fmt::join(namesWith(item_.traits()), ", ")));
+        }
+        if (field.kind != Kind::quaternion) item_.set(field, defaults.get(field));
+      } else if (isMissing(field)) {
+        reportMissing(field);
+      }
+    }
+  }
+
+  const YamlNode& node_;
+  ChangeableAddition item_;
+  Traits before_;  // of the one that is changed; 0: it is a new one
+  std::string place_;
+  bool complete_;
+  std::map<std::string_view, int> lines_;  // of the members that are given
+  FieldNames skipped_;                     // refused or missing
+  std::vector<PlacedAdditionError> errors_;
+};
+
+template <typename Item>
+std::vector<Item> listFrom(const YamlNode& node, bool complete, std::vector<PlacedAdditionError>& errors) {
+  std::vector<Item> items;
+  const AdditionType& type = typeOf(Item{});
   if (node.type != YamlNode::Type::list) {
-    const std::string name = fmt::format("{}s", noun);
     errors.push_back({node.line,
                       {"",
-                       name,
-                       {name, fmt::format("is not a list of {}", name),
-                        fmt::format("write each {} as an item: `- name: ...`", noun)}}});
-    return {};
+                       std::string(type.list),
+                       {std::string(type.list), fmt::format("is not a list of {}", type.list),
+                        fmt::format("write each {} as an item: `- name: ...`", type.noun)}}});
+    return items;
   }
-  std::vector<Owner> owners;
+  items.resize(node.items.size());
   const std::size_t errors_before = errors.size();
-  for (std::size_t i = 0; i < node.items.size(); ++i) {
-    const bool whole = complete || i + 1 < node.items.size();
-    const Owner defaults;
-    ItemReader<Owner> reader(node.items[i], defaults, fmt::format("{} {} of the list", noun, i + 1), whole,
-                             false);
-    owners.push_back(reader.read(errors));
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const bool whole = complete || i + 1 < items.size();
+    ItemReader(node.items[i], items[i], fmt::format("{} {} of the list", type.noun, i + 1), whole, false)
+        .read(errors);
   }
-  const std::span<const Owner> all(owners);
   const auto take = [&](std::vector<ItemError> found) {
     for (ItemError& error : found) errors.push_back({node.items[error.index].line, std::move(error.error)});
   };
   // A width that could not be read is unknown.
-  if (errors.size() == errors_before) take(unlikeTransitions(all));
-  take(duplicateNames(all));
-  if (auto surplus = tooMany(all, node.items.size())) errors.push_back({node.line, std::move(*surplus)});
-  return owners;
+  if (errors.size() == errors_before) take(unlikeTransitions(items));
+  take(duplicateNames(items));
+  if (auto surplus = tooMany(items, items.size())) errors.push_back({node.line, std::move(*surplus)});
+  return items;
+}
+
+/// Calls visit(list) for the list of this name.
+void forListNamed(std::string_view name, AdditionLists& lists, auto&& visit) {
+  forEachList(
+      [&]<typename Item>(std::optional<std::vector<Item>>& list) {
+        if (typeOf(Item{}).list == name) visit(list);
+      },
+      lists);
 }
 
 void takeScalarGroup(const YamlGroup& group, bool has_list, AdditionsRead& read) {
@@ -60,12 +340,8 @@ void takeScalarGroup(const YamlGroup& group, bool has_list, AdditionsRead& read)
                             group.name,
                             {group.name, fmt::format("{} is not a list", base::inQuotes(*group.scalar)),
                              fmt::format("write it as a list of mappings, or as `{}: []`", group.name)}}});
-  } else if (!has_list && group.name == "frames") {
-    read.lists.frames.emplace();
-  } else if (!has_list && group.name == "fixtures") {
-    read.lists.fixtures.emplace();
   } else if (!has_list) {
-    read.lists.regions.emplace();
+    forListNamed(group.name, read.lists, [](auto& list) { list.emplace(); });
   }
 }
 
@@ -110,26 +386,6 @@ void checkAdditionGroups(const YamlFile& file, bool of_model, std::vector<Placed
   }
 }
 
-template <typename Owner>
-std::vector<Owner> withOrigins(std::vector<Owner> owners, const std::vector<Owner>& before, Origin origin) {
-  for (Owner& owner : owners) {
-    const auto same = std::ranges::find(before, owner);
-    owner.origin.value = same == before.end() ? origin : same->origin.value;
-  }
-  return owners;
-}
-
-template <typename Owner>
-std::expected<Owner, std::vector<AdditionError>> changedBy(const Owner& owner, const YamlNode& members) {
-  std::vector<PlacedAdditionError> errors;
-  ItemReader<Owner> reader(members, owner, std::string(nounOf(owner)), true, true);
-  Owner result = reader.read(errors);
-  if (errors.empty()) return result;
-  std::vector<AdditionError> all;
-  for (PlacedAdditionError& error : errors) all.push_back(std::move(error.error));
-  return std::unexpected(std::move(all));
-}
-
 std::expected<SceneAdditions, std::vector<AdditionError>> additionsOf(std::string_view text,
                                                                       const std::string& name,
                                                                       bool of_model) {
@@ -160,9 +416,16 @@ std::expected<SceneAdditions, std::vector<AdditionError>> additionsOf(std::strin
 }  // namespace
 
 void AdditionLists::applyTo(SceneAdditions& additions, Origin origin) const {
-  if (frames) additions.frames = withOrigins(*frames, additions.frames, origin);
-  if (fixtures) additions.fixtures = withOrigins(*fixtures, additions.fixtures, origin);
-  if (regions) additions.regions = withOrigins(*regions, additions.regions, origin);
+  forEachList(
+      [origin](const auto& from, auto& to) {
+        if (!from) return;
+        const auto before = std::exchange(to, *from);
+        for (auto& item : to) {
+          const auto same = std::ranges::find(before, item);
+          item.origin.value = same == before.end() ? origin : same->origin.value;
+        }
+      },
+      *this, additions);
   if (!label_image || *label_image == additions.label_image) return;
   additions.label_image = *label_image;
   additions.label_image_origin.value = origin;
@@ -180,13 +443,9 @@ AdditionsRead additionsIn(const YamlFile& file) {
     takeScalarGroup(group, has_list, read);
   }
   for (const YamlList& list : file.lists) {
-    if (list.name == "frames") {
-      read.lists.frames = listFrom<FrameSettings>(list.node, file.complete, read.errors);
-    } else if (list.name == "fixtures") {
-      read.lists.fixtures = listFrom<FixtureSettings>(list.node, file.complete, read.errors);
-    } else if (list.name == "regions") {
-      read.lists.regions = listFrom<RegionSettings>(list.node, file.complete, read.errors);
-    }
+    forListNamed(list.name, read.lists, [&]<typename Item>(std::optional<std::vector<Item>>& items) {
+      items = listFrom<Item>(list.node, file.complete, read.errors);
+    });
   }
   return read;
 }
@@ -201,12 +460,12 @@ std::expected<SceneAdditions, std::vector<AdditionError>> modelAdditionsFromText
   return additionsOf(text, name, true);
 }
 
-template <typename Owner>
-std::expected<std::vector<Owner>, std::vector<AdditionError>> definitionsFrom(const YamlNode& list,
-                                                                              const std::string& name) {
+template <Added Item>
+std::expected<std::vector<Item>, std::vector<AdditionError>> definitionsFrom(const YamlNode& list,
+                                                                             const std::string& name) {
   std::vector<PlacedAdditionError> errors;
-  std::vector<Owner> owners = listFrom<Owner>(list, true, errors);
-  if (errors.empty()) return owners;
+  std::vector<Item> items = listFrom<Item>(list, true, errors);
+  if (errors.empty()) return items;
   std::vector<AdditionError> all;
   for (PlacedAdditionError& error : errors) {
     all.push_back(name.empty() ? std::move(error.error) : placed(std::move(error.error), 0, name));
@@ -218,14 +477,12 @@ definitionsFrom<FixtureSettings>(const YamlNode&, const std::string&);
 template std::expected<std::vector<RegionSettings>, std::vector<AdditionError>>
 definitionsFrom<RegionSettings>(const YamlNode&, const std::string&);
 
-std::expected<FixtureSettings, std::vector<AdditionError>> changed(const FixtureSettings& fixture,
-                                                                   const YamlNode& members) {
-  return changedBy(fixture, members);
-}
-
-std::expected<RegionSettings, std::vector<AdditionError>> changed(const RegionSettings& region,
-                                                                  const YamlNode& members) {
-  return changedBy(region, members);
+std::vector<AdditionError> change(const ChangeableAddition& item, const YamlNode& members) {
+  std::vector<PlacedAdditionError> errors;
+  ItemReader(members, item, std::string(item.type().noun), true, true).read(errors);
+  std::vector<AdditionError> all;
+  for (PlacedAdditionError& error : errors) all.push_back(std::move(error.error));
+  return all;
 }
 
 }  // namespace hapticd::config

@@ -6,8 +6,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "config/additions/addition_fields.h"
 #include "config/settings/fixture_settings.h"
 #include "config/yaml/yaml_reader.h"
 
@@ -56,20 +58,24 @@ AdditionsRead additionsIn(const YamlFile& file);
 /// Reads a list of definitions that is not in a file, such as one of a call, and checks each and the list as
 /// a whole. `name`: what messages call its origin; empty: nothing.
 /// Errors: each with name, field, reason and remedy.
-template <typename Owner>
-std::expected<std::vector<Owner>, std::vector<AdditionError>> definitionsFrom(const YamlNode& list,
-                                                                              const std::string& name);
+template <Added Item>
+std::expected<std::vector<Item>, std::vector<AdditionError>> definitionsFrom(const YamlNode& list,
+                                                                             const std::string& name);
 extern template std::expected<std::vector<FixtureSettings>, std::vector<AdditionError>>
 definitionsFrom<FixtureSettings>(const YamlNode&, const std::string&);
 extern template std::expected<std::vector<RegionSettings>, std::vector<AdditionError>>
 definitionsFrom<RegionSettings>(const YamlNode&, const std::string&);
 
-/// Applies the members in a mapping to a fixture or region, which keeps all others.
-/// Errors: as above; for an unknown member the nearest names.
-std::expected<FixtureSettings, std::vector<AdditionError>> changed(const FixtureSettings& fixture,
-                                                                   const YamlNode& members);
-std::expected<RegionSettings, std::vector<AdditionError>> changed(const RegionSettings& region,
-                                                                  const YamlNode& members);
+/// Applies the members in a mapping to a fixture, region or frame, which keeps all others.
+/// Returns what is wrong: as above; for an unknown member the nearest names. The item is of no use then.
+std::vector<AdditionError> change(const ChangeableAddition& item, const YamlNode& members);
+
+/// Returns it with these changes.
+template <Added Item>
+std::expected<Item, std::vector<AdditionError>> changed(Item item, const YamlNode& members) {
+  if (auto errors = change(item, members); !errors.empty()) return std::unexpected(std::move(errors));
+  return item;
+}
 
 /// additionsFromText() for what was made in the frame of a model: the text may also contain kLandmarkGroup,
 /// which is left to another reader.

@@ -201,10 +201,6 @@ std::vector<AdditionError> unknownFrames(const SceneAdditions& additions);
 
 /// The text that reads back as the same; only members that the kind uses.
 std::string textOf(const SceneAdditions& additions);
-/// A definition in one line, for people; valid in YAML and in JSON.
-std::string lineOf(const FixtureSettings& fixture);
-std::string lineOf(const RegionSettings& region);
-std::string lineOf(const FrameSettings& frame);
 
 /// What fixtures refer to.
 struct FixtureSurroundings {

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
+#include <vector>
 
 #include "config/base/value_text.h"
 #include "config/settings/parameter_table.h"
@@ -15,10 +17,14 @@ namespace {
 // PATH_MAX of Linux without the terminating NUL: the longest text that any parameter can use.
 constexpr std::size_t kMaxTextLength = 4095;
 
-base::Error refusal(const Parameter& parameter, std::string_view shown, std::string_view why) {
+base::Error refusal(const Parameter& parameter, std::string_view what) {
   return {.where = std::string(parameter.name),
-          .what = fmt::format("{} {} (allowed: {})", shown, why, parameter.range()),
+          .what = fmt::format("{} (allowed: {})", what, parameter.range()),
           .remedy = {}};
+}
+
+base::Error refusal(const Parameter& parameter, std::string_view shown, std::string_view why) {
+  return refusal(parameter, fmt::format("{} {}", shown, why));
 }
 
 // Constructed in place: g++ 12 warns about uninitialised memory when a temporary Value is moved under the
@@ -28,19 +34,14 @@ base::Result<Value> accepted(const Stored& stored) {
   return base::Result<Value>(std::in_place, stored);
 }
 
-std::string withUnit(std::string_view shown, const Parameter& parameter) {
-  return parameter.unit.empty() ? std::string(shown) : fmt::format("{} {}", shown, parameter.unit);
+std::string withUnit(std::string_view shown, std::string_view unit) {
+  return unit.empty() ? std::string(shown) : fmt::format("{} {}", shown, unit);
 }
 
 // `shown` is the number as written by the person.
 base::Result<Value> checkNumber(const Parameter& parameter, double number, std::string_view shown) {
-  if (!std::isfinite(number)) return std::unexpected(refusal(parameter, shown, "is not a finite number"));
-  if (parameter.kind == Kind::integer && number != std::trunc(number)) {
-    return std::unexpected(refusal(parameter, shown, "is not a whole number"));
-  }
-  if (!(number >= parameter.minimum && number <= parameter.maximum)) {
-    return std::unexpected(refusal(parameter, withUnit(shown, parameter), "is out of range"));
-  }
+  if (const std::string problem = parameter.problemOf(number, shown); !problem.empty())
+    return std::unexpected(refusal(parameter, problem));
   if (parameter.kind == Kind::integer) return accepted(static_cast<std::int64_t>(number));
   return accepted(number + 0.0);  // turns a negative zero into a positive one
 }
@@ -101,22 +102,43 @@ Value Parameter::defaultValue() const {
   return get(Settings{});
 }
 
-std::string Parameter::range() const {
+std::string Row::range() const {
+  const std::string numbers =
+      withUnit(fmt::format("{}..{}", base::numberText(minimum), base::numberText(maximum)), unit);
   switch (kind) {
     case Kind::boolean:
       return "true or false";
     case Kind::integer:
-    case Kind::number: {
-      const std::string numbers =
-          withUnit(fmt::format("{}..{}", base::numberText(minimum), base::numberText(maximum)), *this);
+    case Kind::number:
       return choices.empty() ? numbers : fmt::format("{} or {}", numbers, fmt::join(choices, ", "));
-    }
     case Kind::choice:
       return fmt::format("one of: {}", fmt::join(choices, ", "));
     case Kind::text:
-      break;
+      return "text";
+    case Kind::name:
+      return "1 to 32 letters, digits, '_' and '-'";
+    case Kind::frame:
+      return "world, camera or one of the list frames";
+    case Kind::hash:
+      return "64 hexadecimal digits in small letters";
+    case Kind::vector:
+      return "[x, y, z], each " + numbers;
+    case Kind::direction:
+      return "[x, y, z], any length except zero";
+    case Kind::quaternion:
+      return "[x, y, z, w] of length 1, without rotation_deg";
+    case Kind::points:
+      return "2 to 256 points [x, y, z], each " + numbers;
   }
-  return "text";
+  return "";
+}
+
+std::string Row::problemOf(double number, std::string_view shown) const {
+  if (!std::isfinite(number)) return fmt::format("{} is not a finite number", shown);
+  if (kind == Kind::integer && number != std::trunc(number))
+    return fmt::format("{} is not a whole number", shown);
+  if (number >= minimum && number <= maximum) return "";
+  return withUnit(shown, unit) + " is out of range";
 }
 
 base::Result<Value> Parameter::check(const Value& value) const {
@@ -136,7 +158,7 @@ base::Result<Value> Parameter::check(const Value& value) const {
     case Kind::choice:
       if (text != nullptr) return checkChoice(*this, *text);
       break;
-    case Kind::text:
+    default:
       if (text != nullptr) return checkText(*this, *text);
       break;
   }
@@ -150,14 +172,21 @@ base::Result<Value> Parameter::parse(std::string_view text) const {
     case Kind::integer:
     case Kind::number:
       return parseNumber(*this, text);
-    case Kind::choice:
-    case Kind::text:
-      break;
+    default:
+      return check(Value(std::string(text)));
   }
-  return check(Value(std::string(text)));
 }
 
 std::string toText(const Value& value) {
+  const auto vector = [](const rt::Vec3& v) {
+    return fmt::format("[{}, {}, {}]", base::numberText(v.x), base::numberText(v.y), base::numberText(v.z));
+  };
+  if (const auto* place = std::get_if<rt::Vec3>(&value)) return vector(*place);
+  if (const auto* points = std::get_if<std::vector<rt::Vec3>>(&value)) {
+    std::vector<std::string> texts;
+    std::ranges::transform(*points, std::back_inserter(texts), vector);
+    return fmt::format("[{}]", fmt::join(texts, ", "));
+  }
   if (const auto* boolean = std::get_if<bool>(&value)) return *boolean ? "true" : "false";
   if (const auto* integer = std::get_if<std::int64_t>(&value)) return fmt::format("{}", *integer);
   if (const auto* number = std::get_if<double>(&value)) return base::numberText(*number);

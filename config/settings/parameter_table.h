@@ -10,14 +10,34 @@
 
 #include "config/base/error.h"
 #include "config/settings/settings.h"
+#include "rt/base/vec3.h"
+#include "rt/base/words.h"
 
 namespace hapticd::config {
 
-/// A parameter's value as written by people and programs; a choice is the string of one of its alternatives,
-/// as is a number that is one of its words ("auto").
-using Value = std::variant<bool, std::int64_t, double, std::string>;
+/// A value as written by people and programs; a choice is the string of one of its alternatives, as is a
+/// number that is one of its words ("auto"). Parameters have none of the last two.
+using Value = std::variant<bool, std::int64_t, double, std::string, rt::Vec3, std::vector<rt::Vec3>>;
 
-enum class Kind { boolean, integer, number, choice, text };
+/// What a row holds. Those after `text` are in the rows of additions only.
+enum class Kind {
+  boolean,
+  integer,
+  number,
+  choice,
+  text,
+  name,        ///< of a fixture, region or frame
+  frame,       ///< name of the frame of vectors
+  hash,        ///< SHA-256 of a file
+  vector,      ///< three numbers, each within the range
+  direction,   ///< a vector of any length except zero
+  quaternion,  ///< [x, y, z, w] of length 1: another way to give the angles `rotation_deg`, which only reads
+  points,      ///< of a path
+};
+constexpr auto wordsOf(Kind) {
+  return rt::words<Kind>("boolean", "integer", "number", "choice", "text", "name", "frame", "hash", "vector",
+                         "direction", "quaternion", "points");
+}
 
 /// When a new value takes effect.
 enum class Effect {
@@ -34,20 +54,28 @@ enum class Looser {
   higher_or_zero,  ///< 0 stands for no limit at all
 };
 
-/// One row: everything that the YAML loader, the control API and hapticctl know about a
-/// parameter.
-struct Parameter {
-  std::string_view name;  ///< "group.name", ending in the unit if it is a dimensional number
+/// What everybody knows about a value that people may give.
+struct Row {
+  std::string_view name;  ///< ending in the unit if it is a dimensional number
   Kind kind;
-  Effect effect;
   std::string_view unit;  ///< e.g. "N/m"; empty for pure numbers and words
-  double minimum;         ///< inclusive; for numbers and integers
-  double maximum;         ///< inclusive; for numbers and integers
+  double minimum;         ///< inclusive; of numbers, integers and the components of vectors
+  double maximum;         ///< inclusive; likewise
   /// For choices; of a number, the words that it may be instead.
   std::span<const std::string_view> choices;
   std::span<const std::string_view> choice_help;  ///< one line for each of `choices`, or empty
-  std::string_view symbol;                        ///< the paper's, or empty
   std::string_view help;                          ///< one line
+
+  /// Returns e.g. "20..5000 N/m", "one of: paper, factory, custom", "true or false", "text".
+  std::string range() const;
+  /// Returns what is wrong with a number, which is written as `shown`: "7 N is out of range"; empty: nothing.
+  std::string problemOf(double number, std::string_view shown) const;
+};
+
+/// The row of a parameter: everything that the YAML loader, the control API and hapticctl know about it.
+struct Parameter : Row {  // the name is "group.name"
+  Effect effect;
+  std::string_view symbol;  ///< the paper's, or empty
   Value (*get)(const Settings&);
   void (*set)(Settings&, const Value&);  ///< `value` must have passed check()
   Looser looser = Looser::never;
@@ -57,8 +85,6 @@ struct Parameter {
   std::string_view nameInGroup() const { return name.substr(name.find('.') + 1); }
   /// Returns the value in a default-constructed Settings.
   Value defaultValue() const;
-  /// Returns e.g. "20..5000 N/m", "one of: paper, factory, custom", "true or false", "text".
-  std::string range() const;
   /// Returns `value` converted to the type of this parameter (an integer is accepted as a number), or why it
   /// is refused.
   base::Result<Value> check(const Value& value) const;
@@ -92,7 +118,8 @@ base::Result<void> setFromText(Settings& settings, std::string_view name_and_val
 /// above max_points, ...). Returns every violated rule, or none.
 std::vector<base::Error> checkTogether(const Settings& settings);
 
-/// Returns the shortest form that reads back as the same value: "500", "0.04", "true", "paper".
+/// Returns the shortest form that reads back as the same value: "500", "0.04", "true", "paper", "[0, 0,
+/// 0.1]".
 std::string toText(const Value& value);
 
 }  // namespace hapticd::config

@@ -6,13 +6,15 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <vector>
 
 #include "config/settings/parameter_table.h"
+#include "rt/base/vec3.h"
 #include "rt/base/words.h"
 #include "rt/laws/law_table.h"
 
-/// Makes a row of the parameter table from a member of Settings: name and effect follow from the member's
-/// path, kind, getter, setter and choices from its type, the default from its initialiser.
+/// Makes a row from a member: kind, getter, setter and choices follow from its type, the default from its
+/// initialiser; of a parameter, name and effect from the member's path in Settings.
 ///
 /// The rows of the stiffness stand here too, which is a number or chosen automatically. While it is
 /// automatic, the stiffness of the springs is the ceiling, in whichever order the two are set.
@@ -74,27 +76,29 @@ constexpr Kind kindOf() {
   if constexpr (std::is_same_v<Member, bool>) return Kind::boolean;
   if constexpr (std::is_same_v<Member, int>) return Kind::integer;
   if constexpr (std::is_same_v<Member, double>) return Kind::number;
+  if constexpr (std::is_same_v<Member, rt::Vec3>) return Kind::vector;
+  if constexpr (std::is_same_v<Member, std::vector<rt::Vec3>>) return Kind::points;
   if constexpr (kIsChoice<Member>) return Kind::choice;
   return Kind::text;
 }
 
 /// The type that a Value holds for a member.
 template <typename Member>
-using Stored = std::conditional_t<
-    std::is_same_v<Member, int>, std::int64_t,
-    std::conditional_t<std::is_same_v<Member, bool> || std::is_same_v<Member, double>, Member, std::string>>;
+using Stored = std::conditional_t<std::is_same_v<Member, int>, std::int64_t,
+                                  std::conditional_t<kIsChoice<Member>, std::string, Member>>;
 
-/// Returns a member's value in the form used by people and programs.
+/// Returns a member's value in the form used by people and programs; empty for a word that does not exist.
 template <typename Member>
 Value valueOf(const Member& member) {
   if constexpr (kIsChoice<Member>) {
-    return std::string(kWords<Member>.at(wordIndex(member)));
+    const std::size_t index = wordIndex(member);
+    return std::string(index < kWords<Member>.size() ? kWords<Member>[index] : "");
   } else {
     return static_cast<Stored<Member>>(member);
   }
 }
 
-/// Sets a member from a value that has passed Parameter::check().
+/// Sets a member from a value that has been checked.
 template <typename Member>
 void assign(Member& member, const Value& value) {
   const auto& stored = std::get<Stored<Member>>(value);
@@ -130,24 +134,30 @@ struct MemberPath {
   static constexpr std::string_view kLive = "live.";
 };
 
-/// Makes a row. `Access` maps Settings& to a reference to the member.
-template <auto Access>
-constexpr Parameter row(std::string_view name, Effect effect, std::string_view unit, Range range,
-                        std::string_view symbol, std::string_view help, Looser looser = Looser::never) {
-  using Member = std::remove_cvref_t<decltype(Access(std::declval<Settings&>()))>;
+/// The row of a member of this type.
+template <typename Member>
+constexpr Row rowOf(std::string_view name, std::string_view unit, Range range, std::string_view help) {
   return {.name = name,
           .kind = kindOf<Member>(),
-          .effect = effect,
           .unit = unit,
           .minimum = range.minimum,
           .maximum = range.maximum,
           .choices = kWords<Member>,
           .choice_help = kWordHelp<Member>,
-          .symbol = symbol,
-          .help = help,
-          .get = [](const Settings& settings) { return valueOf<Member>(Access(settings)); },
-          .set = [](Settings& settings, const Value& value) { assign<Member>(Access(settings), value); },
-          .looser = looser};
+          .help = help};
+}
+
+/// Makes the row of a parameter. `Access` maps Settings& to a reference to the member.
+template <auto Access>
+constexpr Parameter row(std::string_view name, Effect effect, std::string_view unit, Range range,
+                        std::string_view symbol, std::string_view help, Looser looser = Looser::never) {
+  using Member = std::remove_cvref_t<decltype(Access(std::declval<Settings&>()))>;
+  return {rowOf<Member>(name, unit, range, help),
+          effect,
+          symbol,
+          [](const Settings& settings) { return valueOf<Member>(Access(settings)); },
+          [](Settings& settings, const Value& value) { assign<Member>(Access(settings), value); },
+          looser};
 }
 
 /// Makes the row of the member at this path.

@@ -6,14 +6,6 @@
 #include "config/base/value_text.h"
 
 namespace hapticd::config {
-namespace {
-
-std::string scalar(const Parameter& parameter, const Value& value) {
-  return parameter.kind == Kind::text ? quotedText(std::get<std::string>(value)) : toText(value);
-}
-
-}  // namespace
-
 std::string quotedText(const std::string& text) {
   std::string out = "\"";
   for (const char character : text) {
@@ -27,13 +19,20 @@ std::string quotedText(const std::string& text) {
   return out + '"';
 }
 
+std::string quotedText(const Value& value) {
+  const auto* const text = std::get_if<std::string>(&value);
+  return text != nullptr ? quotedText(*text) : toText(value);
+}
+
 std::string yamlText(const Settings& settings, const std::function<bool(const Parameter&)>& chosen) {
   std::string text;
   for (const std::string_view group : parameterGroups()) {
     std::string lines;
     for (const Parameter& parameter : allParameters()) {
       if (parameter.group() != group || (chosen && !chosen(parameter))) continue;
-      lines += fmt::format("  {}: {}\n", parameter.nameInGroup(), scalar(parameter, parameter.get(settings)));
+      const Value value = parameter.get(settings);
+      lines += fmt::format("  {}: {}\n", parameter.nameInGroup(),
+                           parameter.kind == Kind::text ? quotedText(value) : toText(value));
     }
     if (!lines.empty()) text += fmt::format("{}:\n{}", group, lines);
   }

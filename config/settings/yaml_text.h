@@ -11,6 +11,8 @@ namespace hapticd::config {
 
 /// Returns a double-quoted scalar of YAML 1.2, which can hold any text.
 std::string quotedText(const std::string& text);
+/// The same of a value that is text; any other one as toText().
+std::string quotedText(const Value& value);
 
 /// Returns the parameters selected by `chosen` (all if it is empty) as a file that loadSettings() reads back
 /// to the same values.

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "daemon/control/base/interface_texts.h"
@@ -36,30 +37,29 @@ Reply interfaceNotFound(std::string_view name) {
   return {"org.varlink.service.InterfaceNotFound", {{"interface", name}}};
 }
 
-void getInfo(const Call&, const Caller& caller, Replies& replies) {
+Answer getInfo(const Call&, const Caller&) {
   OrderedJson names = OrderedJson::array();
   for (const Interface& interface : interfaces()) names.push_back(interface.name);
-  replies.finish(caller.connection, {"",
-                                     {{"vendor", "hapticd"},
-                                      {"product", "hapticd"},
-                                      {"version", kProductVersion},
-                                      {"url", kProductUrl},
-                                      {"interfaces", std::move(names)}}});
+  return Reply{"",
+               {{"vendor", "hapticd"},
+                {"product", "hapticd"},
+                {"version", kProductVersion},
+                {"url", kProductUrl},
+                {"interfaces", std::move(names)}}};
 }
 
-void getInterfaceDescription(const Call& call, const Caller& caller, Replies& replies) {
-  const auto name = requiredText(call, "interface");
-  if (!name) return replies.finish(caller.connection, name.error());
-  const Interface* interface = findInterface(*name);
-  if (!interface) return replies.finish(caller.connection, interfaceNotFound(*name));
-  replies.finish(caller.connection, {"", {{"description", interface->text}}});
+Answer getInterfaceDescription(const Call& call, const Caller&) {
+  const std::string name = requiredText(call, "interface");
+  const Interface* const interface = findInterface(name);
+  if (!interface) return interfaceNotFound(name);
+  return Reply{"", {{"description", interface->text}}};
 }
 
 /// The methods of org.varlink.service.
 std::vector<Method> serviceMethods() {
   return {{.name = "org.varlink.service.GetInfo", .answer = getInfo},
           {.name = "org.varlink.service.GetInterfaceDescription",
-           .parameters = {"interface"},
+           .parameters = {{"interface", isText, MethodParameter::required}},
            .answer = getInterfaceDescription}};
 }
 
@@ -71,14 +71,6 @@ Reply unknownMethod(const std::string& method) {
     return {"org.varlink.service.MethodNotFound", {{"method", method}}};
   }
   return interfaceNotFound(interface);
-}
-
-/// The first field of the call that the method does not know.
-std::optional<std::string> unknownField(const Call& call, const std::vector<std::string_view>& known) {
-  for (auto given = call.parameters.begin(); given != call.parameters.end(); ++given) {
-    if (std::ranges::find(known, given.key()) == known.end()) return given.key();
-  }
-  return std::nullopt;
 }
 
 }  // namespace
@@ -117,10 +109,14 @@ void ControlService::handle(const Call& call, const Caller& caller, Replies& rep
     return replies.finish(id, {"org.varlink.service.MethodNotImplemented", {{"method", call.method}}});
   }
   if (method->streams && !call.more) return replies.finish(id, {"org.varlink.service.ExpectedMore"});
-  if (const auto unknown = unknownField(call, method->parameters)) {
-    return replies.finish(id, invalidParameter(*unknown));
+  if (const auto refusal = refusalOf(*method, call)) return replies.finish(id, *refusal);
+  if (method->stream) return method->stream(call, caller, replies);
+  Answer answer = method->answer(call, caller);
+  if (auto* const later = std::get_if<Later>(&answer)) {
+    context_.pending.add(call, caller, replies, later->unawaited, std::move(later->poll));
+  } else {
+    replies.finish(id, std::get<Reply>(answer));
   }
-  method->answer(call, caller, replies);
 }
 
 bool ControlService::mayCall(const Method& method, const Caller& caller) const {

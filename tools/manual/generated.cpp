@@ -47,9 +47,9 @@ std::string parametersOf(std::string_view group) {
 
 /// The third cell of a row whose first one names a member, filled with what is allowed; and the member
 /// crossed out of `missing`.
-template <typename Owner>
-std::string rowOfMember(std::string_view line, std::set<std::string_view>& missing) {
-  for (const config::AdditionField<Owner>& field : config::fieldsOf(Owner{})) {
+std::string rowOfMember(const config::AdditionType& type, std::string_view line,
+                        std::set<std::string_view>& missing) {
+  for (const config::AdditionField& field : type.fields) {
     if (!line.starts_with(fmt::format("| `{}` | ", field.name))) continue;
     const std::size_t kinds = line.find(" | ") + 3;
     const std::size_t begin = line.find(" | ", kinds);
@@ -61,16 +61,16 @@ std::string rowOfMember(std::string_view line, std::set<std::string_view>& missi
   return std::string(line);
 }
 
-/// The section of a document below `heading`, with what is allowed in each row of its table.
-template <typename Owner>
-base::Result<std::string> withRanges(std::string_view document, std::string_view heading) {
+/// The section of a document about the members of a list, with what is allowed in each row of its table.
+base::Result<std::string> withRanges(std::string_view document, const config::AdditionType& type) {
+  const std::string heading = fmt::format("### Members of {}", type.list);
   std::set<std::string_view> missing;
-  for (const auto& field : config::fieldsOf(Owner{})) missing.insert(field.name);
+  for (const config::AdditionField& field : type.fields) missing.insert(field.name);
   std::string text;
   bool inside = false;
   for (const std::string_view line : linesOf(document)) {
     if (line.starts_with('#')) inside = line == heading;
-    text += (inside ? rowOfMember<Owner>(line, missing) : std::string(line)) + "\n";
+    text += (inside ? rowOfMember(type, line, missing) : std::string(line)) + "\n";
   }
   if (missing.empty()) return text;
   return std::unexpected(base::Error{
@@ -81,10 +81,12 @@ base::Result<std::string> withRanges(std::string_view document, std::string_view
 }  // namespace
 
 base::Result<std::string> withMembers(std::string_view document) {
-  const auto fixtures = withRanges<config::FixtureSettings>(document, "### Members of fixtures");
-  if (!fixtures) return fixtures;
-  const auto frames = withRanges<config::FrameSettings>(*fixtures, "### Members of frames");
-  return frames ? withRanges<config::RegionSettings>(*frames, "### Members of regions") : frames;
+  base::Result<std::string> text(document);
+  for (const config::AdditionType* type :
+       {&typeOf(config::FixtureSettings{}), &typeOf(config::FrameSettings{}),
+        &typeOf(config::RegionSettings{})})
+    if (text) text = withRanges(*text, *type);
+  return text;
 }
 
 base::Result<std::string> withParameters(std::string_view configuration) {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "config/additions/addition_checks.h"
+#include "config/additions/addition_fields.h"
 #include "config/additions/addition_json.h"
 #include "config/additions/addition_reader.h"
 #include "config/base/value_text.h"
@@ -25,42 +26,17 @@ constexpr const char* kDefinitionRemedy =
 /// Longest definition in an entry of the journal.
 constexpr std::size_t kMaxValueLength = 4000;
 
-/// The list of a type, and its words.
-template <typename T>
-struct ListOf;
-template <>
-struct ListOf<config::FixtureSettings> {
-  static constexpr const char* kWord = "fixture";
-  static constexpr auto kEvent = config::EventKind::fixture;
-  static constexpr auto kMember = &config::SceneAdditions::fixtures;
-  static constexpr std::size_t kMaxCount = rt::kMaxFixtures;
-};
-template <>
-struct ListOf<config::RegionSettings> {
-  static constexpr const char* kWord = "region";
-  static constexpr auto kEvent = config::EventKind::region;
-  static constexpr auto kMember = &config::SceneAdditions::regions;
-  static constexpr std::size_t kMaxCount = rt::kMaxTissueRegions;
-};
-/// Frames are changed by configuration and profiles only.
-template <>
-struct ListOf<config::FrameSettings> {
-  static constexpr auto kEvent = config::EventKind::frame;
-};
-
 AdditionError problem(const std::string& name, std::string field, std::string what, std::string remedy) {
   return {name, std::move(field), {name, std::move(what), std::move(remedy)}};
 }
 
-template <typename T>
-AdditionError unknownName(const std::vector<T>& items, const std::string& name) {
-  std::vector<std::string_view> names;
-  for (const T& item : items) names.push_back(item.name);
-  const std::string guess = base::didYouMean(name, names);
-  return problem(name, "", fmt::format("there is no {} of this name", ListOf<T>::kWord),
-                 guess.empty()
-                     ? fmt::format("'hapticctl {} list' shows those that there are", ListOf<T>::kWord)
-                     : guess);
+AdditionError unknownName(const config::AdditionSpan& items, const std::string& name) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < items.size(); ++i) names.push_back(items[i].name());
+  const std::string guess = base::didYouMean(name, std::vector<std::string_view>(names.begin(), names.end()));
+  const std::string_view noun = items.type().noun;
+  return problem(name, "", fmt::format("there is no {} of this name", noun),
+                 guess.empty() ? fmt::format("'hapticctl {} list' shows those that there are", noun) : guess);
 }
 
 std::string nameIn(const Json& object) {
@@ -85,8 +61,10 @@ const char* typeOf(const Json& json) {
 template <typename T>
 class ListChange {
  public:
-  explicit ListChange(config::SceneAdditions& additions)
-      : items_(additions.*ListOf<T>::kMember), label_image_(additions.label_image) {}
+  using List = std::vector<T> config::SceneAdditions::*;
+
+  ListChange(config::SceneAdditions& additions, List list)
+      : list_(list), items_(additions.*list), label_image_(additions.label_image) {}
 
   std::vector<AdditionError> apply(const AdditionChange& change) {
     remove(change.remove);
@@ -96,22 +74,20 @@ class ListChange {
   }
 
  private:
-  static constexpr std::size_t kMaxCount = ListOf<T>::kMaxCount;
-
   void report(const std::string& name, std::string field, std::string what, std::string remedy) {
     problems_.push_back(problem(name, std::move(field), std::move(what), std::move(remedy)));
   }
   /// Returns whether a list has more elements than there can be, which are not looked at then.
   bool isTooLong(const std::vector<Json>& list, const char* verb) {
-    if (list.size() <= kMaxCount) return false;
+    if (list.size() <= type_.most) return false;
     report("", "",
-           fmt::format("the call names {} {}s to {}, and there are at most {}", list.size(), ListOf<T>::kWord,
-                       verb, kMaxCount),
+           fmt::format("the call names {} {} to {}, and there are at most {}", list.size(), type_.list, verb,
+                       type_.most),
            "name each of them once");
     return true;
   }
-  static std::string placeOf(std::size_t index, const char* list) {
-    return fmt::format("{} {} of the list '{}'", ListOf<T>::kWord, index + 1, list);
+  std::string placeOf(std::size_t index, const char* list) const {
+    return fmt::format("{} {} of the list '{}'", type_.noun, index + 1, list);
   }
   auto find(const std::string& name) { return std::ranges::find(items_, name, &T::name); }
 
@@ -157,14 +133,13 @@ class ListChange {
   void add(const std::vector<Json>& definitions) {
     if (definitions.empty()) return;
     const std::size_t count = items_.size() + definitions.size();
-    if (count > kMaxCount) {
-      report(nameIn(definitions[kMaxCount - std::min(kMaxCount, items_.size())]), "",
-             fmt::format("there would be {} {}s, and at most {} are possible", count, ListOf<T>::kWord,
-                         kMaxCount),
-             fmt::format("remove {}", count - kMaxCount));
+    if (count > type_.most) {
+      report(nameIn(definitions[type_.most - std::min(type_.most, items_.size())]), "",
+             fmt::format("there would be {} {}, and at most {} are possible", count, type_.list, type_.most),
+             fmt::format("remove {}", count - type_.most));
     }
     Json objects = Json::array();
-    for (std::size_t i = 0; i < std::min(definitions.size(), kMaxCount); ++i) {
+    for (std::size_t i = 0; i < std::min(definitions.size(), type_.most); ++i) {
       if (definitions[i].is_object()) {
         objects.push_back(definitions[i]);
       } else {
@@ -178,7 +153,7 @@ class ListChange {
       for (AdditionError& error : refused) problems_.push_back(withPlace(std::move(error)));
       for (const Json& definition : objects) {
         if (const std::string name = nameIn(definition); find(name) != items_.end())
-          report(name, "name", fmt::format("there is a {} of this name already", ListOf<T>::kWord),
+          report(name, "name", fmt::format("there is a {} of this name already", type_.noun),
                  "give each its own name");
       }
       return;
@@ -190,7 +165,7 @@ class ListChange {
   /// Returns what is wrong with definitions without those that are there already.
   std::vector<AdditionError> problemsOf(const std::vector<T>& added) const {
     config::SceneAdditions alone;
-    alone.*ListOf<T>::kMember = added;
+    alone.*list_ = added;
     alone.label_image = label_image_;
     return config::checkTogether(alone);
   }
@@ -202,16 +177,12 @@ class ListChange {
     return error;
   }
 
+  const config::AdditionType& type_ = typeOf(T{});
+  List list_;
   std::vector<T>& items_;
   const std::string& label_image_;
   std::vector<AdditionError> problems_;
 };
-
-template <typename T>
-std::vector<AdditionError> apply(config::SceneAdditions& additions, const AdditionChange& change) {
-  auto problems = ListChange<T>(additions).apply(change);
-  return problems.empty() ? config::checkTogether(additions) : problems;
-}
 
 std::string cut(std::string text) {
   if (text.size() <= kMaxValueLength) return text;
@@ -236,12 +207,16 @@ std::string actionOf(const Json& changed) {
   return enabled->get<bool>() ? "enable" : "disable";
 }
 
-template <typename T>
-AdditionDifference differenceOf(const T& before, const T& after) {
-  const Json old_definition = config::definitionOf<Json>(before);
-  const Json new_definition = config::definitionOf<Json>(after);
+/// `before`, `after`: null where there is none.
+AdditionDifference differenceOf(const config::Addition* before, const config::Addition* after) {
+  const config::Addition& item = before != nullptr ? *before : *after;
+  const config::EventKind kind = *rt::withWord<config::EventKind>(item.type().noun);
+  if (after == nullptr) return {kind, item.name(), "remove", cut(lineOf(*before)), ""};
+  if (before == nullptr) return {kind, item.name(), "add", "", cut(lineOf(*after))};
+  const Json old_definition = config::definitionOf<Json>(*before);
+  const Json new_definition = config::definitionOf<Json>(*after);
   const Json new_members = membersWithout(new_definition, old_definition);
-  return {ListOf<T>::kEvent, after.name, actionOf(new_members),
+  return {kind, item.name(), actionOf(new_members),
           cut(textOf(membersWithout(old_definition, new_definition))), cut(textOf(new_members))};
 }
 
@@ -249,16 +224,15 @@ template <typename T>
 void addDifferences(const std::vector<T>& before, const std::vector<T>& after,
                     std::vector<AdditionDifference>& differences) {
   for (const T& item : before) {
+    const config::Addition was(item);
     if (std::ranges::find(after, item.name, &T::name) == after.end())
-      differences.push_back({ListOf<T>::kEvent, item.name, "remove", cut(config::lineOf(item)), ""});
+      differences.push_back(differenceOf(&was, nullptr));
   }
   for (const T& item : after) {
     const auto old_item = std::ranges::find(before, item.name, &T::name);
-    if (old_item == before.end()) {
-      differences.push_back({ListOf<T>::kEvent, item.name, "add", "", cut(config::lineOf(item))});
-    } else if (*old_item != item) {
-      differences.push_back(differenceOf(*old_item, item));
-    }
+    const config::Addition now(item), was(old_item == before.end() ? item : *old_item);
+    if (old_item == before.end() || *old_item != item)
+      differences.push_back(differenceOf(old_item == before.end() ? nullptr : &was, &now));
   }
 }
 
@@ -267,8 +241,10 @@ void addDifferences(const std::vector<T>& before, const std::vector<T>& after,
 std::expected<config::SceneAdditions, std::vector<AdditionError>> changedAdditions(
     const config::SceneAdditions& before, AdditionList list, const AdditionChange& change) {
   config::SceneAdditions after = before;
-  auto problems = list == AdditionList::fixtures ? apply<config::FixtureSettings>(after, change)
-                                                 : apply<config::RegionSettings>(after, change);
+  auto problems = list == AdditionList::fixtures
+                      ? ListChange(after, &config::SceneAdditions::fixtures).apply(change)
+                      : ListChange(after, &config::SceneAdditions::regions).apply(change);
+  if (problems.empty()) problems = config::checkTogether(after);
   if (!problems.empty()) return std::unexpected(std::move(problems));
   return after;
 }
@@ -289,9 +265,9 @@ JournalFields AdditionDifference::fields() const {
 std::vector<AdditionDifference> differencesOf(const config::SceneAdditions& before,
                                               const config::SceneAdditions& after) {
   std::vector<AdditionDifference> differences;
-  addDifferences(before.frames, after.frames, differences);
-  addDifferences(before.fixtures, after.fixtures, differences);
-  addDifferences(before.regions, after.regions, differences);
+  config::forEachList(
+      [&differences](const auto& was, const auto& now) { addDifferences(was, now, differences); }, before,
+      after);
   if (before.label_image != after.label_image) {
     differences.push_back({config::EventKind::region, "label_image", "change",
                            fmt::format("{} bytes", before.label_image.size()),

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "daemon/control/base/addition_change.h"
@@ -19,59 +20,65 @@ Reply failed(std::string_view error, std::string reason) {
   return {std::string(error), {{"reason", std::move(reason)}}};
 }
 
-const Json* field(const Call& call, const char* name) {
+const Json* field(const Call& call, std::string_view name) {
   const auto found = call.parameters.find(name);
   return found == call.parameters.end() || found->is_null() ? nullptr : &*found;
 }
 
-Field<std::string> textField(const Call& call, const char* name) {
-  const Json* const json = field(call, name);
-  if (!json) return std::nullopt;
-  if (!json->is_string()) return std::unexpected(invalidParameter(name));
-  return json->get<std::string>();
+bool isNumber(const Json& json) {
+  return json.is_number() && std::isfinite(json.get<double>());
 }
 
-Field<bool> flagField(const Call& call, const char* name) {
-  const Json* const json = field(call, name);
-  if (!json) return std::nullopt;
-  if (!json->is_boolean()) return std::unexpected(invalidParameter(name));
-  return json->get<bool>();
+namespace {
+
+bool areNumbers(const Json& json, std::size_t count) {
+  return json.is_array() && json.size() == count && std::ranges::all_of(json, isNumber);
 }
 
-Field<double> numberField(const Call& call, const char* name) {
-  const Json* const json = field(call, name);
-  if (!json) return std::nullopt;
-  if (!json->is_number() || !std::isfinite(json->get<double>()))
-    return std::unexpected(invalidParameter(name));
-  return json->get<double>();
+}  // namespace
+
+bool isVector(const Json& json) {
+  return areNumbers(json, 3);
+}
+
+bool isQuaternion(const Json& json) {
+  return areNumbers(json, 4);
+}
+
+std::optional<Reply> refusalOf(const Method& method, const Call& call) {
+  for (auto given = call.parameters.begin(); given != call.parameters.end(); ++given) {
+    if (std::ranges::find(method.parameters, given.key(), &MethodParameter::name) == method.parameters.end())
+      return invalidParameter(given.key());
+  }
+  for (const MethodParameter& parameter : method.parameters) {
+    const Json* const json = field(call, parameter.name);
+    if (json && parameter.is && !parameter.is(*json)) return invalidParameter(parameter.name);
+  }
+  for (const MethodParameter& parameter : method.parameters) {
+    if (parameter.need == MethodParameter::required && !field(call, parameter.name))
+      return invalidParameter(parameter.name);
+  }
+  return std::nullopt;
 }
 
 std::expected<std::int64_t, Reply> timeField(const Call& call, std::int64_t now_ns) {
   constexpr double kMaxAge_s = 1000;  // what is older says nothing about now
   const Json* const time = field(call, "timeNs");
   const Json* const age = field(call, "ageS");
-  if (time && (!time->is_number_integer() || age)) return std::unexpected(invalidParameter("timeNs"));
+  if (time && age) return std::unexpected(invalidParameter("timeNs"));
   if (time) return time->get<std::int64_t>();
   if (!age) return now_ns;
-  if (!age->is_number() || !(std::abs(age->get<double>()) <= kMaxAge_s))
-    return std::unexpected(invalidParameter("ageS"));
+  if (std::abs(age->get<double>()) > kMaxAge_s) return std::unexpected(invalidParameter("ageS"));
   return now_ns - static_cast<std::int64_t>(age->get<double>() * 1e9);
 }
 
-Field<std::vector<std::string>> textsField(const Call& call, const char* name, std::size_t most) {
+std::expected<std::optional<std::vector<std::string>>, Reply> textsField(const Call& call, const char* name,
+                                                                         std::size_t most) {
   const Json* const json = field(call, name);
   if (!json) return std::nullopt;
-  const bool texts = json->is_array() && json->size() <= most &&
-                     std::ranges::all_of(*json, [](const Json& item) { return item.is_string(); });
+  const bool texts = json->is_array() && json->size() <= most && std::ranges::all_of(*json, isText);
   if (!texts) return std::unexpected(invalidParameter(name));
   return json->get<std::vector<std::string>>();
-}
-
-std::expected<std::string, Reply> requiredText(const Call& call, const char* name) {
-  auto text = textField(call, name);
-  if (!text) return std::unexpected(text.error());
-  if (!*text) return std::unexpected(invalidParameter(name));
-  return std::move(**text);
 }
 
 void PendingAnswers::add(const Call& call, const Caller& caller, Replies& replies, Unawaited unawaited,

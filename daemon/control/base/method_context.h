@@ -3,7 +3,6 @@
 
 #include <array>
 #include <chrono>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <expected>
@@ -14,6 +13,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "config/settings/settings.h"
@@ -27,15 +27,34 @@
 
 namespace hapticd::daemon {
 
-/// A method of an interface, and the function that answers it.
-struct Method {
-  std::string_view name;  ///< with the interface, "io.hapticd.Status.GetStatus"
-  Access access = Access::read;
-  bool streams = false;                           ///< whether it must be called with the flag "more"
-  bool shows_depth = false;                       ///< whether it needs Caller::sees_depth
-  std::vector<std::string_view> parameters = {};  ///< names of the parameters that it knows
-  std::function<void(const Call&, const Caller&, Replies&)> answer;
+/// A parameter of a method. Null is the same as absent.
+struct MethodParameter {
+  enum Need { optional, required };
+
+  std::string_view name;
+  bool (*is)(const Json&) = nullptr;  ///< whether a value is of its type; null: the method looks for itself
+  Need need = optional;
 };
+
+/// Types of parameters. A number is finite.
+inline bool isText(const Json& json) {
+  return json.is_string();
+}
+inline bool isFlag(const Json& json) {
+  return json.is_boolean();
+}
+inline bool isWhole(const Json& json) {
+  return json.is_number_integer();
+}
+inline bool isList(const Json& json) {
+  return json.is_array();
+}
+inline bool isObject(const Json& json) {
+  return json.is_object();
+}
+bool isNumber(const Json& json);
+bool isVector(const Json& json);      ///< three numbers
+bool isQuaternion(const Json& json);  ///< four
 
 /// The error org.varlink.service.InvalidParameter for that field.
 Reply invalidParameter(std::string_view field);
@@ -46,37 +65,41 @@ Reply failed(std::string_view error, std::string reason);
 inline constexpr const char* kFixtureMissing = "io.hapticd.Control.FixtureMissing";
 
 /// A field of the call's parameters; a null pointer if it is absent or null, which Varlink treats alike.
-const Json* field(const Call& call, const char* name);
+const Json* field(const Call& call, std::string_view name);
 
-/// A field that may be absent. Errors: InvalidParameter if it has another type.
+/// A field whose type has been checked; nothing if it is absent.
 template <typename T>
-using Field = std::expected<std::optional<T>, Reply>;
-Field<std::string> textField(const Call& call, const char* name);
-Field<bool> flagField(const Call& call, const char* name);
-/// A list of texts. Errors: InvalidParameter, also for more than `most` texts.
-Field<std::vector<std::string>> textsField(const Call& call, const char* name, std::size_t most);
-/// Errors: InvalidParameter, also for a number that is not finite.
-Field<double> numberField(const Call& call, const char* name);
-/// When something was measured or computed, CLOCK_MONOTONIC: its member timeNs, or now less its member ageS,
-/// or now. Errors: InvalidParameter, also for both.
-std::expected<std::int64_t, Reply> timeField(const Call& call, std::int64_t now_ns);
-/// A list of so many finite numbers; nothing if it is absent. Errors: InvalidParameter.
-template <std::size_t kCount>
-Field<std::array<double, kCount>> numbersField(const Call& call, const char* name) {
+std::optional<T> optionalField(const Call& call, const char* name) {
   const Json* const json = field(call, name);
-  if (!json) return std::nullopt;
-  if (!json->is_array() || json->size() != kCount) return std::unexpected(invalidParameter(name));
-  std::array<double, kCount> numbers{};
-  for (std::size_t i = 0; i < kCount; ++i) {
-    const Json& number = (*json)[i];
-    if (!number.is_number() || !std::isfinite(number.get<double>()))
-      return std::unexpected(invalidParameter(name));
-    numbers[i] = number.get<double>();
-  }
-  return numbers;
+  return json ? std::optional(json->get<T>()) : std::nullopt;
 }
-/// A required field. Errors: InvalidParameter, also if it is absent.
-std::expected<std::string, Reply> requiredText(const Call& call, const char* name);
+inline auto optionalText(const Call& call, const char* name) {
+  return optionalField<std::string>(call, name);
+}
+inline auto optionalFlag(const Call& call, const char* name) {
+  return optionalField<bool>(call, name);
+}
+inline auto optionalNumber(const Call& call, const char* name) {
+  return optionalField<double>(call, name);
+}
+/// One that is there.
+inline auto requiredText(const Call& call, const char* name) {
+  return call.parameters.at(name).get<std::string>();
+}
+inline auto requiredNumber(const Call& call, const char* name) {
+  return call.parameters.at(name).get<double>();
+}
+/// As many numbers as its type says.
+template <std::size_t kCount>
+auto requiredNumbers(const Call& call, const char* name) {
+  return call.parameters.at(name).get<std::array<double, kCount>>();
+}
+/// A list of texts, which may be absent. Errors: InvalidParameter, also for more than `most` texts.
+std::expected<std::optional<std::vector<std::string>>, Reply> textsField(const Call& call, const char* name,
+                                                                         std::size_t most);
+/// When something was measured or computed, CLOCK_MONOTONIC: its member timeNs, or now less its member ageS,
+/// or now. Errors: InvalidParameter for both, and for an age beyond 1000 s.
+std::expected<std::int64_t, Reply> timeField(const Call& call, std::int64_t now_ns);
 
 template <typename T>
 bool isReady(const std::future<T>& future) {
@@ -132,6 +155,41 @@ PendingAnswers::Poll whenReady(std::future<T> future, std::move_only_function<Re
     return replyTo(future.get());
   };
 }
+
+/// The answer to a call: at once, or as soon as it is known.
+struct Later {
+  PendingAnswers::Unawaited unawaited;
+  PendingAnswers::Poll poll;
+};
+using Answer = std::variant<Reply, Later>;
+
+/// A method of an interface, and the function that answers it.
+struct Method {
+  std::string_view name;  ///< with the interface, "io.hapticd.Status.GetStatus"
+  Access access = Access::read;
+  bool streams = false;      ///< whether it must be called with the flag "more"
+  bool shows_depth = false;  ///< whether it needs Caller::sees_depth
+  /// Those that it knows, in the order of the interface text. Wrong ones are refused before it is called.
+  std::vector<MethodParameter> parameters = {};
+  std::function<Answer(const Call&, const Caller&)> answer = {};
+  /// In place of `answer` where it sends replies itself.
+  std::function<void(const Call&, const Caller&, Replies&)> stream = {};
+};
+
+/// A method that `answer` of `self` answers. Those of io.hapticd.Control are for callers that may control.
+template <typename Self>
+Method methodOf(Self* self, std::string_view name, Answer (Self::*answer)(const Call&, const Caller&),
+                std::vector<MethodParameter> parameters = {}) {
+  const bool controls = name.starts_with("io.hapticd.Control.");
+  return {.name = name,
+          .access = controls ? Access::control : Access::read,
+          .parameters = std::move(parameters),
+          .answer = std::bind_front(answer, self)};
+}
+
+/// InvalidParameter for the first field that the method does not know, else for the first of the wrong type,
+/// else for the first one that is missing; nothing: there is none.
+std::optional<Reply> refusalOf(const Method& method, const Call& call);
 
 /// Data shared by the methods of all topics.
 /// Thread: control thread only.

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <type_traits>
+#include <utility>
 
 #include "config/settings/law_choice.h"
 #include "daemon/base/journal_entry.h"
@@ -23,11 +25,16 @@ constexpr bool kIsOptional = false;
 template <typename Value>
 constexpr bool kIsOptional<std::optional<Value>> = true;
 
+// Not inlined, because there are hundreds of fields.
+[[gnu::noinline]] void add(OrderedJson& object, std::string_view name, OrderedJson value) {
+  object[std::string(name)] = std::move(value);
+}
+
 template <typename Record>
 OrderedJson objectOf(const Record& record) {
   OrderedJson object = OrderedJson::object();
   rt::forEachShownField<Record>(
-      [&](const auto& field) { object[std::string(field.json_name.text())] = jsonOf(field.show(record)); });
+      [&](const auto& field) { add(object, field.json_name.text(), jsonOf(field.show(record))); });
   return object;
 }
 
@@ -69,6 +76,10 @@ OrderedJson statusJson(const BoxStatus& status) {
 
 OrderedJson pendingReloadJson(const std::optional<PendingReload>& pending) {
   return jsonOf(pending);
+}
+
+OrderedJson conductJson(const FixtureConduct& conduct) {
+  return jsonOf(conduct);
 }
 
 OrderedJson windowJson(const WindowStatus& window) {

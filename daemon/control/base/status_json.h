@@ -14,6 +14,8 @@ OrderedJson statusJson(const BoxStatus& status);
 /// Null where none waits.
 OrderedJson pendingReloadJson(const std::optional<PendingReload>& pending);
 OrderedJson windowJson(const WindowStatus& window);
+/// A fixture as the type of `each` in `Status`.
+OrderedJson conductJson(const FixtureConduct& conduct);
 /// A tick as the type `Tick` of io.hapticd.Status.
 OrderedJson tickJson(const rt::Tick& tick);
 

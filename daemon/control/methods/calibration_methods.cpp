@@ -21,19 +21,15 @@ std::string utcNow() {
   return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
 }
 
+bool isPose(const Json& json) {
+  return poseFrom(json).has_value();
+}
+
 /// The registration that a call requests; nothing if it requests none.
-Field<Registration> registrationOf(const Call& call) {
+std::optional<Registration> registrationOf(const Call& call) {
   const Json* const pose = field(call, "cameraPose");
-  const Json* const residual = field(call, "residualM");
-  const bool good_residual = !residual || (pose && residual->is_number() && residual->get<double>() >= 0 &&
-                                           std::isfinite(residual->get<double>()));
-  if (!good_residual) return std::unexpected(invalidParameter("residualM"));
   if (!pose) return std::nullopt;
-  const auto T_world_camera = poseFrom(*pose);
-  if (!T_world_camera) return std::unexpected(invalidParameter("cameraPose"));
-  Registration registration{*T_world_camera, {}, utcNow()};
-  if (residual) registration.residual_m = residual->get<double>();
-  return registration;
+  return Registration{*poseFrom(*pose), optionalNumber(call, "residualM"), utcNow()};
 }
 
 }  // namespace
@@ -44,12 +40,9 @@ CalibrationMethods::CalibrationMethods(MethodContext& context, StateWorker& work
 
 std::vector<Method> CalibrationMethods::methods() {
   using Self = CalibrationMethods;
-  return {
-      {.name = "io.hapticd.Status.GetCalibration", .answer = std::bind_front(&Self::getCalibration, this)},
-      {.name = "io.hapticd.Control.SetCalibration",
-       .access = Access::control,
-       .parameters = {"cameraPose", "residualM"},
-       .answer = std::bind_front(&Self::setCalibration, this)}};
+  return {methodOf(this, "io.hapticd.Status.GetCalibration", &Self::getCalibration),
+          methodOf(this, "io.hapticd.Control.SetCalibration", &Self::setCalibration,
+                   {{"cameraPose", isPose}, {"residualM", isNumber}})};
 }
 
 const rt::PoseParameters& CalibrationMethods::poseOf(const std::optional<Registration>& registration) const {
@@ -65,36 +58,29 @@ std::vector<std::string> CalibrationMethods::warnings() const {
   return {"a new pose of the camera takes effect at the next start only (systemctl restart hapticd)"};
 }
 
-void CalibrationMethods::getCalibration(const Call&, const Caller& caller, Replies& replies) {
+Answer CalibrationMethods::getCalibration(const Call&, const Caller&) {
   const auto text = [this](const std::string& time) {
     return registered_ && !time.empty() ? OrderedJson(time) : OrderedJson();
   };
   const bool has_residual = registered_ && registered_->residual_m;
-  replies.finish(caller.connection,
-                 {"",
-                  {{"calibration",
-                    {{"cameraPose", poseJson(context_.box.settings().camera.pose())},
-                     {"source", at_start_.registration ? "registration" : "configuration"},
-                     {"waiting", waits() ? poseJson(poseOf(registered_)) : OrderedJson()},
-                     {"residualM", has_residual ? OrderedJson(*registered_->residual_m) : OrderedJson()},
-                     {"time", text(registered_ ? registered_->time : "")}}}}});
+  return Reply{"",
+               {{"calibration",
+                 {{"cameraPose", poseJson(context_.box.settings().camera.pose())},
+                  {"source", at_start_.registration ? "registration" : "configuration"},
+                  {"waiting", waits() ? poseJson(poseOf(registered_)) : OrderedJson()},
+                  {"residualM", has_residual ? OrderedJson(*registered_->residual_m) : OrderedJson()},
+                  {"time", text(registered_ ? registered_->time : "")}}}}};
 }
 
-void CalibrationMethods::setCalibration(const Call& call, const Caller& caller, Replies& replies) {
+Answer CalibrationMethods::setCalibration(const Call& call, const Caller& caller) {
   const auto registration = registrationOf(call);
-  if (!registration) return replies.finish(caller.connection, registration.error());
-  if (*registration) {
-    const auto problems = problemsOf((*registration)->T_world_camera, context_.box.settings());
-    if (!problems.empty()) return replies.finish(caller.connection, failed(kFailed, textOf(problems)));
+  const auto residual = optionalNumber(call, "residualM");
+  if (residual && !(registration && *residual >= 0)) return invalidParameter("residualM");
+  if (registration) {
+    const auto problems = problemsOf(registration->T_world_camera, context_.box.settings());
+    if (!problems.empty()) return failed(kFailed, textOf(problems));
   }
-  if (context_.pending.full(Access::control)) {
-    return replies.finish(caller.connection, failed(kFailed, PendingAnswers::kFullReason));
-  }
-  write(call, caller, replies, *registration);
-}
-
-void CalibrationMethods::write(const Call& call, const Caller& caller, Replies& replies,
-                               const std::optional<Registration>& registration) {
+  if (context_.pending.full(Access::control)) return failed(kFailed, PendingAnswers::kFullReason);
   using Outcome = base::Result<void>;
   auto writing = worker_.run([folder = context_.box.settings().state.folder, registration] {
     return writeRegistration(folder, registration);
@@ -103,8 +89,7 @@ void CalibrationMethods::write(const Call& call, const Caller& caller, Replies& 
     if (!done) return failed(kFailed, done.error().text());
     return written(caller, registration);
   };
-  context_.pending.add(call, caller, replies, PendingAnswers::Unawaited::finish,
-                       whenReady<Outcome>(std::move(writing), reply));
+  return Later{PendingAnswers::Unawaited::finish, whenReady<Outcome>(std::move(writing), reply)};
 }
 
 Reply CalibrationMethods::written(const Caller& caller, const std::optional<Registration>& registration) {

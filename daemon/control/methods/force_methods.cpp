@@ -26,20 +26,16 @@ Reply refused(const char* cause, std::string reason) {
 }  // namespace
 
 std::vector<Method> ForceMethods::methods() {
-  return {{.name = "io.hapticd.Control.FeedForce",
-           .access = Access::control,
-           .parameters = {"forceNInWorld", "timeNs", "ageS"},
-           .answer = std::bind_front(&ForceMethods::feedForce, this)}};
+  return {methodOf(
+      this, "io.hapticd.Control.FeedForce", &ForceMethods::feedForce,
+      {{"forceNInWorld", isVector, MethodParameter::required}, {"timeNs", isWhole}, {"ageS", isNumber}})};
 }
 
-void ForceMethods::feedForce(const Call& call, const Caller& caller, Replies& replies) {
-  const auto force_n = numbersField<3>(call, "forceNInWorld");
+Answer ForceMethods::feedForce(const Call& call, const Caller& caller) {
   const auto time_ns = timeField(call, rt::monotonicNow_ns());
-  if (!time_ns) return replies.finish(caller.connection, time_ns.error());
-  if (!force_n) return replies.finish(caller.connection, force_n.error());
-  if (!*force_n) return replies.finish(caller.connection, invalidParameter("forceNInWorld"));
-  const auto& [x, y, z] = **force_n;
-  replies.finish(caller.connection, take({{x, y, z}, *time_ns}, caller));
+  if (!time_ns) return time_ns.error();
+  const auto [x, y, z] = requiredNumbers<3>(call, "forceNInWorld");
+  return take({{x, y, z}, *time_ns}, caller);
 }
 
 Reply ForceMethods::take(const rt::ExternalForce& force, const Caller& caller) {

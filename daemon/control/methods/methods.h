@@ -35,15 +35,14 @@ class AdditionMethods {
   const FeedStatus& feedStatus() const { return feed_.status(); }
 
  private:
-  void listFixtures(const Call&, const Caller&, Replies&);
-  void listRegions(const Call&, const Caller&, Replies&);
-  void changeList(AdditionList list, const Call& call, const Caller& caller, Replies& replies);
-  void setStiffness(const Call&, const Caller&, Replies&);
-  void feedStiffness(const Call&, const Caller&, Replies&);
+  Answer listFixtures(const Call&, const Caller&);
+  Answer listRegions(const Call&, const Caller&);
+  Answer changeList(AdditionList list, const Call& call, const Caller& caller);
+  Answer setStiffness(const Call&, const Caller&);
+  Answer feedStiffness(const Call&, const Caller&);
 
   /// Applies and logs the change, and answers when the force loop has taken it over.
-  void apply(AdditionList list, const AdditionChange& change, const Call& call, const Caller& caller,
-             Replies& replies);
+  Answer apply(AdditionList list, const AdditionChange& change, const Caller& caller);
   std::uint64_t generationOf(AdditionList list) const;
 
   MethodContext& context_;
@@ -72,8 +71,8 @@ class FrameMethods {
     rt::MovingFrame judge;  ///< gets what the force loop gets, so that the client is told what that finds
   };
 
-  void listFrames(const Call&, const Caller&, Replies&);
-  void feedPose(const Call&, const Caller&, Replies&);
+  Answer listFrames(const Call&, const Caller&);
+  Answer feedPose(const Call&, const Caller&);
 
   MethodContext& context_;
   std::map<std::string, Stream, std::less<>> streams_;
@@ -94,7 +93,7 @@ class ForceMethods {
   void addWarnings(std::vector<std::string>& list) const { feed_.addWarnings(Clock::now(), list); }
 
  private:
-  void feedForce(const Call&, const Caller&, Replies&);
+  Answer feedForce(const Call&, const Caller&);
   Reply take(const rt::ExternalForce& force, const Caller& caller);
 
   MethodContext& context_;
@@ -118,9 +117,8 @@ class CalibrationMethods {
   std::vector<std::string> warnings() const;
 
  private:
-  void getCalibration(const Call&, const Caller&, Replies&);
-  void setCalibration(const Call&, const Caller&, Replies&);
-  void write(const Call&, const Caller&, Replies&, const std::optional<Registration>& registration);
+  Answer getCalibration(const Call&, const Caller&);
+  Answer setCalibration(const Call&, const Caller&);
   /// Remembers what was written.
   Reply written(const Caller& caller, const std::optional<Registration>& registration);
 
@@ -141,14 +139,14 @@ class ParameterMethods {
   std::vector<Method> methods();
 
  private:
-  void getParameters(const Call&, const Caller&, Replies&);
-  void setParameters(const Call&, const Caller&, Replies&);
-  void engage(const Call&, const Caller&, Replies&);
-  void disengage(const Call&, const Caller&, Replies&);
-  void clearFault(const Call&, const Caller&, Replies&);
+  Answer getParameters(const Call&, const Caller&);
+  Answer setParameters(const Call&, const Caller&);
+  Answer engage(const Call&, const Caller&);
+  Answer disengage(const Call&, const Caller&);
+  Answer clearFault(const Call&, const Caller&);
 
-  void answerWhenApplied(const Call& call, const Caller& caller, Replies& replies, std::uint64_t generation,
-                         std::move_only_function<Reply()> reply);
+  /// Disengages, and answers with the mode.
+  Answer disengaged();
   /// The mode at the time of the reply. `engaged`: the call requested force, so idle means that it was
   /// refused.
   Reply modeReply(bool engaged);
@@ -169,18 +167,15 @@ class ProfileMethods {
   /// The log entry for a finished job.
   using Done = base::Result<JournalFields>;
 
-  void listProfiles(const Call&, const Caller&, Replies&);
-  void saveProfile(const Call&, const Caller&, Replies&);
-  void loadProfile(const Call&, const Caller&, Replies&);
-  void deleteProfile(const Call&, const Caller&, Replies&);
-  void setBootProfile(const Call&, const Caller&, Replies&);
+  Answer listProfiles(const Call&, const Caller&);
+  Answer saveProfile(const Call&, const Caller&);
+  Answer loadProfile(const Call&, const Caller&);
+  Answer deleteProfile(const Call&, const Caller&);
+  Answer setBootProfile(const Call&, const Caller&);
 
-  /// Refuses the call where too many wait already; true if it did.
-  bool refused(const Caller& caller, Replies& replies);
   /// Waits for `job`, then logs `change` with the fields of both and answers with `parameters`.
-  void answerWhenDone(const Call& call, const Caller& caller, Replies& replies, std::function<Done()> job,
-                      const std::string& change, const JournalFields& fields,
-                      const OrderedJson& parameters = OrderedJson::object());
+  Answer answerWhenDone(const Caller& caller, std::function<Done()> job, const std::string& change,
+                        const JournalFields& fields, const OrderedJson& parameters = OrderedJson::object());
   /// Sets the parameters of a profile. Returns the Poll that waits for the force loop.
   std::expected<PendingAnswers::Poll, Reply> apply(const Caller& caller, const std::string& name,
                                                    const Loaded& loaded);
@@ -199,8 +194,8 @@ class ReloadMethods {
   std::vector<Method> methods();
 
  private:
-  void reload(const Call&, const Caller&, Replies&);
-  void confirm(const Json& number, const Call&, const Caller&, Replies&);
+  Answer reload(const Call&, const Caller&);
+  Answer confirm(const Json& number, const Caller&);
   /// Waits for the force loop, then answers with what was done.
   PendingAnswers::Poll answerTo(const Reloads::Outcome& outcome);
 
@@ -216,8 +211,8 @@ class SolidMethods {
   std::vector<Method> methods();
 
  private:
-  void getSolid(const Call&, const Caller&, Replies&);
-  void storeSolid(const Call&, const Caller&, Replies&);
+  Answer getSolid(const Call&, const Caller&);
+  Answer storeSolid(const Call&, const Caller&);
 
   MethodContext& context_;
   StateWorker& worker_;
@@ -231,7 +226,7 @@ class UndoMethod {
   std::vector<Method> methods();
 
  private:
-  void undo(const Call&, const Caller&, Replies&);
+  Answer undo(const Call&, const Caller&);
 
   MethodContext& context_;
 };
@@ -247,23 +242,20 @@ class TraceMethods {
   using Done = std::future<base::Result<void>>;
   using Named = std::future<base::Result<std::string>>;
 
-  void listTraces(const Call&, const Caller&, Replies&);
-  void startTrace(const Call&, const Caller&, Replies&);
-  void stopTrace(const Call&, const Caller&, Replies&);
-  void dumpTrace(const Call&, const Caller&, Replies&);
-  void deleteTrace(const Call&, const Caller&, Replies&);
-  void keepTrace(const Call&, const Caller&, Replies&);
-  void noteTrace(const Call&, const Caller&, Replies&);
-  void markTrace(const Call&, const Caller&, Replies&);
+  Answer listTraces(const Call&, const Caller&);
+  Answer startTrace(const Call&, const Caller&);
+  Answer stopTrace(const Call&, const Caller&);
+  Answer dumpTrace(const Call&, const Caller&);
+  Answer deleteTrace(const Call&, const Caller&);
+  Answer keepTrace(const Call&, const Caller&);
+  Answer noteTrace(const Call&, const Caller&);
+  Answer markTrace(const Call&, const Caller&);
 
-  /// Refuses the call where too many wait already; true if it did.
-  bool refused(const Caller& caller, Replies& replies);
   /// Logs what was done and answers with the trace's name.
-  void answerWhenDone(const Call& call, const Caller& caller, Replies& replies, Named named,
-                      const char* action, const char* change);
+  Answer answerWhenDone(const Caller& caller, Named named, const char* action, const char* change);
   /// Logs what was done and answers without fields; `name`: of the trace.
-  void answerWhenDone(const Call& call, const Caller& caller, Replies& replies, Done done,
-                      const std::string& name, const char* action, const char* change);
+  Answer answerWhenDone(const Caller& caller, Done done, const std::string& name, const char* action,
+                        const char* change);
 
   MethodContext& context_;
 };

@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "config/additions/addition_json.h"
 #include "config/settings/parameter_table.h"
 #include "daemon/base/journal_entry.h"
 #include "daemon/control/base/method_context.h"
@@ -19,27 +20,14 @@
 namespace hapticd::daemon {
 namespace {
 
+using Unawaited = PendingAnswers::Unawaited;
+
 /// The most problems that a reply lists: with more it would be too long, and they would hardly be of use.
 constexpr std::size_t kMaxProblems = 100;
 
-const char* kindName(config::Kind kind) {
-  switch (kind) {
-    case config::Kind::boolean:
-      return "boolean";
-    case config::Kind::integer:
-      return "integer";
-    case config::Kind::number:
-      return "number";
-    case config::Kind::choice:
-      return "choice";
-    case config::Kind::text:
-      return "text";
-  }
-  return "text";
-}
-
 OrderedJson toJson(const config::Value& value) {
-  return std::visit([](const auto& held) { return OrderedJson(held); }, value);
+  if (const double* const number = std::get_if<double>(&value)) return *number;
+  return config::jsonOf<OrderedJson>(value);
 }
 
 /// A JSON value as a parameter's value; nothing for null, objects and arrays.
@@ -141,7 +129,7 @@ OrderedJson parameterJson(const config::Parameter& parameter, const config::Sett
   }
   return {{"name", parameter.name},
           {"value", toJson(parameter.get(settings))},
-          {"kind", kindName(parameter.kind)},
+          {"kind", rt::wordOf(parameter.kind)},
           {"unit", parameter.unit},
           {"minimum", numeric ? OrderedJson(parameter.minimum) : OrderedJson()},
           {"maximum", numeric ? OrderedJson(parameter.maximum) : OrderedJson()},
@@ -181,36 +169,24 @@ std::expected<config::Settings, Reply> changedSettings(const config::Settings& s
 }  // namespace
 
 std::vector<Method> ParameterMethods::methods() {
-  using enum Access;
   using Self = ParameterMethods;
-  return {{.name = "io.hapticd.Status.GetParameters",
-           .parameters = {"names"},
-           .answer = std::bind_front(&Self::getParameters, this)},
-          {.name = "io.hapticd.Control.SetParameters",
-           .access = control,
-           .parameters = {"parameters"},
-           .answer = std::bind_front(&Self::setParameters, this)},
-          {.name = "io.hapticd.Control.Engage",
-           .access = control,
-           .parameters = {"insideSurface"},
-           .answer = std::bind_front(&Self::engage, this)},
-          {.name = "io.hapticd.Control.Disengage",
-           .access = control,
-           .answer = std::bind_front(&Self::disengage, this)},
-          {.name = "io.hapticd.Control.ClearFault",
-           .access = control,
-           .answer = std::bind_front(&Self::clearFault, this)}};
+  return {methodOf(this, "io.hapticd.Status.GetParameters", &Self::getParameters, {{"names"}}),
+          methodOf(this, "io.hapticd.Control.SetParameters", &Self::setParameters,
+                   {{"parameters", isObject, MethodParameter::required}}),
+          methodOf(this, "io.hapticd.Control.Engage", &Self::engage, {{"insideSurface", isFlag}}),
+          methodOf(this, "io.hapticd.Control.Disengage", &Self::disengage),
+          methodOf(this, "io.hapticd.Control.ClearFault", &Self::clearFault)};
 }
 
-void ParameterMethods::getParameters(const Call& call, const Caller& caller, Replies& replies) {
+Answer ParameterMethods::getParameters(const Call& call, const Caller&) {
   // More names than there are parameters must be repetitions, which would make the reply arbitrarily long.
   const auto names = textsField(call, "names", config::parameterTable().size());
-  if (!names) return replies.finish(caller.connection, names.error());
+  if (!names) return names.error();
   OrderedJson rows = OrderedJson::array();
   if (!*names) {
     for (const config::Parameter& row : config::parameterTable())
       rows.push_back(parameterJson(row, context_.box.settings()));
-    return replies.finish(caller.connection, {"", {{"parameters", std::move(rows)}}});
+    return Reply{"", {{"parameters", std::move(rows)}}};
   }
   OrderedJson problems = OrderedJson::array();
   for (const std::string& name : **names) {
@@ -220,65 +196,58 @@ void ParameterMethods::getParameters(const Call& call, const Caller& caller, Rep
       problems.push_back({{"parameter", name}, {"reason", reasonOf(config::unknownParameter(name))}});
     }
   }
-  if (problems.empty()) return replies.finish(caller.connection, {"", {{"parameters", std::move(rows)}}});
-  replies.finish(caller.connection,
-                 {"io.hapticd.Status.UnknownParameter", {{"problems", std::move(problems)}}});
+  if (problems.empty()) return Reply{"", {{"parameters", std::move(rows)}}};
+  return Reply{"io.hapticd.Status.UnknownParameter", {{"problems", std::move(problems)}}};
 }
 
-void ParameterMethods::setParameters(const Call& call, const Caller& caller, Replies& replies) {
-  const Json* changes = field(call, "parameters");
-  if (!changes || !changes->is_object())
-    return replies.finish(caller.connection, invalidParameter("parameters"));
-  const auto settings = changedSettings(context_.box.settings(), *changes);
-  if (!settings) return replies.finish(caller.connection, settings.error());
+Answer ParameterMethods::setParameters(const Call& call, const Caller& caller) {
+  const Json& changes = *field(call, "parameters");
+  const auto settings = changedSettings(context_.box.settings(), changes);
+  if (!settings) return settings.error();
   logParameters(context_, caller, "", context_.box.settings(), *settings);
   context_.history.record(context_.box.settings(), *settings);
-  OrderedJson done = changesJson(*changes, context_.box.settings(), *settings);
+  OrderedJson done = changesJson(changes, context_.box.settings(), *settings);
   const std::uint64_t generation = context_.box.apply(*settings);
-  answerWhenApplied(call, caller, replies, generation, [generation, done = std::move(done)]() mutable {
-    return Reply{"", {{"generation", generation}, {"changes", std::move(done)}}};
-  });
+  return Later{Unawaited::forget,
+               whenApplied(context_, generation, [generation, done = std::move(done)]() mutable {
+                 return Reply{"", {{"generation", generation}, {"changes", std::move(done)}}};
+               })};
 }
 
-void ParameterMethods::engage(const Call& call, const Caller& caller, Replies& replies) {
-  const auto inside = flagField(call, "insideSurface");
-  if (!inside) return replies.finish(caller.connection, inside.error());
-  const bool anywhere = inside->value_or(false);
+Answer ParameterMethods::engage(const Call& call, const Caller& caller) {
+  const bool anywhere = optionalFlag(call, "insideSurface").value_or(false);
   const auto& fixtures = context_.box.additions().fixtures;
   if (std::string problem = context_.box.solidProblem(fixtures); !problem.empty())
-    return replies.finish(caller.connection, failed(kFixtureMissing, std::move(problem)));
+    return failed(kFixtureMissing, std::move(problem));
   const rt::Mode before = context_.box.status().loop.state.tick.mode;
   const bool already = before == rt::Mode::engaged || before == rt::Mode::holding;
   logChange(context_, caller, anywhere ? "engages, inside a surface too" : "engages",
             config::EventKind::engage, {});
-  answerWhenApplied(call, caller, replies, context_.box.engage(true, anywhere), [this, already] {
-    Reply reply = modeReply(true);
-    if (reply.error.empty()) reply.parameters["already"] = already;
-    return reply;
-  });
+  return Later{Unawaited::forget, whenApplied(context_, context_.box.engage(true, anywhere), [this, already] {
+                 Reply reply = modeReply(true);
+                 if (reply.error.empty()) reply.parameters["already"] = already;
+                 return reply;
+               })};
 }
 
-void ParameterMethods::disengage(const Call& call, const Caller& caller, Replies& replies) {
+Answer ParameterMethods::disengage(const Call&, const Caller& caller) {
   logChange(context_, caller, "disengages", config::EventKind::disengage, {});
-  answerWhenApplied(call, caller, replies, context_.box.engage(false, false),
-                    [this] { return modeReply(false); });
+  return disengaged();
 }
 
-void ParameterMethods::clearFault(const Call& call, const Caller& caller, Replies& replies) {
+Answer ParameterMethods::clearFault(const Call&, const Caller& caller) {
   const rt::Tick tick = context_.box.status().loop.state.tick;
   if (tick.mode != rt::Mode::faulted) {
-    return replies.finish(caller.connection, {"io.hapticd.Control.NotFaulted"});
+    return Reply{"io.hapticd.Control.NotFaulted"};
   }
   logChange(context_, caller, std::string("clears the fault ") + nameOf(tick.cause),
             config::EventKind::clear_fault, {{"CAUSE", nameOf(tick.cause)}});
-  answerWhenApplied(call, caller, replies, context_.box.engage(false, false),
-                    [this] { return modeReply(false); });
+  return disengaged();
 }
 
-void ParameterMethods::answerWhenApplied(const Call& call, const Caller& caller, Replies& replies,
-                                         std::uint64_t generation, std::move_only_function<Reply()> reply) {
-  context_.pending.add(call, caller, replies, PendingAnswers::Unawaited::forget,
-                       whenApplied(context_, generation, std::move(reply)));
+Answer ParameterMethods::disengaged() {
+  return Later{Unawaited::forget,
+               whenApplied(context_, context_.box.engage(false, false), [this] { return modeReply(false); })};
 }
 
 Reply ParameterMethods::modeReply(bool engaged) {

@@ -49,15 +49,12 @@ std::string differences(const ProfileMethods::Loaded& some, const ProfileMethods
   const config::AdditionLists none;
   const config::AdditionLists& mine = some->additions;
   const config::AdditionLists& theirs = others ? others->additions : none;
-  if (mine.frames && mine.frames != theirs.frames) {
-    texts.push_back(fmt::format("frames=[{}]", namesOf(*mine.frames)));
-  }
-  if (mine.fixtures && mine.fixtures != theirs.fixtures) {
-    texts.push_back(fmt::format("fixtures=[{}]", namesOf(*mine.fixtures)));
-  }
-  if (mine.regions && mine.regions != theirs.regions) {
-    texts.push_back(fmt::format("regions=[{}]", namesOf(*mine.regions)));
-  }
+  config::forEachList(
+      [&texts](const auto& my, const auto& their) {
+        if (my && my != their)
+          texts.push_back(fmt::format("{}=[{}]", config::AdditionSpan(*my).type().list, namesOf(*my)));
+      },
+      mine, theirs);
   if (mine.label_image && mine.label_image != theirs.label_image) {
     texts.push_back(fmt::format("label_image={}", *mine.label_image));
   }
@@ -78,90 +75,69 @@ ProfileMethods::ProfileMethods(MethodContext& context, StateWorker& worker)
     : context_(context), worker_(worker), folder_(context.box.settings().state.folder) {}
 
 std::vector<Method> ProfileMethods::methods() {
-  using enum Access;
+  using enum MethodParameter::Need;
   using Self = ProfileMethods;
-  return {{.name = "io.hapticd.Status.ListProfiles", .answer = std::bind_front(&Self::listProfiles, this)},
-          {.name = "io.hapticd.Control.SaveProfile",
-           .access = control,
-           .parameters = {"name", "replace"},
-           .answer = std::bind_front(&Self::saveProfile, this)},
-          {.name = "io.hapticd.Control.LoadProfile",
-           .access = control,
-           .parameters = {"name"},
-           .answer = std::bind_front(&Self::loadProfile, this)},
-          {.name = "io.hapticd.Control.DeleteProfile",
-           .access = control,
-           .parameters = {"name"},
-           .answer = std::bind_front(&Self::deleteProfile, this)},
-          {.name = "io.hapticd.Control.SetBootProfile",
-           .access = control,
-           .parameters = {"name"},
-           .answer = std::bind_front(&Self::setBootProfile, this)}};
+  return {
+      methodOf(this, "io.hapticd.Status.ListProfiles", &Self::listProfiles),
+      methodOf(this, "io.hapticd.Control.SaveProfile", &Self::saveProfile,
+               {{"name", isText, required}, {"replace", isFlag}}),
+      methodOf(this, "io.hapticd.Control.LoadProfile", &Self::loadProfile, {{"name", isText, required}}),
+      methodOf(this, "io.hapticd.Control.DeleteProfile", &Self::deleteProfile, {{"name", isText, required}}),
+      methodOf(this, "io.hapticd.Control.SetBootProfile", &Self::setBootProfile, {{"name", isText}})};
 }
 
-bool ProfileMethods::refused(const Caller& caller, Replies& replies) {
-  if (!context_.pending.full(Access::control)) return false;
-  replies.finish(caller.connection, failed(kFailed, PendingAnswers::kFullReason));
-  return true;
-}
-
-void ProfileMethods::listProfiles(const Call& call, const Caller& caller, Replies& replies) {
+Answer ProfileMethods::listProfiles(const Call&, const Caller&) {
   if (context_.pending.full(Access::read)) {
-    return replies.finish(caller.connection,
-                          failed("io.hapticd.Status.ListFailed", PendingAnswers::kFullReason));
+    return failed("io.hapticd.Status.ListFailed", PendingAnswers::kFullReason);
   }
   using Entries = base::Result<std::vector<ProfileEntry>>;
-  context_.pending.add(
-      call, caller, replies, Unawaited::finish,
-      whenReady<Entries>(worker_.run([folder = folder_] { return folder.list(); }), listReply));
+  return Later{Unawaited::finish,
+               whenReady<Entries>(worker_.run([folder = folder_] { return folder.list(); }), listReply)};
 }
 
-void ProfileMethods::saveProfile(const Call& call, const Caller& caller, Replies& replies) {
-  const auto replace = flagField(call, "replace");
-  if (!replace) return replies.finish(caller.connection, replace.error());
+Answer ProfileMethods::saveProfile(const Call& call, const Caller& caller) {
+  const auto replace = optionalFlag(call, "replace");
   const auto name = requiredText(call, "name");
-  if (!name) return replies.finish(caller.connection, name.error());
-  const auto if_exists = replace->value_or(true) ? base::IfExists::replace : base::IfExists::refuse;
-  answerWhenDone(call, caller, replies,
-                 [folder = folder_, name = *name, settings = context_.box.settings(), if_exists]() -> Done {
-                   const Loaded before = folder.load(name);
-                   if (auto saved = folder.save(name, settings, if_exists); !saved) {
-                     return std::unexpected(saved.error());
-                   }
-                   return oldAndNew(before, folder.load(name));
-                 },
-                 "saves profile " + *name, {{"ACTION", "save"}, {"PROFILE", *name}}, {{"name", *name}});
+  const auto if_exists = replace.value_or(true) ? base::IfExists::replace : base::IfExists::refuse;
+  return answerWhenDone(caller,
+                        [folder = folder_, name, settings = context_.box.settings(), if_exists]() -> Done {
+                          const Loaded before = folder.load(name);
+                          if (auto saved = folder.save(name, settings, if_exists); !saved) {
+                            return std::unexpected(saved.error());
+                          }
+                          return oldAndNew(before, folder.load(name));
+                        },
+                        "saves profile " + name, {{"ACTION", "save"}, {"PROFILE", name}}, {{"name", name}});
 }
 
-void ProfileMethods::deleteProfile(const Call& call, const Caller& caller, Replies& replies) {
+Answer ProfileMethods::deleteProfile(const Call& call, const Caller& caller) {
   const auto name = requiredText(call, "name");
-  if (!name) return replies.finish(caller.connection, name.error());
-  answerWhenDone(call, caller, replies,
-                 [folder = folder_, name = *name]() -> Done {
-                   const Loaded before = folder.load(name);
-                   if (auto removed = folder.remove(name); !removed) return std::unexpected(removed.error());
-                   return oldAndNew(before, Loaded());
-                 },
-                 "deletes profile " + *name, {{"ACTION", "delete"}, {"PROFILE", *name}});
+  return answerWhenDone(caller,
+                        [folder = folder_, name]() -> Done {
+                          const Loaded before = folder.load(name);
+                          if (auto removed = folder.remove(name); !removed)
+                            return std::unexpected(removed.error());
+                          return oldAndNew(before, Loaded());
+                        },
+                        "deletes profile " + name, {{"ACTION", "delete"}, {"PROFILE", name}});
 }
 
-void ProfileMethods::setBootProfile(const Call& call, const Caller& caller, Replies& replies) {
-  const auto name = textField(call, "name");
-  if (!name) return replies.finish(caller.connection, name.error());
-  answerWhenDone(call, caller, replies,
-                 [folder = folder_, name = *name]() -> Done {
-                   const auto before = folder.boot();
-                   if (auto set = folder.setBoot(name); !set) return std::unexpected(set.error());
-                   return oldAndNew(before ? before->value_or("") : "", name.value_or(""));
-                 },
-                 *name ? "makes " + **name + " the boot profile" : "wants no boot profile",
-                 {{"ACTION", "boot"}, {"PROFILE", name->value_or("")}});
+Answer ProfileMethods::setBootProfile(const Call& call, const Caller& caller) {
+  const auto name = optionalText(call, "name");
+  return answerWhenDone(caller,
+                        [folder = folder_, name]() -> Done {
+                          const auto before = folder.boot();
+                          if (auto set = folder.setBoot(name); !set) return std::unexpected(set.error());
+                          return oldAndNew(before ? before->value_or("") : "", name.value_or(""));
+                        },
+                        name ? "makes " + *name + " the boot profile" : "wants no boot profile",
+                        {{"ACTION", "boot"}, {"PROFILE", name.value_or("")}});
 }
 
-void ProfileMethods::answerWhenDone(const Call& call, const Caller& caller, Replies& replies,
-                                    std::function<Done()> job, const std::string& change,
-                                    const JournalFields& fields, const OrderedJson& parameters) {
-  if (refused(caller, replies)) return;
+Answer ProfileMethods::answerWhenDone(const Caller& caller, std::function<Done()> job,
+                                      const std::string& change, const JournalFields& fields,
+                                      const OrderedJson& parameters) {
+  if (context_.pending.full(Access::control)) return failed(kFailed, PendingAnswers::kFullReason);
   const auto reply = [this, caller, change, fields, parameters](const Done& done) {
     if (!done) return failed(kFailed, done.error().text());
     JournalFields all = fields;
@@ -169,17 +145,15 @@ void ProfileMethods::answerWhenDone(const Call& call, const Caller& caller, Repl
     logChange(context_, caller, change, config::EventKind::profile, all);
     return Reply{"", parameters};
   };
-  context_.pending.add(call, caller, replies, Unawaited::finish,
-                       whenReady<Done>(worker_.run(std::move(job)), reply));
+  return Later{Unawaited::finish, whenReady<Done>(worker_.run(std::move(job)), reply)};
 }
 
-void ProfileMethods::loadProfile(const Call& call, const Caller& caller, Replies& replies) {
+Answer ProfileMethods::loadProfile(const Call& call, const Caller& caller) {
   const auto name = requiredText(call, "name");
-  if (!name) return replies.finish(caller.connection, name.error());
-  if (refused(caller, replies)) return;
-  auto loading = worker_.run([folder = folder_, name = *name] { return folder.load(name); });
+  if (context_.pending.full(Access::control)) return failed(kFailed, PendingAnswers::kFullReason);
+  auto loading = worker_.run([folder = folder_, name] { return folder.load(name); });
   // It waits for the file first, then for the force loop.
-  auto poll = [this, caller, name = *name, loading = std::move(loading),
+  auto poll = [this, caller, name, loading = std::move(loading),
                applied = PendingAnswers::Poll()]() mutable -> std::optional<Reply> {
     if (applied) return applied();
     if (!isReady(loading)) return std::nullopt;
@@ -188,7 +162,7 @@ void ProfileMethods::loadProfile(const Call& call, const Caller& caller, Replies
     applied = std::move(*waiting);
     return applied();
   };
-  context_.pending.add(call, caller, replies, Unawaited::finish, std::move(poll));
+  return Later{Unawaited::finish, std::move(poll)};
 }
 
 std::expected<PendingAnswers::Poll, Reply> ProfileMethods::apply(const Caller& caller,
@@ -210,9 +184,11 @@ std::expected<PendingAnswers::Poll, Reply> ProfileMethods::apply(const Caller& c
   logChange(context_, caller, fmt::format("loads profile {}: {} parameters changed", name, changed.size()),
             config::EventKind::profile, {{"ACTION", "load"}, {"PROFILE", name}});
   const config::SceneAdditions before = context_.box.additions();
-  if (before.frames != settings.additions.frames) changed.emplace_back("frames");
-  if (before.fixtures != settings.additions.fixtures) changed.emplace_back("fixtures");
-  if (before.regions != settings.additions.regions) changed.emplace_back("regions");
+  config::forEachList(
+      [&changed](const auto& was, const auto& now) {
+        if (was != now) changed.emplace_back(config::AdditionSpan(now).type().list);
+      },
+      before, settings.additions);
   context_.history.record(context_.box.settings(), settings);
   const std::uint64_t generation = context_.box.apply(settings);
   return whenApplied(

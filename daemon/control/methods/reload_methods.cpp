@@ -34,23 +34,17 @@ Reply replyTo(const ReloadReport& report, const std::optional<PendingReload>& pe
 }  // namespace
 
 std::vector<Method> ReloadMethods::methods() {
-  return {{.name = "io.hapticd.Control.Reload",
-           .access = Access::control,
-           .parameters = {"confirm"},
-           .answer = std::bind_front(&ReloadMethods::reload, this)}};
+  return {methodOf(this, "io.hapticd.Control.Reload", &ReloadMethods::reload, {{"confirm", isWhole}})};
 }
 
-void ReloadMethods::reload(const Call& call, const Caller& caller, Replies& replies) {
+Answer ReloadMethods::reload(const Call& call, const Caller& caller) {
   const Json* const number = field(call, "confirm");
-  if (number && !number->is_number_integer()) {
-    return replies.finish(caller.connection, invalidParameter("confirm"));
-  }
   if (!reloads_ || context_.pending.full(Access::control)) {
     const char* const reason =
         reloads_ ? PendingAnswers::kFullReason : "there is no configuration that could be read again";
-    return replies.finish(caller.connection, refused(std::vector<std::string>{reason}));
+    return refused(std::vector<std::string>{reason});
   }
-  if (number) return confirm(*number, call, caller, replies);
+  if (number) return confirm(*number, caller);
   logChange(context_, caller, "reads the configuration again", config::EventKind::reload, {});
   // It waits for the file first, then for the force loop.
   auto poll = [this, ticket = reloads_->request(),
@@ -61,20 +55,18 @@ void ReloadMethods::reload(const Call& call, const Caller& caller, Replies& repl
     applied = answerTo(*outcome);
     return applied();
   };
-  context_.pending.add(call, caller, replies, PendingAnswers::Unawaited::forget, std::move(poll));
+  return Later{PendingAnswers::Unawaited::forget, std::move(poll)};
 }
 
-void ReloadMethods::confirm(const Json& number, const Call& call, const Caller& caller, Replies& replies) {
+Answer ReloadMethods::confirm(const Json& number, const Caller& caller) {
   const auto& pending = reloads_->pending();
-  if (!pending) return replies.finish(caller.connection, {"io.hapticd.Control.NoPendingReload"});
+  if (!pending) return Reply{"io.hapticd.Control.NoPendingReload"};
   if (number != pending->number) {
-    return replies.finish(caller.connection,
-                          {"io.hapticd.Control.ChangedMeanwhile", {{"generation", pending->number}}});
+    return Reply{"io.hapticd.Control.ChangedMeanwhile", {{"generation", pending->number}}};
   }
   logChange(context_, caller, "confirms the reload", config::EventKind::reload,
             {{"NUMBER", fmt::to_string(pending->number)}});
-  context_.pending.add(call, caller, replies, PendingAnswers::Unawaited::forget,
-                       answerTo(reloads_->confirm()));
+  return Later{PendingAnswers::Unawaited::forget, answerTo(reloads_->confirm())};
 }
 
 PendingAnswers::Poll ReloadMethods::answerTo(const Reloads::Outcome& outcome) {

@@ -58,57 +58,47 @@ OrderedJson describe(const config::Solid& solid) {
 
 std::vector<Method> SolidMethods::methods() {
   using Self = SolidMethods;
-  return {{.name = "io.hapticd.Status.GetSolid",
-           .parameters = {"solid"},
-           .answer = std::bind_front(&Self::getSolid, this)},
-          {.name = "io.hapticd.Control.StoreSolid",
-           .access = Access::control,
-           .answer = std::bind_front(&Self::storeSolid, this)}};
+  return {methodOf(this, "io.hapticd.Status.GetSolid", &Self::getSolid,
+                   {{"solid", isText, MethodParameter::required}}),
+          methodOf(this, "io.hapticd.Control.StoreSolid", &Self::storeSolid)};
 }
 
-void SolidMethods::getSolid(const Call& call, const Caller& caller, Replies& replies) {
+Answer SolidMethods::getSolid(const Call& call, const Caller&) {
   const auto sha256 = requiredText(call, "solid");
-  if (!sha256) return replies.finish(caller.connection, sha256.error());
-  auto solid = context_.box.solid(*sha256);
+  auto solid = context_.box.solid(sha256);
   if (!solid) {
-    return replies.finish(
-        caller.connection,
-        failed(kNoSolid, context_.box.knowsSolid(*sha256)
-                             ? "is not in memory, because no fixture uses it or its file is being read or "
-                               "cannot be read (see ListFixtures and the warnings of the status)"
-                             : "is not known to the box (give the SHA-256 of a solid that a fixture has, as "
-                               "ListFixtures shows it)"));
+    return failed(kNoSolid,
+                  context_.box.knowsSolid(sha256)
+                      ? "is not in memory, because no fixture uses it or its file is being read or "
+                        "cannot be read (see ListFixtures and the warnings of the status)"
+                      : "is not known to the box (give the SHA-256 of a solid that a fixture has, as "
+                        "ListFixtures shows it)");
   }
-  if (context_.pending.full(Access::read))
-    return replies.finish(caller.connection, failed(kNoSolid, PendingAnswers::kFullReason));
+  if (context_.pending.full(Access::read)) return failed(kNoSolid, PendingAnswers::kFullReason);
   using Described = base::Result<OrderedJson>;
   const auto reply = [](const Described& described) {
     return described ? Reply{"", *described} : failed(kNoSolid, described.error().text());
   };
   // A client that has left does not make room for another call before the worker has done its work.
-  context_.pending.add(
-      call, caller, replies, PendingAnswers::Unawaited::finish,
-      whenReady<Described>(worker_.run([solid]() -> Described { return describe(*solid); }), reply));
+  return Later{PendingAnswers::Unawaited::finish,
+               whenReady<Described>(worker_.run([solid]() -> Described { return describe(*solid); }), reply)};
 }
 
-void SolidMethods::storeSolid(const Call& call, const Caller& caller, Replies& replies) {
+Answer SolidMethods::storeSolid(const Call& call, const Caller&) {
   constexpr const char* kRefused = "io.hapticd.Control.SolidRefused";
   if (!call.descriptor) {
-    return replies.finish(caller.connection,
-                          failed(kRefused, "no memory file came with the call (pass its descriptor along)"));
+    return failed(kRefused, "no memory file came with the call (pass its descriptor along)");
   }
-  if (context_.pending.full(Access::control))
-    return replies.finish(caller.connection, failed(kRefused, PendingAnswers::kFullReason));
+  if (context_.pending.full(Access::control)) return failed(kRefused, PendingAnswers::kFullReason);
   using Stored = base::Result<StoredSolid>;
-  context_.pending.add(
-      call, caller, replies, PendingAnswers::Unawaited::finish,
-      whenReady<Stored>(context_.box.storeSolid(std::move(*call.descriptor)), [this](Stored stored) {
-        if (!stored) return failed(kRefused, stored.error().text());
-        const std::string sha256 = stored->solid->sha256();
-        if (const auto taken = context_.box.takeSolid(std::move(*stored)); !taken)
-          return failed(kRefused, taken.error().text());
-        return Reply{"", {{"solid", sha256}}};
-      }));
+  return Later{PendingAnswers::Unawaited::finish,
+               whenReady<Stored>(context_.box.storeSolid(std::move(*call.descriptor)), [this](Stored stored) {
+                 if (!stored) return failed(kRefused, stored.error().text());
+                 const std::string sha256 = stored->solid->sha256();
+                 if (const auto taken = context_.box.takeSolid(std::move(*stored)); !taken)
+                   return failed(kRefused, taken.error().text());
+                 return Reply{"", {{"solid", sha256}}};
+               })};
 }
 
 }  // namespace hapticd::daemon

@@ -41,44 +41,38 @@ std::optional<Reply> conflictReply(const config::Settings& target) {
 }  // namespace
 
 std::vector<Method> UndoMethod::methods() {
-  return {{.name = "io.hapticd.Control.Undo",
-           .access = Access::control,
-           .parameters = {"preview", "loosen"},
-           .answer = std::bind_front(&UndoMethod::undo, this)}};
+  return {methodOf(this, "io.hapticd.Control.Undo", &UndoMethod::undo,
+                   {{"preview", isFlag}, {"loosen", isFlag}})};
 }
 
-void UndoMethod::undo(const Call& call, const Caller& caller, Replies& replies) {
-  const auto preview = flagField(call, "preview");
-  if (!preview) return replies.finish(caller.connection, preview.error());
-  const auto loosen = flagField(call, "loosen");
-  if (!loosen) return replies.finish(caller.connection, loosen.error());
+Answer UndoMethod::undo(const Call& call, const Caller& caller) {
   const config::Settings now = context_.box.settings();
   const auto target = context_.history.undone(now);
-  if (!target) return replies.finish(caller.connection, nothingToUndo(context_.history, now));
+  if (!target) return nothingToUndo(context_.history, now);
   OrderedJson changes(textsOfDifferences(now, *target));
-  if (preview->value_or(false)) {
-    return replies.finish(caller.connection, {"",
-                                              {{"generation", context_.box.acknowledgedGeneration()},
-                                               {"changes", std::move(changes)},
-                                               {"remaining", context_.history.size()}}});
+  if (optionalFlag(call, "preview").value_or(false)) {
+    return Reply{"",
+                 {{"generation", context_.box.acknowledgedGeneration()},
+                  {"changes", std::move(changes)},
+                  {"remaining", context_.history.size()}}};
   }
-  if (const auto conflict = conflictReply(*target)) return replies.finish(caller.connection, *conflict);
-  if (context_.box.engaged() && !loosen->value_or(false)) {
-    if (const auto refused = wouldLoosen(now, *target)) return replies.finish(caller.connection, *refused);
+  if (const auto conflict = conflictReply(*target)) return *conflict;
+  if (context_.box.engaged() && !optionalFlag(call, "loosen").value_or(false)) {
+    if (const auto refused = wouldLoosen(now, *target)) return *refused;
   }
   logParameters(context_, caller, "undoes a change:", now, *target);
   logAdditions(context_, caller, "undoes a change:", now.additions, target->additions);
   const std::uint64_t generation = context_.box.apply(*target);
   context_.history.dropLast();
-  context_.pending.add(
-      call, caller, replies, PendingAnswers::Unawaited::forget,
+  return Later{
+      PendingAnswers::Unawaited::forget,
       whenApplied(
           context_, generation,
           [generation, changes = std::move(changes), remaining = context_.history.size()]() mutable {
             return Reply{
                 "", {{"generation", generation}, {"changes", std::move(changes)}, {"remaining", remaining}}};
           },
-          &now.additions.fixtures));
+          &now.additions.fixtures)};
 }
 
 }  // namespace hapticd::daemon

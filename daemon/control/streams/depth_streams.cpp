@@ -73,7 +73,7 @@ std::vector<Method> SnapshotStreams::methods() {
   return {{.name = "io.hapticd.Status.GetSnapshot",
            .streams = true,
            .shows_depth = true,
-           .answer = std::bind_front(&SnapshotStreams::getSnapshot, this)}};
+           .stream = std::bind_front(&SnapshotStreams::getSnapshot, this)}};
 }
 
 void SnapshotStreams::getSnapshot(const Call&, const Caller& caller, Replies& replies) {
@@ -127,7 +127,7 @@ std::vector<Method> DepthStreams::methods() {
   return {{.name = "io.hapticd.Status.ShareDepth",
            .streams = true,
            .shows_depth = true,
-           .answer = std::bind_front(&DepthStreams::shareDepth, this)}};
+           .stream = std::bind_front(&DepthStreams::shareDepth, this)}};
 }
 
 void DepthStreams::shareDepth(const Call&, const Caller& caller, Replies& replies) {

@@ -118,15 +118,15 @@ std::expected<StatusFields, Reply> fieldsOf(const Call& call) {
 
 std::vector<Method> MonitorStreams::methods() {
   using Self = MonitorStreams;
-  return {{.name = "io.hapticd.Status.GetStatus", .answer = std::bind_front(&Self::getStatus, this)},
+  return {methodOf(this, "io.hapticd.Status.GetStatus", &Self::getStatus),
           {.name = "io.hapticd.Status.Monitor",
            .streams = true,
-           .parameters = {"intervalMs", "fields"},
-           .answer = std::bind_front(&Self::monitor, this)}};
+           .parameters = {{"intervalMs"}, {"fields"}},
+           .stream = std::bind_front(&Self::monitor, this)}};
 }
 
-void MonitorStreams::getStatus(const Call&, const Caller& caller, Replies& replies) {
-  replies.finish(caller.connection, {"", {{"status", statusJson(box_.status())}}});
+Answer MonitorStreams::getStatus(const Call&, const Caller&) {
+  return Reply{"", {{"status", statusJson(box_.status())}}};
 }
 
 void MonitorStreams::monitor(const Call& call, const Caller& caller, Replies& replies) {
@@ -238,8 +238,8 @@ bool EventStreams::Stream::wants(const Event& event) const {
 std::vector<Method> EventStreams::methods() {
   return {{.name = "io.hapticd.Status.Events",
            .streams = true,
-           .parameters = {"kinds"},
-           .answer = std::bind_front(&EventStreams::events, this)}};
+           .parameters = {{"kinds"}},
+           .stream = std::bind_front(&EventStreams::events, this)}};
 }
 
 void EventStreams::events(const Call& call, const Caller& caller, Replies& replies) {

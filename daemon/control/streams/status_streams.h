@@ -59,7 +59,7 @@ class MonitorStreams {
     std::uint64_t dropped = 0;
   };
 
-  void getStatus(const Call&, const Caller&, Replies&);
+  Answer getStatus(const Call&, const Caller&);
   void monitor(const Call&, const Caller&, Replies&);
   static void offer(Stream& stream, const OrderedJson& status, Replies& replies);
 

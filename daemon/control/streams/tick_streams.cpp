@@ -131,8 +131,8 @@ void visitPlaces(const rt::Tick& tick, const std::vector<std::size_t>& places, c
 std::vector<Method> TickStreams::methods() {
   return {{.name = "io.hapticd.Status.Ticks",
            .streams = true,
-           .parameters = {"fields", "intervalMs", "rateHz", "orChanged"},
-           .answer = std::bind_front(&TickStreams::ticks, this)}};
+           .parameters = {{"fields"}, {"intervalMs"}, {"rateHz"}, {"orChanged"}},
+           .stream = std::bind_front(&TickStreams::ticks, this)}};
 }
 
 void TickStreams::ticks(const Call& call, const Caller& caller, Replies& replies) {

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -74,48 +75,44 @@ class RandomAdditions {
     fixture.soft_m = fixture.side == rt::FixtureSide::out && below(2) == 0 ? between(0, most_m) : 0;
     fixture.warning_m = below(2) == 0 ? 0 : fixture.soft_m + between(0.001, 0.05);
   }
-  template <typename Owner>
-  void fill(Owner& owner) {
-    for (const AdditionField<Owner>& field : fieldsOf(owner)) {
-      if (field.used(owner)) std::visit([&](const auto& member) { set(owner, field, member); }, field.member);
+  void fill(ChangeableAddition item) {
+    for (const AdditionField& field : item.fields()) {
+      if (!item.has(field)) continue;
+      if (const auto value = valueFor(field)) item.set(field, *value);
     }
   }
-  template <typename Owner>
-  void set(Owner& owner, const AdditionField<Owner>& field, std::string Owner::*member) {
-    if (field.name == "solid") owner.*member = base::sha256(std::to_string(below(1000)));
-  }
-  template <typename Owner>
-  void set(Owner& owner, const AdditionField<Owner>&, bool Owner::*member) {
-    owner.*member = below(2) == 0;
-  }
-  template <typename Owner>
-  void set(Owner& owner, const AdditionField<Owner>&, int Owner::*member) {
-    owner.*member = 1 + below(255);
-  }
-  template <typename Owner>
-  void set(Owner& owner, const AdditionField<Owner>& field, double Owner::*member) {
-    owner.*member = between(field.minimum, field.maximum);
-  }
-  template <typename Owner>
-  void set(Owner& owner, const AdditionField<Owner>&, std::vector<rt::Vec3> Owner::*member) {
-    double x_m = between(-1, 1);
-    for (int count = 2 + below(255); count > 0; --count) {
-      x_m += between(0.001, 0.01);
-      (owner.*member).push_back({x_m, between(-0.001, 0.001), between(-0.001, 0.001)});
-    }
-  }
-  template <typename Owner>
-  void set(Owner& owner, const AdditionField<Owner>& field, const WordMember<Owner>& member) {
-    const bool chosen_before =
-        field.name == "kind" || field.name == "place" || field.name == "shape" || field.name == "model";
-    if (!chosen_before) member.set(owner, static_cast<std::size_t>(below(member.words.size())));
-  }
-  template <typename Owner>
-  void set(Owner&, const AdditionField<Owner>&, const QuaternionMember<Owner>&) {}
-  template <typename Owner>
-  void set(Owner& owner, const AdditionField<Owner>& field, const VectorMember<Owner>& member) {
-    for (double rt::Vec3::*component : {&rt::Vec3::x, &rt::Vec3::y, &rt::Vec3::z}) {
-      owner.*member.member.*component = between(field.minimum, field.maximum);
+  std::optional<Value> valueFor(const AdditionField& field) {
+    switch (field.kind) {
+      case Kind::boolean:
+        return below(2) == 0;
+      case Kind::integer:
+        return std::int64_t{1} + below(255);
+      case Kind::number:
+        return between(field.minimum, field.maximum);
+      case Kind::hash:
+        return base::sha256(std::to_string(below(1000)));
+      case Kind::vector:
+      case Kind::direction: {
+        rt::Vec3 vector;
+        for (double* const component : {&vector.x, &vector.y, &vector.z})
+          *component = between(field.minimum, field.maximum);
+        return vector;
+      }
+      case Kind::points: {
+        std::vector<rt::Vec3> points;
+        double x_m = between(-1, 1);
+        for (int count = 2 + below(255); count > 0; --count) {
+          x_m += between(0.001, 0.01);
+          points.push_back({x_m, between(-0.001, 0.001), between(-0.001, 0.001)});
+        }
+        return points;
+      }
+      case Kind::choice:
+        if (field.name == "kind" || field.name == "place" || field.name == "shape" || field.name == "model")
+          return std::nullopt;  // chosen before
+        return std::string(field.choices[static_cast<std::size_t>(below(field.choices.size()))]);
+      default:
+        return std::nullopt;
     }
   }
 

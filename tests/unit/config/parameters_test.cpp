@@ -41,7 +41,7 @@ Value otherValue(const Parameter& parameter) {
       return std::string(parameter.choices.back() == std::get<std::string>(standard)
                              ? parameter.choices.front()
                              : parameter.choices.back());
-    case Kind::text:
+    default:
       break;
   }
   return std::string("some text");

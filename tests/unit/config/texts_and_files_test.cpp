@@ -85,7 +85,7 @@ config::Value unusual(const Parameter& parameter) {
       return parameter.minimum + (parameter.maximum - parameter.minimum) / 3;
     case config::Kind::choice:
       return std::string(parameter.choices.back());
-    case config::Kind::text:
+    default:
       break;
   }
   return std::string("a \"b\" \\ # c: 'd' \t\x7f");

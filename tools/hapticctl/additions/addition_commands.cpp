@@ -69,18 +69,19 @@ int import(const CommandOptions& options, const AdditionList& list, const std::s
   const auto additions = isMarkupFile(file) ? additionsOfMarkups(options, list, file, of_model, document)
                                             : additionsOfText(options, file, of_model);
   if (!additions) return additions.error();
-  Json definitions = list.definitionsIn(*additions);
+  Json definitions = definitionsIn(list, *additions);
   if (definitions.empty()) {
-    return report(base::Error{file, fmt::format("has no {}", list.plural),
-                              fmt::format("write them below '{}:' as in the configuration", list.plural)},
+    return report(base::Error{file, fmt::format("has no {}", list.type.list),
+                              fmt::format("write them below '{}:' as in the configuration", list.type.list)},
                   options.json);
   }
   if (of_model) {
     const auto in_world = registered(options, model, *additions, document);
     if (!in_world) return in_world.error();
-    definitions = list.definitionsIn(*in_world);
+    definitions = definitionsIn(list, *in_world);
   }
-  const std::string done = "imported " + base::counted(definitions.size(), std::string(list.noun) + "(s)");
+  const std::string done =
+      "imported " + base::counted(definitions.size(), std::string(list.type.noun) + "(s)");
   return addAll(options, list, definitions, replace, done, document);
 }
 
@@ -93,51 +94,49 @@ std::string memberLines(const std::string& name, const Json& value) {
   return lines;
 }
 
-/// A file that the configuration and `import` read.
-std::string yamlOf(const AdditionList& list, const Json& reply) {
-  if (listAt(reply, list.plural).empty()) return fmt::format("{}: []\n", list.plural);
-  std::string text = fmt::format("{}:\n", list.plural);
-  for (const Json& entry : listAt(reply, list.plural)) {
-    const Json* const definition = fieldAt(entry, "definition");
-    if (!definition || !definition->is_object()) continue;
-    text += "  - " + memberLines("name", textAt(entry, "name"));
-    for (auto member = definition->begin(); member != definition->end(); ++member) {
-      if (member.key() != "name") text += "    " + memberLines(member.key(), *member);
-    }
-  }
-  return text;
-}
-
-/// The same as JSON, which `import` reads too.
+/// The definitions in a reply, the name first.
 Json definitionsOf(const AdditionList& list, const Json& reply) {
   Json definitions = Json::array();
-  for (const Json& entry : listAt(reply, list.plural)) {
+  for (const Json& entry : entriesOf(list, reply)) {
     const Json* const definition = fieldAt(entry, "definition");
     if (!definition || !definition->is_object()) continue;
     Json named{{"name", textAt(entry, "name")}};
     named.update(*definition);
     definitions.push_back(std::move(named));
   }
-  return {{list.plural, std::move(definitions)}};
+  return definitions;
+}
+
+/// A file that the configuration and `import` read.
+std::string yamlOf(const AdditionList& list, const Json& definitions) {
+  if (definitions.empty()) return fmt::format("{}: []\n", list.type.list);
+  std::string text = fmt::format("{}:\n", list.type.list);
+  for (const Json& definition : definitions) {
+    for (auto member = definition.begin(); member != definition.end(); ++member)
+      text += (member == definition.begin() ? "  - " : "    ") + memberLines(member.key(), *member);
+  }
+  return text;
 }
 
 int exportTo(const CommandOptions& options, const AdditionList& list, const std::string& file,
              base::IfExists if_exists) {
   const auto reply = callOnce(options, {list.list_method});
   if (!reply) return report(reply.error(), options.json);
-  const std::string text = options.json && file.empty() ? "" : yamlOf(list, *reply);
+  const Json definitions = definitionsOf(list, *reply);
   if (file.empty()) {
-    if (options.json) printJson(definitionsOf(list, *reply));
-    fmt::print("{}", text);
+    if (options.json) {
+      printJson({{std::string(list.type.list), definitions}});
+    } else {
+      fmt::print("{}", yamlOf(list, definitions));
+    }
     return kOk;
   }
-  if (const auto written = base::writeWholeFile(file, text, if_exists); !written)
+  if (const auto written = base::writeWholeFile(file, yamlOf(list, definitions), if_exists); !written)
     return report(written.error(), options.json);
   if (options.json) {
     printJson({{"file", file}});
   } else {
-    fmt::print("wrote {} to {}\n",
-               base::counted(listAt(*reply, list.plural).size(), std::string(list.noun) + "(s)"),
+    fmt::print("wrote {} to {}\n", base::counted(definitions.size(), std::string(list.type.noun) + "(s)"),
                printable(file));
   }
   return kOk;
@@ -146,18 +145,18 @@ int exportTo(const CommandOptions& options, const AdditionList& list, const std:
 int show(const CommandOptions& options, const AdditionList& list, const std::string& name) {
   const auto reply = callOnce(options, {list.list_method});
   if (!reply) return report(reply.error(), options.json);
-  const Json& entries = listAt(*reply, list.plural);
+  const Json& entries = entriesOf(list, *reply);
   const auto found =
       std::ranges::find(entries, name, [](const Json& entry) { return textAt(entry, "name"); });
   if (found == entries.end()) {
-    return report(base::Error{printable(name), fmt::format("there is no {} of this name", list.noun),
-                              fmt::format("hapticctl {} list shows those that there are", list.noun)},
+    return report(base::Error{printable(name), fmt::format("there is no {} of this name", list.type.noun),
+                              fmt::format("hapticctl {} list shows those that there are", list.type.noun)},
                   options.json);
   }
   if (options.json) {
     printJson(*found);
   } else {
-    fmt::print("{}", additionText(*found));
+    fmt::print("{}", list.entry_text(*found));
   }
   return kOk;
 }
@@ -166,8 +165,8 @@ void addList(CommandLine& line, CLI::App& group, const AdditionList& list) {
   const CommandOptions& options = line.options();
   const auto names_only = std::make_shared<bool>(false);
   CLI::App& command =
-      line.add(group, "list", fmt::format("List the {}", list.plural), [&options, &list, names_only] {
-        if (*names_only) return printNames(options, {list.list_method}, list.plural);
+      line.add(group, "list", fmt::format("List the {}", list.type.list), [&options, &list, names_only] {
+        if (*names_only) return printNames(options, {list.list_method}, list.type.list);
         return callAndPrint(options, {list.list_method},
                             [&](const Json& reply) { return list.text(reply, terminalSize().columns); });
       });
@@ -178,16 +177,16 @@ void addList(CommandLine& line, CLI::App& group, const AdditionList& list) {
 CLI::Option* addName(CLI::App& command, const AdditionList& list, std::string& name, bool is_new) {
   return command
       .add_option("NAME", name, is_new ? "Its name: 1 to 32 letters, digits, '_' and '-'" : "Its name")
-      ->type_name(is_new ? "TEXT" : list.type)
+      ->type_name(is_new ? "TEXT" : list.argument)
       ->required();
 }
 
 void addShow(CommandLine& line, CLI::App& group, const AdditionList& list) {
   const CommandOptions& options = line.options();
   const auto name = std::make_shared<std::string>();
-  addName(line.add(group, "show", fmt::format("Show all members of a {}", list.noun),
-                   [&options, &list, name] { return show(options, list, *name); }),
-          list, *name, false);
+  addName(
+      line.add(group, "show", list.show_help, [&options, &list, name] { return show(options, list, *name); }),
+      list, *name, false);
 }
 
 void addAdding(CommandLine& line, CLI::App& group, const AdditionList& list) {
@@ -196,7 +195,7 @@ void addAdding(CommandLine& line, CLI::App& group, const AdditionList& list) {
   const auto members = std::make_shared<Json>(Json::object());
   const auto replace = std::make_shared<bool>(false);
   const auto solid = std::make_shared<SolidSource>();
-  CLI::App& command = line.add(group, "add", fmt::format("Add a {}", list.noun), [=, &options, &list] {
+  CLI::App& command = line.add(group, "add", fmt::format("Add a {}", list.type.noun), [=, &options, &list] {
     Json definition = *members;
     definition["name"] = *name;
     if (const auto refused = refusedWithoutSource(*solid, options.json)) return *refused;
@@ -204,8 +203,8 @@ void addAdding(CommandLine& line, CLI::App& group, const AdditionList& list) {
     return addAll(options, list, Json::array({std::move(definition)}), *replace, "added " + printable(*name));
   });
   addName(command, list, *name, true);
-  command.add_flag("--replace", *replace, fmt::format("Replace the {} of this name", list.noun));
-  list.addMembers(command, members);
+  command.add_flag("--replace", *replace, fmt::format("Replace the {} of this name", list.type.noun));
+  addMembers(command, list, members);
   if (&list == &kFixtures) addSolidOptions(command, solid);
 }
 
@@ -214,10 +213,10 @@ void addChanging(CommandLine& line, CLI::App& group, const AdditionList& list) {
   const auto name = std::make_shared<std::string>();
   const auto members = std::make_shared<Json>(Json::object());
   CLI::App& command = line.add(
-      group, "change", fmt::format("Change members of a {}; it keeps the others", list.noun),
+      group, "change", fmt::format("Change members of a {}; it keeps the others", list.type.noun),
       [=, &options, &list] {
         if (members->empty()) {
-          return reportUsage(fmt::format("hapticctl {} change", list.noun),
+          return reportUsage(fmt::format("hapticctl {} change", list.type.noun),
                              "nothing to change: give the members that change, such as --enabled false",
                              options.json);
         }
@@ -227,7 +226,7 @@ void addChanging(CommandLine& line, CLI::App& group, const AdditionList& list) {
                           "changed " + printable(*name));
       });
   addName(command, list, *name, false);
-  list.addMembers(command, members);
+  addMembers(command, list, members);
 }
 
 /// Adds a command that takes names. `parameters`: of the call.
@@ -241,7 +240,7 @@ void addForNames(CommandLine& line, CLI::App& group, const AdditionList& list, c
              return changeList(options, list, parameters(*names), fmt::format("{} {}", done, joined(*names)));
            })
       .add_option("NAME", *names, "Their names; all are changed, or none")
-      ->type_name(list.type)
+      ->type_name(list.argument)
       ->required();
 }
 
@@ -250,7 +249,7 @@ void addFiles(CommandLine& line, CLI::App& group, const AdditionList& list) {
   const auto out = std::make_shared<std::string>();
   const auto if_exists = std::make_shared<base::IfExists>(base::IfExists::refuse);
   CLI::App& exporting = line.add(
-      group, "export", fmt::format("Write all {} as YAML, for import or the configuration", list.plural),
+      group, "export", fmt::format("Write all {} as YAML, for import or the configuration", list.type.list),
       [=, &options, &list] { return exportTo(options, list, *out, *if_exists); });
   exporting.add_option("FILE", *out, "The file; none: standard output")->type_name("FILE");
   addForce(exporting, *if_exists);
@@ -258,28 +257,27 @@ void addFiles(CommandLine& line, CLI::App& group, const AdditionList& list) {
   const auto in = std::make_shared<std::string>();
   const auto model = std::make_shared<ModelOptions>();
   const auto replace = std::make_shared<bool>(false);
-  CLI::App& importing =
-      line.add(group, "import", fmt::format("Add all {} of a file, or none if one is refused", list.plural),
-               [=, &options, &list] { return import(options, list, *in, *replace, *model); });
+  CLI::App& importing = line.add(
+      group, "import", fmt::format("Add all {} of a file, or none if one is refused", list.type.list),
+      [=, &options, &list] { return import(options, list, *in, *replace, *model); });
   importing
       .add_option("FILE", *in,
-                  fmt::format("The file: YAML or JSON with a list below '{}:'{}", list.plural,
+                  fmt::format("The file: YAML or JSON with a list below '{}:'{}", list.type.list,
                               &list == &kFixtures ? ", or markups of 3D Slicer (.mrk.json, .fcsv)" : ""))
       ->type_name("FILE")
       ->required();
-  importing.add_flag("--replace", *replace, fmt::format("Replace {} of the same names", list.plural));
+  importing.add_flag("--replace", *replace, fmt::format("Replace {} of the same names", list.type.list));
   addModelOptions(importing, model);
 }
 
 void addCommon(CommandLine& line, CLI::App& group, const AdditionList& list) {
-  addList(line, group, list);
-  addShow(line, group, list);
+  addListing(line, group, list);
   addAdding(line, group, list);
   addChanging(line, group, list);
 }
 
 void addRemoving(CommandLine& line, CLI::App& group, const AdditionList& list) {
-  addForNames(line, group, list, "remove", fmt::format("Remove {}", list.plural), "removed",
+  addForNames(line, group, list, "remove", fmt::format("Remove {}", list.type.list), "removed",
               [](const std::vector<std::string>& names) {
                 return Json{{"remove", names}};
               });
@@ -325,6 +323,11 @@ void addStiffness(CommandLine& line, CLI::App& group) {
 }
 
 }  // namespace
+
+void addListing(CommandLine& line, CLI::App& group, const AdditionList& list) {
+  addList(line, group, list);
+  addShow(line, group, list);
+}
 
 void addFixtureCommands(CommandLine& line) {
   CLI::App& group = line.addGroup("fixture", "Virtual fixtures: forbidden regions and guidance");

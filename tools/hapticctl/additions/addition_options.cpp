@@ -4,12 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 #include <sstream>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "config/additions/addition_fields.h"
@@ -22,6 +20,8 @@
 
 namespace hapticd::tools {
 namespace {
+
+using config::Kind;
 
 constexpr std::size_t kMaxPointBytes = std::size_t{1} << 20;
 
@@ -57,67 +57,54 @@ std::optional<Json> jsonOf(const std::optional<T>& value) {
   return value ? std::optional<Json>(*value) : std::nullopt;
 }
 
-/// How the value of an option is written, and how it is read.
-struct Form {
-  std::string type;
-  std::vector<std::string> words;  ///< of a choice; empty: it is none
-  std::optional<Json> (*value)(const std::string& text);
-  std::string example;  ///< of a right value, for errors
-};
-
-/// What the help shows; the daemon checks the range, with all other members.
-template <typename Owner>
-std::string helpRangeOf(const config::AdditionField<Owner>& field) {
-  return fmt::format("NUMBER in [{} - {}]", field.minimum, field.maximum);
+/// The value of an option as JSON; nothing: it is another text.
+std::optional<Json> valueIn(Kind kind, const std::string& text) {
+  switch (kind) {
+    case Kind::boolean:
+      return text == "true";
+    case Kind::integer:
+      return jsonOf(base::numberFrom<int>(text));
+    case Kind::number:
+      return jsonOf(numberIn(text));
+    case Kind::vector:
+    case Kind::direction:
+      return vectorIn(text, ",");
+    case Kind::quaternion:
+      return vectorIn(text, ",", 4);
+    case Kind::points:
+      return pointsIn(text);
+    default:
+      return text;
+  }
 }
 
-template <typename Owner>
-Form formOf(const config::AdditionField<Owner>& field) {
+/// How the value of an option is written: for the help, and of a right value for errors.
+struct Form {
+  std::string type;
+  std::string example;
+};
+
+Form formOf(const config::AdditionField& field) {
   const std::string without_unit =
       field.unit.empty() ? "" : fmt::format("; it is in {}, and written without the unit", field.unit);
-  const auto text_value = [](const std::string& text) -> std::optional<Json> { return text; };
-  return std::visit(
-      config::Overloaded{
-          [&](std::string Owner::*) -> Form {
-            return {"TEXT", {}, text_value, ""};
-          },
-          [&](bool Owner::*) -> Form {
-            return {"WORD",
-                    {"true", "false"},
-                    [](const std::string& text) -> std::optional<Json> { return text == "true"; },
-                    ""};
-          },
-          [&](int Owner::*) -> Form {
-            return {helpRangeOf(field),
-                    {},
-                    [](const std::string& text) { return jsonOf(base::numberFrom<int>(text)); },
-                    "a whole number" + without_unit};
-          },
-          [&](double Owner::*) -> Form {
-            return {helpRangeOf(field),
-                    {},
-                    [](const std::string& text) { return jsonOf(numberIn(text)); },
-                    "a number" + without_unit};
-          },
-          [&](std::vector<rt::Vec3> Owner::*) -> Form {
-            return {"POINTS", {}, pointsIn, "a list of points, such as \"0,0,-0.8 0.1,0,-0.8\""};
-          },
-          [&](const config::WordMember<Owner>& member) -> Form {
-            return {"WORD", {member.words.begin(), member.words.end()}, text_value, ""};
-          },
-          [&](const config::VectorMember<Owner>&) -> Form {
-            return {"X,Y,Z",
-                    {},
-                    [](const std::string& text) { return vectorIn(text, ","); },
-                    "three numbers, such as 0,0,-0.8"};
-          },
-          [&](const config::QuaternionMember<Owner>&) -> Form {
-            return {"X,Y,Z,W",
-                    {},
-                    [](const std::string& text) { return vectorIn(text, ",", 4); },
-                    "four numbers, such as 0,0,0,1"};
-          }},
-      field.member);
+  switch (field.kind) {
+    case Kind::boolean:
+    case Kind::choice:
+      return {"WORD", ""};
+    case Kind::integer:
+    case Kind::number:  // the daemon checks the range, with all other members
+      return {fmt::format("NUMBER in [{} - {}]", field.minimum, field.maximum),
+              (field.kind == Kind::integer ? "a whole number" : "a number") + without_unit};
+    case Kind::vector:
+    case Kind::direction:
+      return {"X,Y,Z", "three numbers, such as 0,0,-0.8"};
+    case Kind::quaternion:
+      return {"X,Y,Z,W", "four numbers, such as 0,0,0,1"};
+    case Kind::points:
+      return {"POINTS", "a list of points, such as \"0,0,-0.8 0.1,0,-0.8\""};
+    default:
+      return {"TEXT", ""};
+  }
 }
 
 std::string optionOf(std::string_view member) {
@@ -126,8 +113,7 @@ std::string optionOf(std::string_view member) {
   return name;
 }
 
-template <typename Owner>
-CLI::Option* addMember(CLI::App& command, const config::AdditionField<Owner>& field,
+CLI::Option* addMember(CLI::App& command, const config::AdditionField& field,
                        const std::shared_ptr<Json>& members) {
   const Form form = formOf(field);
   const std::string unit = field.unit.empty() ? "" : fmt::format(" ({})", field.unit);
@@ -135,17 +121,19 @@ CLI::Option* addMember(CLI::App& command, const config::AdditionField<Owner>& fi
       command
           .add_option_function<std::string>(
               optionOf(field.name),
-              [members, form, name = std::string(field.name)](const std::string& text) {
-                auto value = form.value(text);
+              [members, example = form.example, &field](const std::string& text) {
+                auto value = valueIn(field.kind, text);
                 if (!value) {
-                  throw CLI::ValidationError(optionOf(name),
-                                             fmt::format("{} is not {}", base::inQuotes(text), form.example));
+                  throw CLI::ValidationError(optionOf(field.name),
+                                             fmt::format("{} is not {}", base::inQuotes(text), example));
                 }
-                (*members)[name] = std::move(*value);
+                (*members)[std::string(field.name)] = std::move(*value);
               },
               fmt::format("{}{}", field.help, unit))
           ->type_name(form.type);
-  return form.words.empty() ? option : option->check(CLI::IsMember(form.words));
+  std::vector<std::string> words(field.choices.begin(), field.choices.end());
+  if (field.kind == Kind::boolean) words = {"true", "false"};
+  return words.empty() ? option : option->check(CLI::IsMember(words));
 }
 
 }  // namespace
@@ -180,13 +168,15 @@ base::Result<Json> pointsFromText(const std::string& text, const std::string& na
   return points;
 }
 
-void addFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members) {
+void addMembers(CLI::App& command, const AdditionList& list, const std::shared_ptr<Json>& members,
+                std::span<const std::string_view> without) {
   CLI::Option* points = nullptr;
-  for (const auto& field : config::fixtureFields()) {
-    if (field.name == "name") continue;
+  for (const config::AdditionField& field : list.type.fields) {
+    if (field.kind == Kind::name || std::ranges::find(without, field.name) != without.end()) continue;
     CLI::Option* const option = addMember(command, field, members);
-    if (field.name == "points_m") points = option;
+    if (field.kind == Kind::points) points = option;
   }
+  if (points == nullptr) return;
   command
       .add_option_function<std::string>(
           "--points-file",
@@ -202,49 +192,42 @@ void addFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members) 
       ->excludes(points);
 }
 
-void addTouchedFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members) {
-  static constexpr std::array<std::string_view, 14> kMeasured{
-      "name",     "kind",           "frame",    "position_m",   "normal",
-      "axis",     "end_m",          "size_m",   "rotation_deg", "orientation_xyzw",
-      "radius_m", "half_angle_deg", "points_m", "solid"};
-  for (const auto& field : config::fixtureFields()) {
-    if (std::ranges::find(kMeasured, field.name) == kMeasured.end()) addMember(command, field, members);
-  }
-}
+const AdditionList kFixtures{.type = typeOf(config::FixtureSettings{}),
+                             .argument = "FIXTURE",
+                             .list_method = "io.hapticd.Status.ListFixtures",
+                             .change_method = "io.hapticd.Control.ChangeFixtures",
+                             .show_help = "Show all members of a fixture",
+                             .text = fixtureListText,
+                             .entry_text = additionText};
+const AdditionList kRegions{.type = typeOf(config::RegionSettings{}),
+                            .argument = "REGION",
+                            .list_method = "io.hapticd.Status.ListRegions",
+                            .change_method = "io.hapticd.Control.ChangeRegions",
+                            .show_help = "Show all members of a region",
+                            .text = regionListText,
+                            .entry_text = additionText};
+const AdditionList kFrames{.type = typeOf(config::FrameSettings{}),
+                           .argument = "FRAME",
+                           .list_method = "io.hapticd.Status.ListFrames",
+                           .show_help = "Show a frame and where it is",
+                           .text = frameListText,
+                           .entry_text = frameText};
 
-void addRegionMembers(CLI::App& command, const std::shared_ptr<Json>& members) {
-  for (const auto& field : config::regionFields()) {
-    if (field.name != "name") addMember(command, field, members);
-  }
-}
-
-namespace {
-
-template <auto kMember>
-Json definitionsIn(const config::SceneAdditions& additions) {
+Json definitionsIn(const AdditionList& list, const config::SceneAdditions& additions) {
   Json definitions = Json::array();
-  for (const auto& item : additions.*kMember) definitions.push_back(config::definitionOf<Json>(item));
+  config::forEachList(
+      [&](const config::AdditionSpan& items) {
+        if (&items.type() != &list.type) return;
+        for (std::size_t i = 0; i < items.size(); ++i)
+          definitions.push_back(config::definitionOf<Json>(items[i]));
+      },
+      additions);
   return definitions;
 }
 
-}  // namespace
-
-const AdditionList kFixtures{"fixture",
-                             "fixtures",
-                             "FIXTURE",
-                             "io.hapticd.Status.ListFixtures",
-                             "io.hapticd.Control.ChangeFixtures",
-                             addFixtureMembers,
-                             fixtureListText,
-                             definitionsIn<&config::SceneAdditions::fixtures>};
-const AdditionList kRegions{"region",
-                            "regions",
-                            "REGION",
-                            "io.hapticd.Status.ListRegions",
-                            "io.hapticd.Control.ChangeRegions",
-                            addRegionMembers,
-                            regionListText,
-                            definitionsIn<&config::SceneAdditions::regions>};
+const Json& entriesOf(const AdditionList& list, const Json& reply) {
+  return listAt(reply, std::string(list.type.list));
+}
 
 namespace {
 
@@ -287,7 +270,7 @@ int addAll(const CommandOptions& options, const AdditionList& list, const Json& 
     const auto reply = callOnce(options, {list.list_method});
     if (!reply) return report(reply.error(), options.json);
     Json replaced = Json::array();
-    for (const Json& entry : listAt(*reply, list.plural)) {
+    for (const Json& entry : entriesOf(list, *reply)) {
       const auto isIt = [&](const Json& definition) {
         return definition.value("name", "") == textAt(entry, "name");
       };

@@ -6,9 +6,12 @@
 #include <expected>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "config/additions/addition_fields.h"
 #include "config/base/error.h"
 #include "config/settings/fixture_settings.h"
 #include "tools/hapticctl/base/calls.h"
@@ -17,15 +20,6 @@
 
 namespace hapticd::tools {
 
-/// Adds an option for each member of a fixture, named like it with dashes ("--radius-m"), and --points-file.
-/// What is given becomes a member of `members`, with the type that it has in the configuration.
-/// Errors, as CLI::ValidationError: not a number, not a list of numbers.
-void addFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members);
-/// The same for the members that a touch with the handle does not measure.
-void addTouchedFixtureMembers(CLI::App& command, const std::shared_ptr<Json>& members);
-/// The same for regions.
-void addRegionMembers(CLI::App& command, const std::shared_ptr<Json>& members);
-
 /// Reads so many finite numbers with one of `separators` between them; nothing: it is another text.
 std::optional<Json> vectorIn(const std::string& text, const char* separators, std::size_t count = 3);
 
@@ -33,20 +27,36 @@ std::optional<Json> vectorIn(const std::string& text, const char* separators, st
 /// `name`: of the file. Errors: a line that holds something else, with its number.
 base::Result<Json> pointsFromText(const std::string& text, const std::string& name);
 
-/// One of the two lists of what people add to the scene, with its methods and words.
+/// One of the lists of what people add to the scene, with its methods and texts.
 struct AdditionList {
-  const char* noun;    ///< also the name of the group of commands
-  const char* plural;  ///< also the name of the list in replies and in files
-  const char* type;    ///< of an argument that names one, for completion
+  const config::AdditionType& type;  ///< its noun is also the name of the group of commands
+  const char* argument;              ///< type of an argument that names one, for completion
   const char* list_method;
-  const char* change_method;
-  void (*addMembers)(CLI::App& command, const std::shared_ptr<Json>& members);
+  const char* change_method = nullptr;  ///< null: by the configuration only
+  const char* show_help;
   std::string (*text)(const Json& reply, std::size_t columns);
-  Json (*definitionsIn)(const config::SceneAdditions& additions);
+  std::string (*entry_text)(const Json& entry);
 };
 
 extern const AdditionList kFixtures;
 extern const AdditionList kRegions;
+extern const AdditionList kFrames;
+
+/// The entries of a reply of its list method.
+const Json& entriesOf(const AdditionList& list, const Json& reply);
+
+/// The definitions of those of the additions that belong in the list.
+Json definitionsIn(const AdditionList& list, const config::SceneAdditions& additions);
+
+/// Adds an option for each member except the name and those in `without`, named like it with dashes
+/// ("--radius-m"), and --points-file where there are points. What is given becomes a member of `members`,
+/// with the type that it has in the configuration. Errors, as CLI::ValidationError: not a number, not a list
+/// of numbers.
+void addMembers(CLI::App& command, const AdditionList& list, const std::shared_ptr<Json>& members,
+                std::span<const std::string_view> without = {});
+
+/// Adds `list` and `show`.
+void addListing(CommandLine& line, CLI::App& group, const AdditionList& list);
 
 /// Calls the method that changes the list, and prints `done`, or as JSON the reply with the members of
 /// `document`. Returns the exit code.

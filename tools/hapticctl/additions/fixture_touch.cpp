@@ -180,7 +180,7 @@ std::expected<void, int> checkName(const CommandOptions& options, const TouchOpt
   const auto reply = callOnce(options, {kFixtures.list_method});
   if (!reply) return std::unexpected(report(reply.error(), options.json));
   const auto isIt = [&](const Json& entry) { return textAt(entry, "name") == requested.name; };
-  if (requested.replace || std::ranges::none_of(listAt(*reply, kFixtures.plural), isIt)) return {};
+  if (requested.replace || std::ranges::none_of(entriesOf(kFixtures, *reply), isIt)) return {};
   return std::unexpected(report(
       Error{printable(requested.name), "there is a fixture of this name", "choose another, or --replace"},
       options.json));
@@ -286,7 +286,11 @@ void addFixtureTouch(CommandLine& line, CLI::App&) {
       ->excludes(points)
       ->excludes(seconds);
   command.add_flag("--replace", requested->replace, "Replace the fixture of this name");
-  addTouchedFixtureMembers(command, members);
+  static constexpr std::array<std::string_view, 13> kMeasured{
+      "kind",           "frame",    "position_m",   "normal",           "axis",
+      "end_m",          "size_m",   "rotation_deg", "orientation_xyzw", "radius_m",
+      "half_angle_deg", "points_m", "solid"};
+  addMembers(command, kFixtures, members, kMeasured);
 }
 
 }  // namespace hapticd::tools

@@ -1,45 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
 #include <cstddef>
 #include <iostream>
 #include <memory>
-#include <optional>
 #include <string>
 
+#include "tools/hapticctl/additions/addition_options.h"
 #include "tools/hapticctl/additions/pose_lines.h"
 #include "tools/hapticctl/base/command_line.h"
 #include "tools/hapticctl/text/error_text.h"
-#include "tools/hapticctl/text/list_text.h"
-#include "tools/lib/client/reply_reader.h"
-#include "tools/lib/text/terminal_text.h"
 
 namespace hapticd::tools {
 namespace {
 
-constexpr const char* kList = "io.hapticd.Status.ListFrames";
 constexpr const char* kFeed = "io.hapticd.Control.FeedPose";
-
-int show(const CommandOptions& options, const std::string& name) {
-  const auto reply = callOnce(options, {kList});
-  if (!reply) return report(reply.error(), options.json);
-  const Json& entries = listAt(*reply, "frames");
-  const auto found =
-      std::ranges::find(entries, name, [](const Json& entry) { return textAt(entry, "name"); });
-  if (found == entries.end()) {
-    return report(base::Error{printable(name), "there is no frame of this name",
-                              "hapticctl frame list shows those that there are"},
-                  options.json);
-  }
-  if (options.json) {
-    printJson(*found);
-  } else {
-    fmt::print("{}", frameText(*found));
-  }
-  return kOk;
-}
 
 /// Feeds the poses of the lines of standard input until its end. A line that is refused is reported, and the
 /// next ones go on.
@@ -77,31 +52,16 @@ int feed(const CommandOptions& options, const std::string& name) {
   return refused == 0 ? kOk : kFailed;
 }
 
-/// Adds the argument that names a frame.
-void addName(CLI::App& command, std::string& name) {
-  command.add_option("NAME", name, "Its name")->type_name("FRAME")->required();
-}
-
 }  // namespace
 
 void addFrameCommands(CommandLine& line) {
   const CommandOptions& options = line.options();
   CLI::App& group = line.addGroup("frame", "Frames that move in the world, and fixtures with them");
-  const auto names_only = std::make_shared<bool>(false);
-  CLI::App& listing = line.add(group, "list", "List the frames", [&options, names_only] {
-    if (*names_only) return printNames(options, {kList}, "frames");
-    return callAndPrint(options, {kList},
-                        [](const Json& reply) { return frameListText(reply, terminalSize().columns); });
-  });
-  addNames(listing, *names_only);
-  const auto shown = std::make_shared<std::string>();
-  addName(line.add(group, "show", "Show a frame and where it is",
-                   [&options, shown] { return show(options, *shown); }),
-          *shown);
+  addListing(line, group, kFrames);
   const auto fed = std::make_shared<std::string>();
   CLI::App& feeding = line.add(group, "feed", "Feed poses of a frame from standard input, a line each",
                                [&options, fed] { return feed(options, *fed); });
-  addName(feeding, *fed);
+  feeding.add_option("NAME", *fed, "Its name")->type_name(kFrames.argument)->required();
   feeding.footer(
       "A line is x,y,z,qx,qy,qz,qw in metres, with a unit quaternion, and optionally\n"
       "behind it the age of the pose in seconds; or a JSON object with the members\n"

@@ -303,7 +303,7 @@ int addSolid(const CommandOptions& options, const SolidSource& source, Json defi
       callOnce(options, {"io.hapticd.Control.StoreSolid", Json::object(), true, kStoreLimit, memory->get()});
   if (!stored) return report(stored.error(), options.json);
   additions.fixtures.front().solid = stored->value("solid", "");
-  return addAll(options, kFixtures, kFixtures.definitionsIn(additions), replace,
+  return addAll(options, kFixtures, definitionsIn(kFixtures, additions), replace,
                 "added " + printable(additions.fixtures.front().name), made->document);
 }
 
