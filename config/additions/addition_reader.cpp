@@ -180,7 +180,7 @@ class ItemReader {
     const auto [x, y, z, w] = *numbers;
     const double length = std::sqrt(x * x + y * y + z * z + w * w);
     if (std::abs(length - 1) <= kUnitTolerance)
-      return rotationOf({x / length, y / length, z / length, w / length});
+      return rotationOf(Quaternion{x / length, y / length, z / length, w / length});
     return refuse(member.line, field,
                   fmt::format("has the length {:.6g}, and a rotation has the length 1", length));
   }

@@ -36,14 +36,14 @@ void addArm(CLI::App& app, Options& options) {
   app.add_option("--arm", options.arm.arm, "namespace of the arm, for example MTMR")
       ->type_name("NAME")
       ->transform(CLI::Validator(ros::namespaceProblem, ""));
-  app.add_option(
-         "--wrench", options.arm.convention,
+  app.add_option_function<std::string>(
+         "--wrench", [&options](const std::string& word) { options.arm.convention = kConventions.at(word); },
          "how the arm takes a force: body-absolute (body/servo_cf along the axes of measured_cp, after "
          "body/set_cf_orientation_absolute), body (body/servo_cf along the axes of the tip), base "
          "(body/servo_cf along the axes of measured_cp, by arms without that setting), or "
          "spatial (spatial/servo_cf, with local/measured_cp) (body-absolute)")
       ->type_name("CONVENTION")
-      ->transform(CLI::CheckedTransformer(kConventions).description(""));
+      ->check(CLI::IsMember(kConventions).description(""));
   app.add_option("--frame", options.arm.frame,
                  "frame_id that the measurements must have (that of the first one)")
       ->type_name("NAME");

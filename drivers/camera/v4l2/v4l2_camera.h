@@ -9,6 +9,7 @@
 #include "config/settings/driver_rows.h"
 #include "config/settings/row_of_member.h"
 #include "drivers/camera/camera_worker.h"
+#include "drivers/camera/v4l2/camera_report.h"
 #include "drivers/camera/v4l2/video_devices.h"
 
 namespace hapticd::drivers {
