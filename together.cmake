@@ -183,8 +183,8 @@ hapticd_together(hapticd_control APART
   daemon/control/methods/profile_methods.cpp)
 hapticd_together(hapticd_crtk_arm)
 hapticd_together(hapticd_daemon APART
-  daemon/journal.cpp
   daemon/box_warnings.cpp
+  daemon/journal.cpp
   daemon/recorder/flight_recorder.cpp
   daemon/service.cpp
   --

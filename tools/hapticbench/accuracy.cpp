@@ -361,7 +361,7 @@ constexpr const char* kExplanation =
     "frame with the HIP held still 10 mm behind the surface (spring laws: in front of it), of the law and\n"
     "of the blended command; slew: of the command at any tick.\n\n";
 
-Row cellsOf(const AccuracyRow& r) {
+Row accuracyCells(const AccuracyRow& r) {
   Row row{{"/scene", "scene", 0, r.scene},
           {"/distance_m", "m", 1, r.distance_m},
           {"/law", "law", 0, nameOf(r.setting.law)},
@@ -389,7 +389,7 @@ Row cellsOf(const AccuracyRow& r) {
                                  {"/ticks_outside_model", "not modelled", 0, r.outside_model}});
 }
 
-std::vector<Limit> limitsOf(const AccuracyRow& r) {
+std::vector<Limit> accuracyLimits(const AccuracyRow& r) {
   std::vector<Limit> limits;
   const auto add = [&](rt::ForceLaw law, const char* text, bool applies, double value, double limit) {
     limits.push_back({text, applies && r.setting.law == law, value, limit, std::string(nameOf(law))});
@@ -433,7 +433,7 @@ std::vector<AccuracyRow> summaryOf(const std::vector<AccuracyRow>& rows) {
 
 std::vector<Requirement> requirementsOf(const std::vector<AccuracyRow>& rows) {
   return checked(
-      {""}, rows, [](const AccuracyRow&, const std::string&) { return true; }, limitsOf,
+      {""}, rows, [](const AccuracyRow&, const std::string&) { return true; }, accuracyLimits,
       [](const AccuracyRow& r) {
         return fmt::format("{} at {} m, noise {}, {}", r.scene, r.distance_m, nameOf(r.noise),
                            nameOf(r.setting));
@@ -443,8 +443,8 @@ std::vector<Requirement> requirementsOf(const std::vector<AccuracyRow>& rows) {
 Report accuracyReport(const std::vector<AccuracyRow>& rows) {
   Report report;
   report.say(kExplanation);
-  report.table("rows", "", rowsOf(rows, cellsOf));
-  report.table("summary", "\nall scenes and distances together\n", rowsOf(summaryOf(rows), cellsOf));
+  report.table("rows", "", rowsOf(rows, accuracyCells));
+  report.table("summary", "\nall scenes and distances together\n", rowsOf(summaryOf(rows), accuracyCells));
   report.requirements(requirementsOf(rows));
   return report;
 }

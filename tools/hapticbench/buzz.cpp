@@ -258,7 +258,7 @@ constexpr const char* kBuzzExplanation =
     "safety chain from 60 to 500 Hz (Welch, Hann window, 1024 ms): RMS, and amplitude of the largest line.\n"
     "without: what is left out, to show what causes it; frames: the picture stands still.\n\n";
 
-Row cellsOf(const BuzzRow& r) {
+Row buzzCells(const BuzzRow& r) {
   return {{"/law", "law", 0, r.buzz.law},
           {"/distance_m", "m", 2, r.buzz.distance_m},
           {"/hand", "hand", 0, nameOf(r.buzz.hand)},
@@ -270,7 +270,7 @@ Row cellsOf(const BuzzRow& r) {
           {"/mean_force_n", "force N", 2, r.result.mean_force_n}};
 }
 
-std::vector<Limit> limitsOf(const BuzzRow& r) {
+std::vector<Limit> buzzLimits(const BuzzRow& r) {
   const bool applies = r.buzz.distance_m <= 1.2;
   return {{"vibration of the command, 60 to 500 Hz, to 1.2 m, mN RMS", applies, 1000 * r.result.rms_n, 10},
           {"its largest line, mN", applies, 1000 * r.result.line_n, 5}};
@@ -297,13 +297,13 @@ StudyCommand buzzCommand(CLI::App& app) {
     const std::vector<BuzzRow> rows = measureBuzz(*options);
     Report report;
     report.say(kBuzzExplanation);
-    report.table("rows", "", rowsOf(rows, cellsOf));
+    report.table("rows", "", rowsOf(rows, buzzCells));
     report.requirements(checked(
         options->laws, rows,
         [](const BuzzRow& r, const std::string& law) {
           return r.buzz.law == law && r.buzz.without == BuzzWithout::nothing;
         },
-        limitsOf,
+        buzzLimits,
         [](const BuzzRow& r) {
           return fmt::format("{:g} m, hand {}, scene {}", r.buzz.distance_m, nameOf(r.buzz.hand),
                              nameOf(r.buzz.scene));

@@ -163,7 +163,7 @@ std::vector<CameraCost> measureCameraCosts(int repetitions, const std::vector<do
   return costs;
 }
 
-std::vector<Limit> limitsOf(const CameraCost& row) {
+std::vector<Limit> costLimits(const CameraCost& row) {
   constexpr double kFrom_m = 0.7;
   constexpr double kTimesCheaper = 300;
   constexpr double kPerPixel = 1.3;
@@ -402,7 +402,7 @@ std::vector<Requirement> requirementsOf(const std::vector<CameraCost>& costs, co
   const auto name_of_near = [](const NearError& row) {
     return fmt::format("{} at {} m", row.scene, row.distance_m);
   };
-  std::vector<Requirement> list = checked({""}, costs, all, limitsOf, name);
+  std::vector<Requirement> list = checked({""}, costs, all, costLimits, name);
   for (const auto& more : {checked({surface}, errors.rows, others, error_limits, name),
                            checked({surface}, errors.near, all, near_limits, name_of_near)})
     list.insert(list.end(), more.begin(), more.end());
@@ -435,7 +435,7 @@ Row errorCells(const CameraError& row) {
           {"/by_expected", "error/expected", 2, row.byExpected()}};
 }
 
-Row nearCells(const NearError& row) {
+Row nearErrorCells(const NearError& row) {
   return {{"/scene", "scene", 0, row.scene},
           {"/distance_m", "m", 2, row.distance_m},
           {"/error_jnd", "error JND", 2, row.error_jnd.rms()}};
@@ -464,7 +464,7 @@ StudyCommand camerasCommand(CLI::App& app) {
     report.note("/frames", options->frames);
     report.table("rows", "one depth frame modelled, medians\n", rowsOf(costs, costCells));
     report.table("errors", "\nerror of the force over the stiffness, RMS\n", rowsOf(errors.rows, errorCells));
-    report.table("near", "\nsmall things near a D405\n", rowsOf(errors.near, nearCells));
+    report.table("near", "\nsmall things near a D405\n", rowsOf(errors.near, nearErrorCells));
     report.requirements(requirementsOf(costs, errors));
     return report;
   });

@@ -319,7 +319,7 @@ Row pushCells(const SolidRow& r) {
   return row;
 }
 
-std::vector<Limit> limitsOf(const SolidRow& r) {
+std::vector<Limit> solidLimits(const SolidRow& r) {
   constexpr double kMaxForce_percent = 0.1;
   constexpr double kMaxForce_deg = 0.5;
   const bool has_pushes = isMade(r) && r.out.pushes + r.in.pushes > 0;
@@ -376,7 +376,7 @@ Report reportOf(const SolidsOptions& chosen, const std::vector<SolidRow>& rows) 
       [](const SolidRow& r, const std::string& meshes) {
         return (r.of.damage == Damage::none) == (meshes == "clean meshes");
       },
-      limitsOf, describe));
+      solidLimits, describe));
   return report;
 }
 

@@ -212,7 +212,7 @@ bool isThin(const StrokesRow& r) {
   return isCurved(r) && r.scene.spans_px(r.distance_m) < kRequired_px;
 }
 
-std::vector<Limit> limitsOf(const StrokesRow& r) {
+std::vector<Limit> strokeLimits(const StrokesRow& r) {
   constexpr double kNear_m = 1.2;
   constexpr double kCurvedTo_m = 1.5;
   const StrokeFigures& f = r.figures;
@@ -279,7 +279,7 @@ std::string thinBodies(const std::vector<StrokesRow>& rows) {
 std::vector<Requirement> requirementsOf(const std::vector<StrokesRow>& rows) {
   std::vector<Requirement> requirements = checked(
       kProxyLawChoices, rows, [](const StrokesRow& r, const std::string& law) { return r.law == law; },
-      limitsOf,
+      strokeLimits,
       [](const StrokesRow& r) {
         return fmt::format("{} {:g} m {}", r.scene.name, r.distance_m, nameOf(r.noise));
       });

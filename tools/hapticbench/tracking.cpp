@@ -497,7 +497,7 @@ double bound_m(const TrackingRow& row) {
   return std::max(kErrorAt1m_m * z * z, std::isfinite(row.floor_near_m) ? kSigmas * row.floor_near_m : 0);
 }
 
-std::vector<Limit> limitsOf(const TrackingRow& r) {
+std::vector<Limit> trackingLimits(const TrackingRow& r) {
   return {{"failures that are accepted", r.failures > 0, static_cast<double>(r.wronglyAccepted()), 0},
           {"error of what is accepted, 95 %, m", !r.accepted_near_m.empty(),
            quantile(r.accepted_near_m, 0.95), bound_m(r)}};
@@ -546,7 +546,7 @@ int runTracking(const TrackingOptions& chosen, const StudyCommand& command) {
   report.table("rows", fmt::format("{} poses of each solid\n", chosen.settings.trials),
                rowsOf(rows, trackingCells));
   report.requirements(checked(
-      {""}, rows, [](const TrackingRow&, const std::string&) { return true; }, limitsOf,
+      {""}, rows, [](const TrackingRow&, const std::string&) { return true; }, trackingLimits,
       [](const TrackingRow& r) {
         return fmt::format("{}, {}, {} m", nameOf(r.chosen.solid), nameOf(r.chosen.noise),
                            r.chosen.distance_m);

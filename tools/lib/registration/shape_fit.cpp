@@ -212,7 +212,8 @@ base::Result<FittedBox> fitBox(const std::array<rt::Vec3, 3>& corners_m, const r
   if (std::abs(edges[2]) < kMinEdge_m)
     return tooShort("the distance to the opposite face", std::abs(edges[2]));
 
-  const rt::PoseParameters pose = poseOf(std::span<const double, 9>(axes.data(), 9), vec3Of(corner + axes * edges / 2));
+  const rt::PoseParameters pose =
+      poseOf(std::span<const double, 9>(axes.data(), 9), vec3Of(corner + axes * edges / 2));
   const double degrees = 180 / std::numbers::pi;
   const std::array moved{(first - edges[0] * axes.col(0)).norm(), 0.0,
                          (second - edges[1] * axes.col(1)).norm()};
