@@ -178,9 +178,9 @@ hapticd_together(hapticd_control APART
   daemon/control/methods/calibration_methods.cpp
   daemon/control/methods/force_methods.cpp
   daemon/control/methods/frame_methods.cpp
-  daemon/control/streams/status_streams.cpp
   --
-  daemon/control/methods/profile_methods.cpp)
+  daemon/control/methods/profile_methods.cpp
+  daemon/control/streams/status_streams.cpp)
 hapticd_together(hapticd_crtk_arm)
 hapticd_together(hapticd_daemon APART
   daemon/box_warnings.cpp
