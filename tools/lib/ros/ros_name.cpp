@@ -27,13 +27,13 @@ constexpr std::array<TopicRow, kTopicCount> kTopics{{
     {Topic::fixtures, "fixtures", true, "visualization_msgs/MarkerArray", true, 1},
     {Topic::events, "events", true, "rcl_interfaces/Log", false, 10},
 }};
-constexpr bool areInOrder() {
+constexpr bool topicsAreInOrder() {
   for (std::size_t i = 0; i < kTopics.size(); ++i) {
     if (static_cast<std::size_t>(kTopics[i].topic) != i) return false;
   }
   return true;
 }
-static_assert(areInOrder());
+static_assert(topicsAreInOrder());
 
 bool isLetter(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';

@@ -25,13 +25,13 @@ constexpr std::array kModes{
 };
 static_assert(kModes.size() == rt::kModeCount, "each mode needs its row");
 
-constexpr bool areInOrder() {
+constexpr bool modesAreInOrder() {
   for (std::size_t i = 0; i < kModes.size(); ++i) {
     if (static_cast<std::size_t>(kModes[i].mode) != i) return false;
   }
   return true;
 }
-static_assert(areInOrder());
+static_assert(modesAreInOrder());
 
 bool isCalibrated(const rt::HandleState& handle) {
   return handle.sequence > 0 && handle.condition != rt::HandleCondition::not_calibrated;
