@@ -260,7 +260,7 @@ class BagExport {
     }
     if (const auto force_n = commandedForce(tick)) {
       bag_.add(Topic::setpoint_cf, time_ns, [&](std::string& to) {
-        encodeWrench({time_ns, world_}, *force_n, {}, to);
+        trace::ros::encodeWrench({time_ns, world_}, *force_n, {}, to);
       });
     }
     if (const auto measurement = messages_.newMeasurement(tick)) addMeasurement(*measurement);
