@@ -166,7 +166,7 @@ void addList(CommandLine& line, CLI::App& group, const AdditionList& list) {
   const auto names_only = std::make_shared<bool>(false);
   CLI::App& command =
       line.add(group, "list", fmt::format("List the {}", list.type.list), [&options, &list, names_only] {
-        if (*names_only) return printNames(options, {list.list_method}, list.type.list);
+        if (*names_only) return printNames(options, {list.list_method}, std::string(list.type.list));
         return callAndPrint(options, {list.list_method},
                             [&](const Json& reply) { return list.text(reply, terminalSize().columns); });
       });

@@ -50,17 +50,17 @@ void printJsonLine(const Json& document) {
   fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
-void showNames(const Json& document, const char* list, bool json) {
+void showNames(const Json& document, const std::string& list, bool json) {
   if (!json) {
-    fmt::print("{}", namesText(document, list));
+    fmt::print("{}", namesText(document, list.c_str()));
     return;
   }
   Json names = Json::array();
-  for (const Json& item : listAt(document, list)) names.push_back(textAt(item, "name"));
+  for (const Json& item : listAt(document, list.c_str())) names.push_back(textAt(item, "name"));
   printJson(names);
 }
 
-int printNames(const CommandOptions& options, const Call& call, const char* list) {
+int printNames(const CommandOptions& options, const Call& call, const std::string& list) {
   const auto reply = callOnce(options, call);
   if (!reply) return report(reply.error(), options.json);
   showNames(*reply, list, options.json);

@@ -45,10 +45,10 @@ void printJson(const Json& document);
 void printJsonLine(const Json& document);
 
 /// Prints the names in the list `list` of a document, a line each; as JSON an array.
-void showNames(const Json& document, const char* list, bool json);
+void showNames(const Json& document, const std::string& list, bool json);
 
 /// Calls once and prints the names in the list `list` of the reply. Returns the exit code.
-int printNames(const CommandOptions& options, const Call& call, const char* list);
+int printNames(const CommandOptions& options, const Call& call, const std::string& list);
 
 /// Calls once and prints the reply: as JSON, or what `text` makes of it. said: members that the JSON has
 /// besides those of the reply, where the text says more than the reply. Returns the exit code.
