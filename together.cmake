@@ -110,33 +110,33 @@ hapticd_together(hapticd_bench SETS
   tools/hapticbench/pareto_report.cpp
   tools/hapticbench/recordings.cpp
   --
-  tools/hapticbench/bodies.cpp
+  tools/hapticbench/solids/bodies.cpp
   tools/hapticbench/contact.cpp
-  tools/hapticbench/passages.cpp
-  tools/hapticbench/strokes.cpp
+  tools/hapticbench/occlusion/passages.cpp
+  tools/hapticbench/strokes/strokes.cpp
   tools/hapticbench/tracking.cpp
   --
   tools/hapticbench/disparity.cpp
-  tools/hapticbench/entries.cpp
+  tools/hapticbench/occlusion/entries.cpp
   tools/hapticbench/fixtures.cpp
   tools/hapticbench/noise.cpp
   tools/hapticbench/passed_places.cpp
   --
   tools/hapticbench/resting_surfaces.cpp
-  tools/hapticbench/solids.cpp
-  tools/hapticbench/stroke_cases.cpp
-  tools/hapticbench/stroke_run.cpp
+  tools/hapticbench/solids/solids.cpp
+  tools/hapticbench/strokes/stroke_cases.cpp
+  tools/hapticbench/strokes/stroke_run.cpp
   --
   tools/hapticbench/cameras.cpp
   tools/hapticbench/jitter_loop.cpp
-  tools/hapticbench/occlusion.cpp
+  tools/hapticbench/occlusion/occlusion.cpp
   tools/hapticbench/stability.cpp
   --
   tools/hapticbench/contenders.cpp
   tools/hapticbench/cost.cpp
   tools/hapticbench/engine/measures.cpp
   tools/hapticbench/jitter.cpp
-  tools/hapticbench/solid_cost.cpp
+  tools/hapticbench/solids/solid_cost.cpp
   --
   tools/hapticbench/engine/laws.cpp
   tools/hapticbench/engine/report.cpp

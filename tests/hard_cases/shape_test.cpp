@@ -13,7 +13,7 @@
 #include "rt/laws/force_blend.h"
 #include "tests/hard_cases/hard_rig.h"
 #include "tools/hapticbench/engine/laws.h"
-#include "tools/hapticbench/strokes.h"
+#include "tools/hapticbench/strokes/strokes.h"
 #include "tools/lib/truth/any_camera.h"
 #include "tools/lib/truth/occluded_scene.h"
 

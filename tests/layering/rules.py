@@ -109,7 +109,10 @@ FOLDERS = {
     "tools/haptic-bridge": LIBRARIES + " tools/haptic-bridge/",
     "tools/haptic-bridge/*": LIBRARIES + " tools/haptic-bridge/base",
     "tools/haptic-replay": LIBRARIES,
-    "tools/hapticbench": STUDIES,
+    "tools/hapticbench": STUDIES + " tools/hapticbench/strokes",
+    "tools/hapticbench/occlusion": STUDIES,
+    "tools/hapticbench/solids": STUDIES,
+    "tools/hapticbench/strokes": STUDIES,
     "tools/hapticbench/engine": LIBRARIES,
     "tools/hapticctl": "tools/lib/child tools/lib/client tools/lib/depth_noise tools/lib/options tools/lib/plot "
                        "tools/lib/registration tools/lib/ros tools/lib/text tools/hapticctl/",

@@ -14,7 +14,7 @@
 #include "tools/hapticbench/accuracy.h"
 #include "tools/hapticbench/cost.h"
 #include "tools/hapticbench/engine/study.h"
-#include "tools/hapticbench/strokes.h"
+#include "tools/hapticbench/strokes/strokes.h"
 #include "tools/lib/truth/noise_floor.h"
 
 namespace hapticd::tools {

@@ -147,8 +147,7 @@ class TraceWriter::Implementation {
   base::Result<void> put(std::string_view topic, std::uint64_t time_ns) {
     const auto channel = channels_.find(topic);
     if (channel == channels_.end()) {
-      return base::failure(file_.file().string(), fmt::format("was begun without the channel {}", topic),
-                           "");
+      return base::failure(file_.file().string(), fmt::format("was begun without the channel {}", topic), "");
     }
     if (message_.size() > mcap::kMaxMessageBytes) {
       return base::failure(std::string(topic),

@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "tools/hapticbench/occlusion.h"
+#include "tools/hapticbench/occlusion/occlusion.h"
 #include "tools/lib/truth/any_camera.h"
 #include "tools/lib/truth/occluded_scene.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "tools/hapticbench/engine/laws.h"
-#include "tools/hapticbench/solids.h"
+#include "tools/hapticbench/solids/solids.h"
 
 // The numbers of `hapticbench solids`, by bodies whose distance is known in closed form.
 namespace hapticd::tools {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Judgements of synthetic laws by the stroke bench: an ideal one, and each kind of a bad one.
 
-#include "tools/hapticbench/strokes.h"
+#include "tools/hapticbench/strokes/strokes.h"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 
 #include "rt/base/parameters.h"
 #include "tools/hapticbench/engine/study.h"
-#include "tools/hapticbench/occlusion.h"
+#include "tools/hapticbench/occlusion/occlusion.h"
 
 namespace hapticd::tools {
 namespace {

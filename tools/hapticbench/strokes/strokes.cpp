@@ -8,7 +8,7 @@
 #include <set>
 
 #include "tools/hapticbench/engine/study.h"
-#include "tools/hapticbench/strokes.h"
+#include "tools/hapticbench/strokes/strokes.h"
 #include "tools/lib/truth/any_camera.h"
 
 namespace hapticd::tools {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <variant>
 
-#include "tools/hapticbench/strokes.h"
+#include "tools/hapticbench/strokes/strokes.h"
 
 namespace hapticd::tools {
 

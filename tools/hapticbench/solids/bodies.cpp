@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticbench/solids.h"
+#include "tools/hapticbench/solids/solids.h"
 
 #include <algorithm>
 #include <cmath>

@@ -12,7 +12,7 @@
 #include "rt/fixtures/distance_grid.h"
 #include "rt/fixtures/grid_region.h"
 #include "tools/hapticbench/engine/study.h"
-#include "tools/hapticbench/solids.h"
+#include "tools/hapticbench/solids/solids.h"
 #include "tools/lib/solids/field/mesh_field.h"
 #include "tools/lib/solids/field/spline_field.h"
 

@@ -7,7 +7,7 @@
 
 #include "tools/hapticbench/engine/laws.h"
 #include "tools/hapticbench/engine/measures.h"
-#include "tools/hapticbench/occlusion.h"
+#include "tools/hapticbench/occlusion/occlusion.h"
 #include "tools/lib/truth/any_camera.h"
 #include "tools/lib/truth/body_scene.h"
 #include "tools/lib/truth/occluded_scene.h"

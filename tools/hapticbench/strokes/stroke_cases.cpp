@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-#include "tools/hapticbench/strokes.h"
+#include "tools/hapticbench/strokes/strokes.h"
 
 namespace hapticd::tools {
 namespace {

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "tools/hapticbench/engine/laws.h"
-#include "tools/hapticbench/occlusion.h"
+#include "tools/hapticbench/occlusion/occlusion.h"
 #include "tools/lib/truth/any_camera.h"
 #include "tools/lib/truth/occluded_scene.h"
 
