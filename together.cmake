@@ -112,7 +112,6 @@ hapticd_together(hapticd_bench SETS
   --
   tools/hapticbench/solids/bodies.cpp
   tools/hapticbench/contact.cpp
-  tools/hapticbench/occlusion/passages.cpp
   tools/hapticbench/strokes/strokes.cpp
   tools/hapticbench/tracking.cpp
   --
@@ -123,6 +122,7 @@ hapticd_together(hapticd_bench SETS
   tools/hapticbench/passed_places.cpp
   --
   tools/hapticbench/resting_surfaces.cpp
+  tools/hapticbench/solids/solid_cost.cpp
   tools/hapticbench/solids/solids.cpp
   tools/hapticbench/strokes/stroke_cases.cpp
   tools/hapticbench/strokes/stroke_run.cpp
@@ -136,7 +136,6 @@ hapticd_together(hapticd_bench SETS
   tools/hapticbench/cost.cpp
   tools/hapticbench/engine/measures.cpp
   tools/hapticbench/jitter.cpp
-  tools/hapticbench/solids/solid_cost.cpp
   --
   tools/hapticbench/engine/laws.cpp
   tools/hapticbench/engine/report.cpp

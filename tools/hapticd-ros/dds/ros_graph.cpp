@@ -186,7 +186,7 @@ void RosGraph::announce(const std::string& name_space, const std::string& name,
   for (const dds_entity_t reader : readers) node.readers.push_back(gidOf(reader));
   for (const dds_entity_t writer : writers) node.writers.push_back(gidOf(writer));
   std::string message;
-  encodeAnnouncement({gidOf(participant_), {std::move(node)}}, message);
+  trace::ros::encodeAnnouncement({gidOf(participant_), {std::move(node)}}, message);
   announcement_.write(std::move(message));
 }
 
