@@ -54,10 +54,6 @@ class AdditionMethodsTest : public ControlFixture {
     return reply["parameters"];
   }
 };
-parameters.update(more);
-return ask("FeedStiffness", parameters);
-}
-};
 
 TEST_F(AdditionMethodsTest, ShowsWhichFixtureIsNearestAndWhichAreInContact) {
   add({sphere("nerve"), sphere("vein")});

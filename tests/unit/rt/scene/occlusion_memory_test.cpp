@@ -18,7 +18,7 @@
 namespace hapticd::test {
 namespace {
 
-using Image = std::function<int(int row, int column)>;
+using ImageFunction = std::function<int(int row, int column)>;
 using drivers::kKinectHeight;
 using drivers::kKinectWidth;
 using rt::OcclusionMemory;
@@ -34,18 +34,18 @@ constexpr int kHand = 600;     // 0.672 m
 constexpr int kInShell = 745;  // 0.959 m: 0.041 m in front of the wall
 constexpr std::int64_t kFrame_ns = 33'333'333;
 
-Image everywhere(int raw) {
+ImageFunction everywhere(int raw) {
   return [raw](int, int) { return raw; };
 }
 
 /// `raw` in the columns from `first` on, and the wall elsewhere.
-Image fromColumn(int first, int raw, int width = 40) {
+ImageFunction fromColumn(int first, int raw, int width = 40) {
   return [=](int, int column) { return column >= first && column < first + width ? raw : kWall; };
 }
 
 class OcclusionMemoryOf : public EachSimdTarget {
  public:
-  void show(const Image& raw, std::int64_t after_ns = kFrame_ns) {
+  void show(const ImageFunction& raw, std::int64_t after_ns = kFrame_ns) {
     for (int row = 0; row < drivers::kKinectHeight; ++row) {
       for (int column = 0; column < drivers::kKinectWidth; ++column) {
         frame_->raw[row * drivers::kKinectWidth + column] = static_cast<std::uint16_t>(raw(row, column));
@@ -55,7 +55,7 @@ class OcclusionMemoryOf : public EachSimdTarget {
     frame_->arrival_ns += after_ns;
     memory.update(*frame_, window);
   }
-  void show(const Image& raw, int frames) {
+  void show(const ImageFunction& raw, int frames) {
     for (int i = 0; i < frames; ++i) show(raw);
   }
   int hiddenAt(int row, int column) const { return memory.hidden()[row * drivers::kKinectWidth + column]; }
@@ -139,7 +139,7 @@ TEST_P(OcclusionMemoryOf, OffersTheLastValueOfAFlickeringPixelForALimitedTime) {
 }
 
 TEST_P(OcclusionMemoryOf, KeepsSurfacesInTheShadowOfAnOccluderWhileItStays) {
-  const Image arm_and_shadow = [](int, int column) {
+  const ImageFunction arm_and_shadow = [](int, int column) {
     return column >= 300 && column < 330 ? kNone : column >= 330 && column < 400 ? kArm : kWall;
   };
   show(everywhere(kWall), 3);
@@ -181,7 +181,7 @@ TEST_P(OcclusionMemoryOf, ForgetsWithinHalfASecondWhenTheCameraTurns) {
   // frame, which is 8 degrees per second
   int turned = 0;
   bool arm = false;
-  const Image room = [&](int, int column) {
+  const ImageFunction room = [&](int, int column) {
     const bool covered = arm && std::abs(column + turned - kColumn) < 60;
     return (covered ? 500 : 700) + (column + turned) / 10;
   };
@@ -231,7 +231,7 @@ TEST_P(OcclusionMemoryOf, HidesNothingInTheNoiseOfAStillScene) {
   // sensor noise of 0.57 raw units, the largest temporal noise measured
   std::mt19937 random(7);
   std::normal_distribution<double> noise(0, 0.57);
-  const Image room = [&](int row, int column) {
+  const ImageFunction room = [&](int row, int column) {
     return static_cast<int>(std::lround(700 + 0.1 * column + 0.2 * row + noise(random)));
   };
   for (int frame = 0; frame < 20; ++frame) {
