@@ -21,9 +21,9 @@
 namespace hapticd::tools {
 namespace {
 
-using Points = std::vector<Vec3>;
 using rt::rotated;
 using rt::Vec3;
+using Points = std::vector<Vec3>;
 
 // Markups of 3D Slicer as landmarks and fixtures.
 
