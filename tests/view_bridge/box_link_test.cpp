@@ -119,7 +119,7 @@ std::vector<rt::Tick> throughTheStream(const std::vector<rt::Tick>& ticks) {
                           .parameters = {{"fields", allTickFields()}, {"intervalMs", 5}},
                           .more = true};
   const auto methods = streams.methods();
-  methods.front().answer(call, daemon::Caller{.connection = 1}, received);
+  methods.front().stream(call, daemon::Caller{.connection = 1}, received);
   for (const rt::Tick& tick : ticks) streams.onTick(tick);
   std::vector<rt::Tick> rebuilt;
   const auto isComplete = [&] {
