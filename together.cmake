@@ -110,7 +110,6 @@ hapticd_together(hapticd_bench SETS
   tools/hapticbench/pareto_report.cpp
   tools/hapticbench/recordings.cpp
   --
-  tools/hapticbench/solids/bodies.cpp
   tools/hapticbench/contact.cpp
   tools/hapticbench/strokes/strokes.cpp
   tools/hapticbench/tracking.cpp
@@ -122,8 +121,6 @@ hapticd_together(hapticd_bench SETS
   tools/hapticbench/passed_places.cpp
   --
   tools/hapticbench/resting_surfaces.cpp
-  tools/hapticbench/solids/solid_cost.cpp
-  tools/hapticbench/solids/solids.cpp
   tools/hapticbench/strokes/stroke_cases.cpp
   tools/hapticbench/strokes/stroke_run.cpp
   --
@@ -140,7 +137,11 @@ hapticd_together(hapticd_bench SETS
   tools/hapticbench/engine/laws.cpp
   tools/hapticbench/engine/report.cpp
   tools/hapticbench/engine/sequences.cpp
-  tools/hapticbench/engine/study.cpp)
+  tools/hapticbench/engine/study.cpp
+  --
+  tools/hapticbench/solids/bodies.cpp
+  tools/hapticbench/solids/solid_cost.cpp
+  tools/hapticbench/solids/solids.cpp)
 hapticd_together(hapticd_box_test_support)
 hapticd_together(hapticd_bridge)
 hapticd_together(hapticd_client)
