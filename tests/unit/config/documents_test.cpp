@@ -248,7 +248,8 @@ TEST(ParametersInTexts, ExistInTheTable) {
   for (const Parameter& parameter : allParameters()) {
     groups.emplace(parameter.group());
   }
-  static const std::regex dotted(R"re((?:^|[^\w./-])([a-z_]+)\.([a-z][a-z0-9_]*)(?![\w.(/]))re");
+  // in braces stand fields of the status
+  static const std::regex dotted(R"re((?:^|[^\w./{-])([a-z_]+)\.([a-z][a-z0-9_]*)(?![\w.(/]))re");
   static const std::set<std::string> endings{"h", "cpp", "yaml", "csv", "json", "conf"};
   int names = 0;
   for (const char* folder : {"config", "daemon", "drivers", "tools"}) {
