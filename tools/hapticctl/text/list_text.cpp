@@ -128,7 +128,7 @@ std::string joinedNames(const Json& names) {
   return text;
 }
 
-std::string ageText(const Json& entry) {
+std::string poseAgeText(const Json& entry) {
   const double age_s = numberAt(entry, "ageS");
   return std::isnan(age_s) ? "-" : duration(1e9 * age_s);
 }
@@ -140,7 +140,7 @@ std::string frameListText(const Json& reply, std::size_t columns) {
     return "there are no frames; the configuration's list 'frames' makes them\n";
   Table table({{"NAME"}, {"STATE"}, {"AGE", true}, {"LAG", true}, {"ON LOSS"}, {"OF"}, {"FIXTURES"}});
   for (const Json& entry : listAt(reply, "frames")) {
-    table.add({textAt(entry, "name"), textAt(entry, "state"), ageText(entry), filled(entry, "{lagM:mm}"),
+    table.add({textAt(entry, "name"), textAt(entry, "state"), poseAgeText(entry), filled(entry, "{lagM:mm}"),
                textAt(entry, "definition.on_loss"), textAt(entry, "origin"),
                joinedNames(listAt(entry, "fixtures"))});
   }
@@ -180,7 +180,7 @@ std::string frameText(const Json& entry) {
   return additionText(entry) +
          entryRows({{"state", textAt(entry, "state")},
                     {"newest pose refused", filledIf(entry, "refusal", "{refusal}")},
-                    {"age of the newest pose", ageText(entry)},
+                    {"age of the newest pose", poseAgeText(entry)},
                     {"lag", filled(entry, "{lagM:mm}")},
                     {"tracking",
                      filledIf(entry, "tracking", "{tracking}, {trackingShare:.0*100} % of the pixels agree")},
@@ -194,7 +194,7 @@ std::string framesText(const Json& status) {
   std::string text;
   for (const Json& frame : listAt(status, "frames")) {
     text += fmt::format("{}{} {}", text.empty() ? "" : ", ", textAt(frame, "name"), textAt(frame, "state"));
-    if (textAt(frame, "state") == "lost") text += " for " + ageText(frame);
+    if (textAt(frame, "state") == "lost") text += " for " + poseAgeText(frame);
   }
   return text;
 }

@@ -157,7 +157,8 @@ class ControlSession : public ControlFixture {
          {std::pair(fmt::format(R"(uid {} \(pid {}\))", ::getuid(), ::getpid()), "WHO"),
           {fmt::format("UID={} PID={}", ::getuid(), ::getpid()), "WHO"},
           {R"([0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9]{2}[-:][0-9]{2}[-:][0-9]{2}Z)", "TIME"},
-          {R"~("(timeNs|beginNs)":1[0-9]{18})~", R"("$1":TIME)"}})
+          {R"~("(timeNs|beginNs)":1[0-9]{18})~", R"("$1":TIME)"},
+          {R"(the force is (-?)[0-9.e+]+ s old)", "the force is $1AGE s old"}})
       text = std::regex_replace(text, std::regex(pattern), mask);
     return text;
   }
