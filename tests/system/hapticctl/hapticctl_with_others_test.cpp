@@ -164,7 +164,7 @@ TEST_F(HapticctlTraceFiles, LongWorkShowsHowFarItIsOnATerminal) {
                           {"TERM=xterm"}, 24, 80);
   EXPECT_EQ(program.wait(), exitedWith(0));
   EXPECT_TRUE(contains(program.output(), "exporting")) << program.output();
-  EXPECT_TRUE(has(program.output(), "2000 rows")) << program.output();
+  EXPECT_TRUE(contains(program.output(), "2000 rows")) << program.output();
 }
 
 // --- completion in shells; zsh offers it in a terminal only, so its functions that take it print it instead
