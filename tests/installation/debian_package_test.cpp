@@ -104,8 +104,8 @@ TEST(DebianPackage, DependsOnWhatIsAllowedAndOnNothingElse) {
 
 TEST(DebianPackage, ForRos2BringsDdsAndAUnitThatNobodyHasEnabled) {
   if (!HAPTICD_WITH_ROS) GTEST_SKIP() << "this build has no hapticd-ros";
-  expectDependencies(
-      kRos, {"hapticd", "libc6", "libddsc", "libfmt", "libgcc-s", "libnettle", "libstdc++", "libsystemd0"});
+  expectDependencies(kRos, {"hapticd", "libc6", "libddsc", "libfmt", "libgcc-s", "libhwy", "libnettle",
+                            "libstdc++", "libsystemd0"});
   EXPECT_EQ(field("Version", kRos), field("Version"));
   const Unpacked package(kRos);
   EXPECT_EQ(unitSetting(contentOf(package.path("usr/lib/systemd/system/hapticd-ros.service")), "ExecStart"),
