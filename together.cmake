@@ -313,7 +313,9 @@ hapticd_together(rt_tests APART
   tests/unit/rt/reference_force_test.cpp
   --
   tests/unit/rt/laws_test.cpp
-  tests/unit/rt/scene/focus_test.cpp)
+  tests/unit/rt/scene/focus_test.cpp
+  --
+  tests/unit/rt/fixtures/closed_forms_test.cpp)
 hapticd_together(solids_tests APART
   tests/unit/tools/solids/label_reader_test.cpp
   tests/unit/tools/solids/mesh_field_test.cpp)
