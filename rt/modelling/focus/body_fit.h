@@ -23,11 +23,14 @@ namespace hapticd::rt {
 /// parameters, by robust Gauss-Newton steps on the pixels' disparities. A wider window counts as far as the
 /// mean residuals of its nine cells look like noise, by a continuous weight. Within what the noise leaves
 /// open, planes, spheres and cylinders are preferred: the estimate is the mean of the four models weighted by
-/// their evidence (Savage and Dickey's ratio: Dickey 1971). Windows that are wider than one body explains are
-/// fitted with a corner, see CornerFit.
+/// their evidence (Savage and Dickey's ratio: Dickey 1971). Where a body ends in the window in front of
+/// something farther, one that is round inside of that outline is a fifth model, with a fit of its own: a rod
+/// of 12 pixels differs from a plane by less than the noise of its depths. Windows that are wider than one
+/// body explains are fitted with a corner, see CornerFit.
 ///
 /// Thread: one (the scene thread).  RT: safe after the first call.  Cost: bounded, at most eleven fits to
-/// FocusSamples::kMax pixels of four passes each; usually one or two of 600 pixels and two passes.
+/// FocusSamples::kMax pixels of six passes each; usually one or two of 600 pixels and two passes, four on
+/// narrow bodies.
 class BodyFit {
  public:
   /// `model` and `column_shift_raw`, see FocusImage, outlive the fit.
@@ -65,6 +68,7 @@ class BodyFit {
     bool tried = false;  ///< in the newest frame
     double frames = 0;   ///< number of frames in the means; 0: none
     FocusBody mean;      ///< of the fits
+    FocusBody round;     ///< of those of a round body inside of the outline; `exists`: there is one
     Misfit misfit;       ///< mean
   };
 
