@@ -245,10 +245,10 @@ FocusShare estimateFromBody(const FocusBody& body, const SurfaceLayer& layer, co
   const double w = body.inverse_depth_per_m / there.stretch;
   // The inverse depth changes by -w N / (N r) per unit of the ray, with the normal N and the ray r.
   const double per_ray = -w / (there.cosine * scale.a_per_m);
-  numbers =
-      Four{static_cast<float>((w - scale.b_per_m) / scale.a_per_m),
-           static_cast<float>(per_ray * there.normal.x / camera.fx_px),
-           static_cast<float>(per_ray * there.normal.y / camera.fy_px), static_cast<float>(body.per_second)};
+  numbers = Four{static_cast<float>((w - scale.b_per_m) / scale.a_per_m),
+                 static_cast<float>(per_ray * there.normal.x / camera.fx_px),
+                 static_cast<float>(per_ray * there.normal.y / camera.fy_px),
+                 static_cast<float>(body.per_second.at(image.u, image.v))};
   return shareOf(at, body.radius_px, body.tolerance_raw, numbers, rawAt(layer, model, image));
 }
 
@@ -259,8 +259,9 @@ FocusShare estimateFromCorner(const FocusCorner& corner, const SurfaceLayer& lay
   const FromFocus at(image, corner);
   if (at.square >= corner.radius_px * corner.radius_px) return {};
   const FocusCorner::Face& face = corner.faceAt(at.du, at.dv);
-  numbers = Four{static_cast<float>(face.at(at.du, at.dv)), static_cast<float>(face.per_column),
-                 static_cast<float>(face.per_row), static_cast<float>(corner.per_second)};
+  numbers =
+      Four{static_cast<float>(face.at(at.du, at.dv)), static_cast<float>(face.per_column),
+           static_cast<float>(face.per_row), static_cast<float>(corner.per_second.at(image.u, image.v))};
   FocusShare share = shareOf(at, corner.radius_px, corner.tolerance_raw, numbers, rawAt(layer, model, image));
   const auto agrees = static_cast<float>(corner.share);
   share.value *= agrees;

@@ -85,6 +85,25 @@ void change(FocusBody& body, const Vector6& by, double a_per_m) {
   body.updateMatrix();
 }
 
+/// Moves a body along with the surface that it is of.
+void carry(FocusBody& body, const DisparityMotion& moved, const DepthModel& model) {
+  const DepthModelParameters& camera = model.parameters();
+  const double a_per_m = model.disparity().a_per_m;
+  const Vec3 ray = body.ray();
+  body.inverse_depth_per_m +=
+      a_per_m * moved.at(camera.cx_px + camera.fx_px * ray.x, camera.cy_px + camera.fy_px * ray.y);
+  if (!moved.turns()) return;
+  // The tangent plane has the inverse depth P r on the ray r; its slopes change, its value at the focus has.
+  const double x = a_per_m * moved.per_column * camera.fx_px;
+  const double y = a_per_m * moved.per_row * camera.fy_px;
+  const Vec3 plane =
+      (body.inverse_depth_per_m / dot(body.normal, ray)) * body.normal + Vec3{x, y, -x * ray.x - y * ray.y};
+  body.normal = (-1 / norm(plane)) * plane;
+  const Vec3 tangent = body.tangent - dot(body.tangent, body.normal) * body.normal;
+  body.tangent = (1 / norm(tangent)) * tangent;
+  body.updateMatrix();
+}
+
 /// What is known of the curvatures (along e1, twist, along e2) before the depths are.
 struct CurvaturePrior {
   Vector3 mean = Vector3::Zero();
@@ -355,7 +374,7 @@ BodyFit::Job BodyFit::jobFor(const Input& input, double depth_m) const noexcept 
 FocusBody BodyFit::movedTo(const Input& input) const noexcept {
   const DepthModelParameters& camera = model_.parameters();
   FocusBody same = last_;
-  same.inverse_depth_per_m += model_.disparity().a_per_m * input.moved_raw;
+  carry(same, input.moved, model_);
   same = same.movedTo((input.focus.u - camera.cx_px) / camera.fx_px - last_.ray_x,
                       (input.focus.v - camera.cy_px) / camera.fy_px - last_.ray_y);
   same.column_px = input.focus.u;
@@ -373,7 +392,7 @@ void BodyFit::moveWindows(const Input& input, bool warm) noexcept {
     window.tried = false;
     if (!(window.frames > 0)) continue;
     for (FocusBody* mean : {&window.mean, &window.round}) {
-      mean->inverse_depth_per_m += model_.disparity().a_per_m * input.moved_raw;
+      carry(*mean, input.moved, model_);
       *mean = mean->movedTo(here.ray_x - mean->ray_x, here.ray_y - mean->ray_y);
     }
     if (!window.mean.exists) window.frames = 0;
@@ -414,7 +433,7 @@ FocusBody BodyFit::fit(const Input& input) noexcept {
   const auto fitCorner = [&](std::size_t least, std::size_t first) {
     const double at_focus_raw = model_.disparity().rawOf(1 / start.inverse_depth_per_m);
     corner_ =
-        corner_fit_.fit(job.image, {.least = least, .first = first}, at_focus_raw, input.moved_raw, samples_);
+        corner_fit_.fit(job.image, {.least = least, .first = first}, at_focus_raw, input.moved, samples_);
     if (corner_.faces == 0) return;
     const double radius_px = job.image.radius_px(first);
     const std::size_t seen = job.image.collect(

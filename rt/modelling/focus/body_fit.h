@@ -11,6 +11,7 @@
 #include "rt/modelling/focus/corner_fit.h"
 #include "rt/modelling/focus/focus_samples.h"
 #include "rt/modelling/focus/misfit.h"
+#include "rt/scene/disparity_motion.h"
 #include "rt/scene/focus_body.h"
 #include "rt/scene/focus_corner.h"
 #include "rt/scene/visible_surface.h"
@@ -42,10 +43,10 @@ class BodyFit {
     const std::uint16_t* image;  ///< raw disparities in frame layout, valid in `pixels`
     PixelWindow pixels;
     ImagePosition focus;
-    Facet facet;        ///< the facet at the focus, for the start
-    double noise;       ///< see DepthModel::noiseScale()
-    double moved_raw;   ///< change of the disparity at the focus since the frame before, due to motion
-    double max_frames;  ///< number of frames averaged, at least 1
+    Facet facet;            ///< the facet at the focus, for the start
+    double noise;           ///< see DepthModel::noiseScale()
+    DisparityMotion moved;  ///< since the frame before
+    double max_frames;      ///< number of frames averaged, at least 1
   };
   /// Returns the body at the focus; `exists` is false if none fits. A body that the frame's pixels agree with
   /// is averaged over the last frames.

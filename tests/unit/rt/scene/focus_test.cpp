@@ -215,7 +215,7 @@ double worstError_m(const std::vector<tools::TrueBody>& bodies, double distance_
                                      .focus = focus,
                                      .facet = facet,
                                      .noise = 1,
-                                     .moved_raw = 0,
+                                     .moved = {},
                                      .max_frames = 8});
     if (!body.exists) return std::numeric_limits<double>::infinity();
     worst = 0;
@@ -414,7 +414,7 @@ class SeenScene {
                          .focus = focus_,
                          .facet = facet,
                          .noise = 1,
-                         .moved_raw = 0,
+                         .moved = {},
                          .max_frames = 8});
     }
   }
