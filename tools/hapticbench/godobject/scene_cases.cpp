@@ -70,7 +70,7 @@ class Stage {
   const Vec3& middle_m() const { return middle_m_; }
   const RigidFrame& frame() const { return frame_; }
 
-  /// Turns the frame anew, its z axis by `tilt_rad` away from the camera's axis; x runs up the tilt.
+  /// Turns the frame anew, its z axis by `tilt_rad` away from the camera's axis; x then comes towards it.
   void stand(double tilt_rad) {
     const double turn = uniform(0, 2 * kPi);
     const Vec3 away{std::cos(turn), std::sin(turn), 0};
@@ -206,8 +206,8 @@ Cases halfSunk(Stage stage, bool hand_is_free) {
     Stage one = stage;
     if (tilt_rad > 0) {
       one.stand(tilt_rad);
-      // what is behind the ball is hidden; x runs up the tilt, away from the camera
-      one.turnBy(kPi + one.uniform(-70, 70) * kDegree);
+      // what is behind the ball is hidden
+      one.turnBy(one.uniform(-70, 70) * kDegree);
     }
     one.add(PlaneShape{}).add(BallShape{kRadius_m});
     const double above = hand_is_free ? kBeside_m : -one.pressed_m();
