@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <random>
@@ -102,9 +103,7 @@ TEST(DistanceScene, LeavesOutGapsAndWhatItDoesNotSee) {
   DistanceScene scene({{PlaneShape{}, frame}}, {{99.5, 109.5, 49.5, 59.5}}, {}, 1);
   const auto image = std::make_unique<rt::DepthFrame>();
   scene.render(0, 1, SceneNoise::quantised, *image);
-  int missing = 0;
-  for (int pixel = 0; pixel < drivers::kKinectPixels; ++pixel)
-    if (image->raw[pixel] == drivers::kKinectNoMeasurement) ++missing;
+  const auto missing = std::ranges::count(image->image(), drivers::kKinectNoMeasurement);
   EXPECT_EQ(missing, 100);
 }
 
