@@ -58,6 +58,7 @@ hapticd_together(bench_tests APART
   tests/unit/tools/bench/pareto_test.cpp
   tests/unit/tools/bench/stability_test.cpp
   --
+  tests/unit/tools/bench/distance_scene_test.cpp
   tests/unit/tools/bench/occlusion_test.cpp
   tests/unit/tools/bench/played_noise_test.cpp
   tests/unit/tools/bench/report_drawing_test.cpp
@@ -123,6 +124,10 @@ hapticd_together(hapticd_bench SETS
   tools/hapticbench/resting_surfaces.cpp
   tools/hapticbench/strokes/stroke_cases.cpp
   tools/hapticbench/strokes/stroke_run.cpp
+  --
+  tools/hapticbench/godobject/godobject.cpp
+  tools/hapticbench/godobject/scene_cases.cpp
+  tools/hapticbench/godobject/scene_run.cpp
   --
   tools/hapticbench/cameras.cpp
   tools/hapticbench/jitter_loop.cpp

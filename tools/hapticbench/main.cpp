@@ -17,10 +17,10 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   app.set_version_flag("-V,--version", std::string("hapticbench ") + HAPTICD_VERSION);
   const std::vector<StudyCommand> commands{
-      accuracyCommand(app),   buzzCommand(app),   camerasCommand(app),   fixturesCommand(app),
-      jitterCommand(app),     noiseCommand(app),  occlusionCommand(app), paretoCommand(app),
-      recordingsCommand(app), solidsCommand(app), stabilityCommand(app), strokesCommand(app),
-      trackingCommand(app)};
+      accuracyCommand(app),  buzzCommand(app),       camerasCommand(app), fixturesCommand(app),
+      godobjectCommand(app), jitterCommand(app),     noiseCommand(app),   occlusionCommand(app),
+      paretoCommand(app),    recordingsCommand(app), solidsCommand(app),  stabilityCommand(app),
+      strokesCommand(app),   trackingCommand(app)};
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -149,6 +149,7 @@ StudyCommand buzzCommand(CLI::App& app);
 StudyCommand jitterCommand(CLI::App& app);
 StudyCommand camerasCommand(CLI::App& app);
 StudyCommand fixturesCommand(CLI::App& app);
+StudyCommand godobjectCommand(CLI::App& app);
 StudyCommand noiseCommand(CLI::App& app);
 StudyCommand occlusionCommand(CLI::App& app);
 StudyCommand paretoCommand(CLI::App& app);
