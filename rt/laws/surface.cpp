@@ -252,8 +252,11 @@ class SurfaceTick {
   Vec3 goal_m() const noexcept { return in_contact_ && !vanished_ ? at_.place_m : hip_; }
 
   /// Returns the normal along which the surface may have moved in a new frame; zero if another surface holds
-  /// the proxy, or none.
+  /// the proxy, or none, or an outline has flickered.
   Vec3 normalOfMotion() const noexcept {
+    constexpr double kFlicker_px = 2;
+    const double moved_m = norm(at_.place_m - model_.positionInCamera(memory_.position_m_in_world));
+    if (at_.at_side && moved_m < kFlicker_px * field_.pitch_m(at_.place_m)) return {};
     if (contact_.hold == Hold::nothing) return hold() == Hold::surface ? normal_ : Vec3{};
     const Vec3 before = model_.directionInCamera(memory_.normal_in_world);
     const bool is_same = contact_.hold == hold() && !SurfaceSight::isSharpTurn(normal_, before);

@@ -111,6 +111,7 @@ FOLDERS = {
     "tools/hapticbench": STUDIES + " tools/hapticbench/strokes",
     "tools/hapticbench/occlusion": STUDIES,
     "tools/hapticbench/solids": STUDIES,
+    "tools/hapticbench/godobject": STUDIES,
     "tools/hapticbench/strokes": STUDIES,
     "tools/hapticbench/engine": LIBRARIES,
     "tools/hapticctl": "tools/lib/child tools/lib/client tools/lib/depth_noise tools/lib/options tools/lib/plot "

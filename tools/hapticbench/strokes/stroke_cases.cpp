@@ -417,7 +417,8 @@ Cases turningBlocks(CaseMaker& make, double speed_rad_per_s) {
   Cases cases;
   for (const bool upright : {false, true}) {
     for (const double side : {-1.0, 1.0}) {
-      StrokeCase one{.bodies = {block}, .T_camera_bodies = make.tilted(0, 0), .hip = HipMotion::stays};
+      StrokeCase one{
+          .bodies = {block}, .T_camera_bodies = make.tilted(0, 0), .path = {}, .hip = HipMotion::stays};
       const Vec3 beside = upright ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
       one.path = make.straight(side * kBeside_m * beside, beside, 0);
       one.stays_s = kJudged_s;

@@ -270,7 +270,7 @@ double meanRodError_m(double radius_m, double distance_m) {
                        .focus = focus,
                        .facet = facet,
                        .noise = 1,
-                       .moved_raw = 0,
+                       .moved = {},
                        .max_frames = 8});
     }
     if (!body.exists) return std::numeric_limits<double>::infinity();
