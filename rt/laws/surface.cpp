@@ -13,6 +13,8 @@
 namespace hapticd::rt {
 namespace {
 
+/// Places that a proxy on its way looks at. What it does before and after it moves takes four more at most.
+constexpr int kMaxLooks = 20;
 /// Shorter displacements count as zero.
 constexpr double kNone_m = 1e-7;
 /// A proxy may be this far behind the boundary: more than the rounding of facets in single precision.
@@ -156,7 +158,7 @@ class SurfaceTick {
     bool tried_alone = false;
     std::size_t met = 0;
     bool blocked = false;
-    while (looks_ < kMaxSurfaceSamples) {
+    while (looks_ < kMaxLooks) {
       const Vec3 to = towardsHip(share);
       if (norm(to - at_.place_m) < kNone_m) {
         // An older face may end before this place.
@@ -230,7 +232,7 @@ class SurfaceTick {
   /// Brings a place behind the boundary back to it.
   SurfaceLook onAllowedSide(SurfaceLook next) noexcept {
     constexpr int kMaxSteps = 3;
-    for (int i = 0; i < kMaxSteps && !isAllowed(next) && looks_ < kMaxSurfaceSamples; ++i)
+    for (int i = 0; i < kMaxSteps && !isAllowed(next) && looks_ < kMaxLooks; ++i)
       next = look(next.place_m - next.room_m * next.normal);
     return next;
   }
