@@ -138,7 +138,10 @@ class SurfaceTick {
   /// have moved, or something else in its place.
   bool vanishes() const noexcept {
     if (!isNewFrame() || !pressesOn(normal_) || !at_.sheet.exists) return false;
-    return at_.room_m > sight_.largestMove_m(at_) || sight_.cameFromTheSide(at_);
+    // An outline that goes on moving over the HIP belongs to something that passes in front of it.
+    const bool passes = at_.at_side && -at_.room_m > field_.pitch_m(at_.place_m) &&
+                        norm(toHip()) > input_.parameters.surface.shell_m;
+    return passes || at_.room_m > sight_.largestMove_m(at_) || sight_.cameFromTheSide(at_);
   }
 
   /// Returns whether a surface that had vanished is seen again where the proxy was left.

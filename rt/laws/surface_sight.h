@@ -23,6 +23,7 @@ class SurfaceSight {
       : contact_(proxy.surface),
         field_(field),
         hip_velocity_(hip_velocity_m_per_s),
+        was_placed_(proxy.placed),
         is_free_(proxy.normal_in_world == Vec3{}),
         passed_over_(proxy.surface.passed_over),
         frame_time_ns_(frame_time_ns) {}
@@ -52,11 +53,15 @@ class SurfaceSight {
   /// more than the hand moves in a frame and an outline flickers. How thick it is cannot be seen.
   bool cameByJump(const SurfaceLook& at) const noexcept {
     const bool inside = at.isIn(SurfaceView::Where::inside) || (at.at_side && at.room_m < 0);
-    if (!inside || !(contact_.surface_depth_m > 0)) return false;
+    if (!inside) return false;
     constexpr double kFlicker_px = 1;
-    const double by_hand_m =
-        std::min(-dot(hip_velocity_, at.normal) * kFrame_s, kFlicker_px * field_.pitch_m(at.place_m));
-    if (is_free_ && at.at_side && -at.room_m < by_hand_m) return false;
+    const double by_hand_m = -dot(hip_velocity_, at.normal) * kFrame_s;
+    const bool nothing_seen = !(contact_.surface_depth_m > 0);
+    // Where nothing was seen, whatever is there now is new, and what the hand did not come into is no
+    // contact.
+    if (nothing_seen) return is_free_ && was_placed_ && -at.room_m > std::max(0.0, by_hand_m);
+    const double flicker_m = kFlicker_px * field_.pitch_m(at.place_m);
+    if (is_free_ && at.at_side && -at.room_m < std::min(by_hand_m, flicker_m)) return false;
     if (contact_.surface_depth_m - at.sheet.depth_m() > largestMove_m(at)) return true;
     return is_free_ && isSteep(at.sheet.normal_in_camera, at.place_m) &&
            isSharpTurn(at.sheet.normal_in_camera, contact_.surface_normal_in_camera);
@@ -95,6 +100,7 @@ class SurfaceSight {
   SurfaceContact& contact_;
   const SurfaceField& field_;
   Vec3 hip_velocity_;
+  bool was_placed_;
   bool is_free_;
   bool passed_over_;
   std::int64_t frame_time_ns_;
