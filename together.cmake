@@ -155,7 +155,6 @@ hapticd_together(hapticd_config SETS
   config/additions/addition_conversion.cpp
   config/additions/addition_fields.cpp
   config/additions/addition_reader.cpp
-  config/additions/path_problem.cpp
   --
   config/settings/cause_text.cpp
   config/settings/depth_cameras.cpp
@@ -172,7 +171,6 @@ hapticd_together(hapticd_config SETS
   config/yaml_loader.cpp
   --
   config/conflicts.cpp
-  config/loosening.cpp
   config/settings_summary.cpp
   config/solids/solid_file.cpp
   config/solids/solid_outline.cpp)
@@ -199,9 +197,6 @@ hapticd_together(hapticd_doctor APART
   tools/hapticctl/doctor/checks.cpp
   tools/hapticctl/doctor/examination.cpp)
 hapticd_together(hapticd_drivers SETS
-  drivers/camera/freenect/freenect_camera.cpp
-  drivers/camera/freenect/freenect_session.cpp
-  --
   drivers/camera/synthetic/analytic_scene.cpp
   drivers/camera/synthetic/depth_sensor.cpp
   drivers/camera/synthetic/edge_errors.cpp
@@ -220,7 +215,6 @@ hapticd_together(hapticd_drivers SETS
   drivers/handle/hid/hid_spacemouse.cpp
   drivers/handle/hid/hidapi_port.cpp
   --
-  drivers/handle/simulated/device_and_hand.cpp
   drivers/handle/simulated/simulated_hand.cpp
   drivers/handle/simulated/simulated_handle.cpp
   --

@@ -7,6 +7,7 @@
 #include <tuple>
 #include <type_traits>
 #include <vector>
+
 #include "config/base/error.h"
 #include "config/settings/driver_rows.h"
 #include "config/settings/parameter_table.h"

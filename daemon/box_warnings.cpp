@@ -11,7 +11,7 @@
 
 #include "config/settings/cause_text.h"
 #include "daemon/base/journal_entry.h"
-#include "drivers/base/cpu_list.h"
+#include "drivers/base/cpus.h"
 #include "rt/laws/law_table.h"
 #include "rt/safety/hidden_latency.h"
 #include "rt/safety/stiffness_limit.h"

@@ -13,7 +13,7 @@
 
 #include "config/settings/settings.h"
 #include "daemon/base/box.h"
-#include "drivers/base/cpu_quota.h"
+#include "drivers/base/cpus.h"
 #include "rt/base/parameters.h"
 #include "rt/loop/loop_state.h"
 

@@ -16,7 +16,6 @@
 #include "config/settings/settings.h"
 #include "daemon/base/box.h"
 #include "daemon/base/journal_entry.h"
-#include "daemon/base/reloads.h"
 #include "daemon/state/start_settings.h"
 
 namespace hapticd::daemon {

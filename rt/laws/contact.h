@@ -14,8 +14,7 @@ namespace hapticd::rt {
 /// What holds the proxy of the law `surface` back from the HIP.
 enum class Hold : std::uint8_t {
   nothing,
-  front,    ///< the visible surface
-  side,     ///< the side of a body, which begins at its outline in the image
+  surface,  ///< the visible surface, or a side of what it shows
   vanished  ///< a surface that is no longer seen; the contact is being given up
 };
 
@@ -27,6 +26,7 @@ struct SurfaceContact {
   Vec3 lag_m_in_world;
   double lag_speed_m_per_s = 0;  ///< at which it shrinks
   Vec3 hip_m_in_world;           ///< at the last tick
+  Vec3 seen_m_in_world;          ///< the proxy when its surface was last seen
   std::uint64_t frame = 0;       ///< depth frame of the last tick
   double surface_depth_m = 0;    ///< of the surface at the proxy when last seen, along the optical axis; 0:
                                  ///< none, infinite: the proxy is behind what is seen

@@ -22,6 +22,6 @@ namespace hapticd::rt {
 ForceSample surfaceForce(const LawInput& input, ProxyMemory& proxy) HAPTICD_RT;
 
 /// Largest number of places that one evaluation of the law `surface` looks up.
-inline constexpr int kMaxSurfaceSamples = 48;
+inline constexpr int kMaxSurfaceSamples = 20;
 
 }  // namespace hapticd::rt

@@ -8,7 +8,7 @@
 
 #include "rt/laws/contact.h"
 #include "rt/laws/force_blend.h"
-#include "rt/laws/surface_probe.h"
+#include "rt/laws/surface_field.h"
 
 namespace hapticd::rt {
 
@@ -17,47 +17,60 @@ namespace hapticd::rt {
 class SurfaceSight {
  public:
   /// `proxy` as the last tick left it, and kept up by remember(). `frame_time_ns`: of the scene's frame.
-  SurfaceSight(ProxyMemory& proxy, std::int64_t frame_time_ns) noexcept
+  /// `hip_velocity_m_per_s`: in the camera's frame.
+  SurfaceSight(ProxyMemory& proxy, const SurfaceField& field, const Vec3& hip_velocity_m_per_s,
+               std::int64_t frame_time_ns) noexcept
       : contact_(proxy.surface),
+        field_(field),
+        hip_velocity_(hip_velocity_m_per_s),
         is_free_(proxy.normal_in_world == Vec3{}),
         passed_over_(proxy.surface.passed_over),
         frame_time_ns_(frame_time_ns) {}
 
+  /// Returns whether two normals differ by more than those of one smooth surface nearby.
+  static bool isSharpTurn(const Vec3& normal, const Vec3& other) noexcept {
+    constexpr double kTurn_cos = 0.82;  // 35 degrees
+    return dot(normal, other) < kTurn_cos;
+  }
+
   /// Returns the largest change of depth that the motion of a surface explains since it was last seen at the
   /// proxy.
-  double largestMove_m(const SurfaceProbe& probe) const noexcept {
+  double largestMove_m(const SurfaceLook& at) const noexcept {
     const double since_s = static_cast<double>(frame_time_ns_ - contact_.surface_ns) * 1e-9;
     const double seconds = passed_over_ ? kFrame_s : std::clamp(since_s, kFrame_s, kLongestGap_s);
-    return kFastestArrival_m_per_s * seconds + probe.noise_m();
+    return kFastestArrival_m_per_s * seconds + field_.noise_m(at.place_m);
   }
 
   /// Returns whether the proxy is in a body that was not in front of it before, and came faster than a
-  /// surface does, or, if the proxy is free, came from the side: its outline has moved over the proxy. How
-  /// thick it is cannot be seen.
-  bool cameByJump(const SurfaceProbe& probe) const noexcept {
-    const SurfaceProbe::Place& place = probe.at;
-    if (place.where != SurfaceProbe::Where::inside || !(contact_.surface_depth_m > 0)) return false;
-    if (contact_.surface_depth_m - place.sheet.depth_m() > largestMove_m(probe)) return true;
-    return is_free_ && isSteep(place.sheet.normal_in_camera, probe, kSteep_cos) && turned(probe);
+  /// surface does, or, if the proxy is free, came from the side: its outline has moved over the proxy, by
+  /// more than the hand moves in a frame and an outline flickers. How thick it is cannot be seen.
+  bool cameByJump(const SurfaceLook& at) const noexcept {
+    const bool inside = at.isIn(SurfaceView::Where::inside) || (at.at_side && at.room_m < 0);
+    if (!inside || !(contact_.surface_depth_m > 0)) return false;
+    constexpr double kFlicker_px = 1;
+    const double by_hand_m =
+        std::min(-dot(hip_velocity_, at.normal) * kFrame_s, kFlicker_px * field_.pitch_m(at.place_m));
+    if (is_free_ && at.at_side && -at.room_m < by_hand_m) return false;
+    if (contact_.surface_depth_m - at.sheet.depth_m() > largestMove_m(at)) return true;
+    return is_free_ && isSteep(at) &&
+           isSharpTurn(at.sheet.normal_in_camera, contact_.surface_normal_in_camera);
   }
 
-  /// Returns whether a free proxy, next to the slope of an outline, is in the front that ends there: the
-  /// outline has flickered over it. A surface that comes on moves by less.
-  bool outlineCameOver(const SurfaceProbe& probe) const noexcept {
-    constexpr double kNoises = 1.5;
-    const double off_m = std::abs(contact_.surface_depth_m - SurfaceView::depthOf(probe.p));
-    return is_free_ && probe.at.where == SurfaceProbe::Where::inside && off_m < probe.noise_m() &&
-           probe.at.distance_m < -kNoises * probe.noise_m() && turned(probe) &&
-           isSteep(contact_.surface_normal_in_camera, probe, kSlanted_cos);
+  /// Returns whether the front of a body is that far over the proxy although it did not come that much nearer
+  /// to the camera: its outline has moved over the proxy.
+  bool cameFromTheSide(const SurfaceLook& at) const noexcept {
+    const double came_m = std::max(0.0, contact_.surface_depth_m - at.sheet.depth_m());
+    return at.sheet.exists && !at.at_side && -at.room_m > came_m + 2 * field_.noise_m(at.place_m);
   }
 
   /// Remembers the surface at the proxy.
-  void remember(const SurfaceProbe& probe, bool in_contact) noexcept {
-    if (probe.at.where == SurfaceProbe::Where::inside) return;
-    if (probe.at.sheet.exists) {
-      contact_.surface_depth_m = probe.at.sheet.depth_m();
-      contact_.surface_normal_in_camera = probe.at.sheet.normal_in_camera;
-    } else if (probe.at.where == SurfaceProbe::Where::unseen && !in_contact) {
+  void remember(const SurfaceLook& at, bool in_contact) noexcept {
+    const Sheet& sheet = in_contact ? at.sheet : at.own.sheet;
+    if (at.isIn(SurfaceView::Where::inside) && !in_contact) return;
+    if (sheet.exists) {
+      contact_.surface_depth_m = sheet.depth_m();
+      contact_.surface_normal_in_camera = sheet.normal_in_camera;
+    } else if (at.isIn(SurfaceView::Where::unseen) && !in_contact) {
       // Whatever it is in next comes from behind.
       contact_.surface_depth_m = std::numeric_limits<double>::infinity();
     } else {
@@ -73,19 +86,16 @@ class SurfaceSight {
   static constexpr double kFrame_s = 1.0 / 30;
   static constexpr double kLongestGap_s = 1.0 / 3;
 
-  static constexpr double kSteep_cos = 0.5;    // 60 degrees
-  static constexpr double kSlanted_cos = 0.8;  // 37 degrees: noise widens an outline to a slope
-  /// Returns whether a surface with this normal is steeper relative to the ray than an angle.
-  static bool isSteep(const Vec3& normal, const SurfaceProbe& probe, double cosine) noexcept {
-    return -dot(normal, probe.p) < cosine * norm(probe.p);
-  }
-
-  /// Returns whether the surface at the proxy has another direction than the last one there.
-  bool turned(const SurfaceProbe& probe) const noexcept {
-    return SurfaceProbe::isSharpTurn(probe.at.sheet.normal_in_camera, contact_.surface_normal_in_camera);
+  /// Returns whether the surface on the proxy's ray is steep: the ray meets it at more than 60 degrees from
+  /// its normal.
+  static bool isSteep(const SurfaceLook& at) noexcept {
+    constexpr double kSteep_cos = 0.5;
+    return -dot(at.sheet.normal_in_camera, at.place_m) < kSteep_cos * norm(at.place_m);
   }
 
   SurfaceContact& contact_;
+  const SurfaceField& field_;
+  Vec3 hip_velocity_;
   bool is_free_;
   bool passed_over_;
   std::int64_t frame_time_ns_;

@@ -1,15 +1,103 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
 #include "rt/base/parameters.h"
 #include "rt/base/realtime_safe.h"
 #include "rt/base/vec3.h"
-#include "rt/safety/command_history.h"
-#include "rt/safety/energy_budget.h"
 #include "rt/safety/force_limit.h"
 #include "rt/safety/passivity.h"
 
 namespace hapticd::rt {
+
+/// Bounds the energy that a force of unknown origin gives to the hand: to a reserve, which a power fills
+/// again, and what the hand gave to the force. So a passive spring behind the force is not limited, and one
+/// that is unstable moves the hand with no more than the power.
+///
+/// A tick decides by a velocity that its force will change, and a command acts later than it was given, so
+/// the budget can be overdrawn. A force whose budget is overdrawn by the reserve is zero.
+///
+/// Thread: one.  Progress: wait-free.  RT: safe.
+class EnergyBudget {
+ public:
+  static constexpr double kReserve_j = 0.02;
+  /// Of what the hand gave, this much is kept: the energy of a spring of 500 N/m under 10 N.
+  static constexpr double kMost_j = 0.1;
+
+  /// Accounts for the work of the force that acted on the hand during the last tick.
+  /// `motion_m`: displacement of the hand meanwhile. `power_w` >= 0, `period_s` > 0.
+  void follow(const Vec3& acted_n, const Vec3& motion_m, double power_w, double period_s) HAPTICD_RT {
+    const double work_j = dot(acted_n, motion_m);
+    if (std::isfinite(work_j)) left_j_ = std::min(left_j_ - work_j, kMost_j);
+    if (left_j_ < kReserve_j) left_j_ = std::min(left_j_ + power_w * period_s, kReserve_j);
+  }
+
+  /// Returns the force without that part along the velocity of the hand which would give out in less than
+  /// kSpending_s what is left, and less of it all where the budget is overdrawn. `force_n`: finite.
+  Vec3 limited(const Vec3& force_n, const Vec3& velocity_m_per_s) const HAPTICD_RT {
+    const Vec3 force = std::clamp(1 + left_j_ / kReserve_j, 0.0, 1.0) * force_n;
+    const double speed2 = dot(velocity_m_per_s, velocity_m_per_s);
+    const double excess_w = dot(force, velocity_m_per_s) - std::max(0.0, left_j_) / kSpending_s;
+    if (!(excess_w > 0) || !(speed2 > 0)) return force;
+    return force - (excess_w / speed2) * velocity_m_per_s;
+  }
+
+ private:
+  /// Short enough that a full reserve lets a power of several watts pass, long beside a tick.
+  static constexpr double kSpending_s = 0.004;
+
+  double left_j_ = kReserve_j;
+};
+
+/// Remembers the most recent force commands and determines which one acts on the hand now: that commanded
+/// one handle delay ago.
+/// Thread: one.  Progress: wait-free.  RT: safe.
+class CommandHistory {
+ public:
+  /// Number of ticks remembered, 127 ms at 1 kHz. A longer delay is treated as this one.
+  static constexpr std::size_t kMaxTicks = 127;
+
+  /// Appends the command of the current tick, in newtons.
+  void add(const Vec3& command_n) HAPTICD_RT {
+    newest_ = (newest_ + 1) % commands_n_.size();
+    commands_n_[newest_] = command_n;
+  }
+
+  /// Returns the force that acted on the hand during the last tick; between two commands it interpolates
+  /// linearly. `delay_s` >= 0; `period_s` > 0.
+  Vec3 acting_n(double delay_s, double period_s) const HAPTICD_RT {
+    const double ticks = ticksOf(delay_s, period_s);
+    const auto whole = static_cast<std::size_t>(ticks);
+    const double share = ticks - static_cast<double>(whole);
+    return share > 0 ? (1 - share) * ago(whole) + share * ago(whole + 1) : ago(whole);
+  }
+
+  /// Returns the magnitude of the largest command that acted during the last tick or has not reached the hand
+  /// yet.
+  double largest_n(double delay_s, double period_s) const HAPTICD_RT {
+    const auto ticks = static_cast<std::size_t>(std::ceil(ticksOf(delay_s, period_s)));
+    double largest2_n2 = 0;
+    for (std::size_t age = 0; age <= ticks; ++age)
+      largest2_n2 = std::max(largest2_n2, dot(ago(age), ago(age)));
+    return std::sqrt(largest2_n2);
+  }
+
+ private:
+  static double ticksOf(double delay_s, double period_s) HAPTICD_RT {
+    const double ticks = delay_s / period_s;
+    return ticks > 0 ? std::min(ticks, static_cast<double>(kMaxTicks)) : 0;  // also if NaN
+  }
+  const Vec3& ago(std::size_t ticks) const HAPTICD_RT {
+    return commands_n_[(newest_ + commands_n_.size() - ticks) % commands_n_.size()];
+  }
+
+  std::array<Vec3, kMaxTicks + 1> commands_n_;
+  std::size_t newest_ = 0;
+};
 
 /// Stages that every force passes from the law to the device, after the scene blend. Their order is fixed:
 /// passivity control, low-pass, palpation cue and external force, slew limit, magnitude clamp (peak and

@@ -5,6 +5,7 @@
 
 #include "rt/base/realtime_safe.h"
 #include "rt/base/vec3.h"
+#include "rt/scene/disparity_motion.h"
 
 namespace hapticd::rt {
 
@@ -49,9 +50,9 @@ struct FocusBody {
   Vec3 normal{0, 0, -1};  ///< n, a unit vector towards the free side
   Vec3 tangent{1, 0, 0};  ///< e1; e2 = n x e1
   TangentCurvature curvature;
-  Symmetric3 a;              ///< A
-  double per_second = 0;     ///< change of the disparity due to motion, raw units
-  double tolerance_raw = 0;  ///< a pixel within this of the body belongs to it
+  Symmetric3 a;                ///< A
+  DisparityMotion per_second;  ///< change of the disparity due to motion
+  double tolerance_raw = 0;    ///< a pixel within this of the body belongs to it
 
   Vec3 ray() const noexcept { return {ray_x, ray_y, 1}; }
   Vec3 otherTangent() const noexcept { return cross(normal, tangent); }

@@ -3,6 +3,8 @@
 
 #include <type_traits>
 
+#include "rt/scene/disparity_motion.h"
+
 namespace hapticd::rt {
 
 /// The surface near the focus where two or three flat faces meet in edges that are all convex or all concave:
@@ -25,10 +27,10 @@ struct FocusCorner {
   Face face[kMaxFaces];
   double column_px = 0;  ///< of the focus
   double row_px = 0;
-  double radius_px = 0;      ///< up to this distance from the focus the corner is known
-  double share = 0;          ///< 0 to 1: how well the pixels agree with it
-  double per_second = 0;     ///< change of the disparity due to motion, raw units
-  double tolerance_raw = 0;  ///< a pixel within this of the corner belongs to it
+  double radius_px = 0;        ///< up to this distance from the focus the corner is known
+  double share = 0;            ///< 0 to 1: how well the pixels agree with it
+  DisparityMotion per_second;  ///< change of the disparity due to motion
+  double tolerance_raw = 0;    ///< a pixel within this of the corner belongs to it
 
   /// Returns the same corner relative to another focus.  RT: safe.
   FocusCorner movedTo(double to_column_px, double to_row_px) const noexcept {

@@ -2,6 +2,7 @@
 #include "rt/scene/visible_surface.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 
@@ -27,8 +28,27 @@ struct Corners {
   float s;  // vertical position, 0..1 from top to bottom
 };
 
-/// Interpolates the surface between four facets from their values and slopes; exact where the disparity is
-/// quadratic.
+/// Cubic Hermite polynomials at one position between two ends, or their derivatives: weights of the values at
+/// both ends and of the slopes there.
+struct Hermite {
+  float value[2];
+  float slope[2];
+
+  static Hermite at(float t) noexcept {
+    const float rise = t * t * (3 - 2 * t);
+    return {{1 - rise, rise}, {t * (1 - t) * (1 - t), t * t * (t - 1)}};
+  }
+  static Hermite derivativeAt(float t) noexcept {
+    const float rise = 6 * t * (1 - t);
+    return {{-rise, rise}, {(1 - t) * (1 - 3 * t), t * (3 * t - 2)}};
+  }
+  float of(float first, float last, float first_slope, float last_slope) const noexcept {
+    return value[0] * first + value[1] * last + slope[0] * first_slope + slope[1] * last_slope;
+  }
+};
+
+/// Interpolates the surface between four facets from their values and slopes, so that both pass into those of
+/// the next cell; exact where the disparity is quadratic. The slopes are the gradient of the values.
 Four blended(const Corners& cell) noexcept {
   constexpr float kSide = BlockLattice::kBlock_px;
   const float t = cell.t;
@@ -39,14 +59,26 @@ Four blended(const Corners& cell) noexcept {
   const Four d = numbersOf(cell.lower[1]);
   const Four upper = a + t * (b - a);
   const Four lower = c + t * (d - c);
-  Four sum = upper + s * (lower - upper);
-  // The difference between Hermite interpolation (values and slopes) and linear interpolation.
-  const float left = (1 - s) * a[1] + s * c[1];
-  const float right = (1 - s) * b[1] + s * d[1];
-  const float top = (1 - t) * a[2] + t * b[2];
-  const float bottom = (1 - t) * c[2] + t * d[2];
-  sum[0] += 0.5F * kSide * (t * (1 - t) * (left - right) + s * (1 - s) * (top - bottom));
-  return sum;
+  // The mixed derivative, the same at all corners, in units of the cell as the slopes.
+  const float twist = 0.25F * kSide * ((c[1] - a[1]) + (d[1] - b[1]) + (b[2] - a[2]) + (d[2] - c[2]));
+  // Along the upper and the lower side: the disparity above that of the first corner, and its change
+  // downwards.
+  const auto alongSides = [&](const Hermite& h) {
+    const float twists = twist * (h.slope[0] + h.slope[1]);
+    return std::array{h.of(0, b[0] - a[0], kSide * a[1], kSide * b[1]),
+                      h.of(c[0] - a[0], d[0] - a[0], kSide * c[1], kSide * d[1]),
+                      kSide * (h.value[0] * a[2] + h.value[1] * b[2]) + twists,
+                      kSide * (h.value[0] * c[2] + h.value[1] * d[2]) + twists};
+  };
+  const std::array<float, 4> sides = alongSides(Hermite::at(t));
+  const std::array<float, 4> slopes = alongSides(Hermite::derivativeAt(t));
+  const Hermite down = Hermite::at(s);
+  const Hermite down_slope = Hermite::derivativeAt(s);
+  const auto between = [](const Hermite& h, const std::array<float, 4>& of) {
+    return h.of(of[0], of[1], of[2], of[3]);
+  };
+  return Four{a[0] + between(down, sides), between(down, slopes) / kSide, between(down_slope, sides) / kSide,
+              upper[3] + s * (lower[3] - upper[3])};
 }
 
 /// Evaluates the plane of the i-th facet, in row order, at the position.
@@ -213,10 +245,10 @@ FocusShare estimateFromBody(const FocusBody& body, const SurfaceLayer& layer, co
   const double w = body.inverse_depth_per_m / there.stretch;
   // The inverse depth changes by -w N / (N r) per unit of the ray, with the normal N and the ray r.
   const double per_ray = -w / (there.cosine * scale.a_per_m);
-  numbers =
-      Four{static_cast<float>((w - scale.b_per_m) / scale.a_per_m),
-           static_cast<float>(per_ray * there.normal.x / camera.fx_px),
-           static_cast<float>(per_ray * there.normal.y / camera.fy_px), static_cast<float>(body.per_second)};
+  numbers = Four{static_cast<float>((w - scale.b_per_m) / scale.a_per_m),
+                 static_cast<float>(per_ray * there.normal.x / camera.fx_px),
+                 static_cast<float>(per_ray * there.normal.y / camera.fy_px),
+                 static_cast<float>(body.per_second.at(image.u, image.v))};
   return shareOf(at, body.radius_px, body.tolerance_raw, numbers, rawAt(layer, model, image));
 }
 
@@ -227,8 +259,9 @@ FocusShare estimateFromCorner(const FocusCorner& corner, const SurfaceLayer& lay
   const FromFocus at(image, corner);
   if (at.square >= corner.radius_px * corner.radius_px) return {};
   const FocusCorner::Face& face = corner.faceAt(at.du, at.dv);
-  numbers = Four{static_cast<float>(face.at(at.du, at.dv)), static_cast<float>(face.per_column),
-                 static_cast<float>(face.per_row), static_cast<float>(corner.per_second)};
+  numbers =
+      Four{static_cast<float>(face.at(at.du, at.dv)), static_cast<float>(face.per_column),
+           static_cast<float>(face.per_row), static_cast<float>(corner.per_second.at(image.u, image.v))};
   FocusShare share = shareOf(at, corner.radius_px, corner.tolerance_raw, numbers, rawAt(layer, model, image));
   const auto agrees = static_cast<float>(corner.share);
   share.value *= agrees;
@@ -290,6 +323,7 @@ Sheet SurfaceView::sheetOf(const SurfaceLayer& layer, const ImagePosition& image
   const double a = model_.disparity().a_per_m;
   const double w = a * (double{numbers[0]} + age_s_ * double{numbers[3]}) + model_.disparity().b_per_m;
   if (!(w > 0)) return sheet;
+  sheet.extrapolated_per_m = a * age_s_ * double{numbers[3]};
   const double w_u = a * double{numbers[1]};
   const double w_v = a * double{numbers[2]};
   // The plane with 1/Z = w at this pixel and these slopes is N * X = 1, with x right, y down, Z forward.

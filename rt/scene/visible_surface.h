@@ -120,6 +120,7 @@ struct Sheet {
   double distance_m = 0;           ///< from the camera to the tangent plane, > 0
   Vec3 normal_in_camera;           ///< unit vector towards the free side
   double speed_m_per_s = 0;        ///< speed of the surface along its normal
+  double extrapolated_per_m = 0;   ///< change of 1/Z since the frame that is assumed
 
   double depth_m() const noexcept { return 1 / inverse_depth_per_m; }
 };

@@ -42,7 +42,7 @@ GUARDED_LIBRARIES = {
 
 LIBRARIES = """tools/lib/bridge tools/lib/child tools/lib/client tools/lib/depth_noise tools/lib/device
     tools/lib/device_check tools/lib/offline tools/lib/options tools/lib/oracle tools/lib/parts
-    tools/lib/plot tools/lib/registration tools/lib/solids/field tools/lib/solids/files tools/lib/text tools/lib/ticks
+    tools/lib/plot tools/lib/registration tools/lib/solids/field tools/lib/solids/files tools/lib/text
     tools/lib/truth"""
 STUDIES = LIBRARIES + " tools/hapticbench/engine"
 
@@ -89,7 +89,6 @@ FOLDERS = {
     "daemon/control/methods": "daemon/base daemon/state daemon/control/base daemon/control/server",
     "daemon/control/server": "daemon/base",
     "daemon/control/streams": "daemon/base daemon/control/base daemon/control/server",
-    "daemon/injection": "daemon/base",
     "daemon/scene": "daemon/base",
     "daemon/state": "daemon/base",
     "daemon/recorder": "daemon/base daemon/scene daemon/state",
@@ -112,6 +111,7 @@ FOLDERS = {
     "tools/hapticbench": STUDIES + " tools/hapticbench/strokes",
     "tools/hapticbench/occlusion": STUDIES,
     "tools/hapticbench/solids": STUDIES,
+    "tools/hapticbench/godobject": STUDIES,
     "tools/hapticbench/strokes": STUDIES,
     "tools/hapticbench/engine": LIBRARIES,
     "tools/hapticctl": "tools/lib/child tools/lib/client tools/lib/depth_noise tools/lib/options tools/lib/plot "
@@ -124,10 +124,10 @@ FOLDERS = {
     "tools/hapticctl/text": "tools/lib/client tools/lib/text",
     "tools/hapticd-view": "tools/lib/client tools/lib/options tools/hapticd-view/box_link tools/hapticd-view/live "
                           "tools/hapticd-view/server",
-    "tools/hapticd-view/box_link": "tools/lib/client tools/lib/ticks tools/hapticd-view/live",
+    "tools/hapticd-view/box_link": "tools/lib/client tools/hapticd-view/live",
     "tools/hapticd-view/live": "tools/lib/client",
     "tools/hapticd-view/server": "tools/hapticd-view/live",
-    "tools/hapticd-ros": "tools/lib/client tools/lib/options tools/lib/ticks tools/hapticd-ros/box "
+    "tools/hapticd-ros": "tools/lib/client tools/lib/options tools/hapticd-ros/box "
                          "tools/hapticd-ros/commands tools/hapticd-ros/dds tools/hapticd-ros/scene tools/lib/ros",
     "tools/hapticd-ros/box": "tools/lib/client tools/lib/ros",
     "tools/hapticd-ros/commands": "tools/lib/client tools/hapticd-ros/dds tools/lib/ros",
@@ -153,7 +153,6 @@ FOLDERS = {
     "tools/lib/solids/field": "tools/lib/solids/files",
     "tools/lib/solids/files": "",
     "tools/lib/text": "",
-    "tools/lib/ticks": "tools/lib/client",
     "tools/lib/truth": "",
 }
 # more than that, a reader does not overlook

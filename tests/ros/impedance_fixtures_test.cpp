@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticd-ros/commands/impedance_fixtures.h"
+#include "tools/hapticd-ros/commands/box_commands.h"
 
 #include <gtest/gtest.h>
 

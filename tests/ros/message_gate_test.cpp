@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/hapticd-ros/commands/message_gate.h"
+#include "tools/hapticd-ros/commands/command_inputs.h"
 
 #include <gtest/gtest.h>
 

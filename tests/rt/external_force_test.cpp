@@ -11,7 +11,6 @@
 #include <numbers>
 #include <random>
 
-#include "rt/safety/energy_budget.h"
 #include "rt/safety/safety_chain.h"
 
 namespace hapticd::test {

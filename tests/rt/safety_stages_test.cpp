@@ -7,7 +7,6 @@
 #include <complex>
 #include <numbers>
 
-#include "rt/safety/command_history.h"
 #include "rt/safety/force_limit.h"
 #include "rt/safety/passivity.h"
 #include "rt/safety/safety_chain.h"

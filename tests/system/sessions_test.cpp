@@ -5,15 +5,67 @@
 
 #include <filesystem>
 #include <optional>
+#include <regex>
+#include <sstream>
+#include <string>
 
 #include "tests/support/golden_file.h"
 #include "tests/support/made_up_trace.h"
 #include "tests/support/recordings/made_up_scene.h"
 #include "tests/support/recordings/scratch_recording.h"
-#include "tests/system/support/shell.h"
+#include "tests/system/support/daemon_under_test.h"
 
 namespace hapticd::test {
 namespace {
+
+/// A shell in the folder of a daemon, which runs the commands of transcripts. All programs are on its PATH,
+/// and hapticctl calls the daemon on the socket there. `until_says TEXT COMMAND` repeats a command until it
+/// prints the text.
+class Shell {
+ public:
+  explicit Shell(const DaemonHome& home) : home_(home) {}
+
+  /// Runs a command: its standard output, the lines of standard error behind "2> ", and "[STATUS]" unless
+  /// that is 0. Paths are relative to the folder; TIME stands for the time in the name of a trace.
+  std::string answer(const std::string& command) const;
+  Finished run(const std::string& command) const;
+
+ private:
+  const DaemonHome& home_;
+};
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+    text.replace(at, from.size(), to);
+  return text;
+}
+
+constexpr const char* kFunctions =
+    "until_says() {\n"
+    "  text=$1; shift\n"
+    "  until \"$@\" 2>&1 | grep -q -e \"$text\"; do sleep 0.02; done\n"
+    "}\n";
+
+Finished Shell::run(const std::string& command) const {
+  const ProgramOptions options{
+      .environment = {
+          "PATH=" + std::filesystem::path(HAPTICD_PROGRAM).parent_path().string() + ":/usr/bin:/bin",
+          "HAPTICD_SOCKET=Control"}};
+  return runToEnd({"/bin/sh", "-c", fmt::format("cd '{}'\n{}{}", home_.path().string(), kFunctions, command)},
+                  options);
+}
+
+std::string Shell::answer(const std::string& command) const {
+  const Finished finished = run(command);
+  std::string text = finished.output;
+  if (!text.empty() && !text.ends_with('\n')) text += '\n';
+  std::istringstream errors(finished.errors);
+  for (std::string line; std::getline(errors, line);) text += "2> " + line + "\n";
+  if (finished.ending != exitedWith(0)) text += fmt::format("[{}]\n", finished.ending.code);
+  const std::string folder = home_.path().string();
+  static const std::regex time("[0-9]{4}-[0-9]{2}-[0-9]{2}T[0-9]{2}[-:][0-9]{2}[-:][0-9]{2}Z");
+  return std::regex_replace(replaced(replaced(text, folder + "/", ""), folder, "."), time, "TIME");
+}
 
 std::string golden(const std::string& name) {
   return std::string(HAPTICD_SOURCE_FOLDER "/tests/system/sessions/") + name + ".golden";

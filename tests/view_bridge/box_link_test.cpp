@@ -16,7 +16,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tools/hapticd-view/box_link/box_source.h"
 #include "tools/hapticd-view/box_link/varlink_stream.h"
-#include "tools/lib/ticks/tick_batch.h"
+#include "tools/lib/client/tick_batch.h"
 
 // The view's side of the daemon's socket: a service that never ends its reply, and the columns of ticks.
 namespace hapticd::tools::view {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "config/settings/settings.h"
-#include "drivers/handle/simulated/device_and_hand.h"
+#include "drivers/handle/simulated/simulated_hand.h"
 #include "drivers/handle/velocity_estimator.h"
 #include "tools/hapticbench/engine/study.h"
 #include "tools/lib/truth/any_camera.h"

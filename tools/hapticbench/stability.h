@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "drivers/handle/simulated/device_and_hand.h"
+#include "drivers/handle/simulated/simulated_hand.h"
 #include "rt/base/parameters.h"
 #include "rt/depth/depth_frame.h"
 #include "tools/lib/offline/offline_box.h"

@@ -7,7 +7,7 @@
 #include "config/base/file_content.h"
 #include "tools/hapticctl/base/command_line.h"
 #include "tools/hapticctl/text/error_text.h"
-#include "tools/hapticctl/text/ros_text.h"
+#include "tools/hapticctl/text/status_text.h"
 #include "tools/lib/client/reply_reader.h"
 #include "tools/lib/ros/ros_name.h"
 #include "tools/lib/text/terminal_text.h"

@@ -19,7 +19,6 @@
 #include "rt/base/parameters.h"
 #include "tools/hapticctl/base/command_line.h"
 #include "tools/hapticctl/commands.h"
-#include "tools/hapticctl/snapshot/depth_picture.h"
 #include "tools/hapticctl/snapshot/snapshot.h"
 #include "tools/hapticctl/text/error_text.h"
 #include "tools/lib/client/reply_reader.h"

@@ -11,7 +11,7 @@
 #include "rt/base/clock.h"
 #include "tools/hapticd-ros/box/box_view.h"
 #include "tools/lib/client/reply_reader.h"
-#include "tools/lib/ticks/tick_batch.h"
+#include "tools/lib/client/tick_batch.h"
 
 namespace hapticd::tools::ros {
 namespace {

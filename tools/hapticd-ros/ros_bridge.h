@@ -8,7 +8,6 @@
 
 #include "rt/base/rate_choice.h"
 #include "rt/loop/loop_state.h"
-#include "tools/hapticd-ros/box/box_link.h"
 #include "tools/hapticd-ros/box/box_view.h"
 #include "tools/hapticd-ros/commands/box_commands.h"
 #include "tools/hapticd-ros/dds/publisher.h"

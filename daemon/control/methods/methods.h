@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/base/reloads.h"
+#include "daemon/base/box.h"
 #include "daemon/control/base/addition_change.h"
 #include "daemon/control/base/feed.h"
 #include "daemon/control/base/method_context.h"

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <deque>
 #include <expected>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -12,10 +13,30 @@
 #include "daemon/base/box.h"
 #include "daemon/base/journal_entry.h"
 #include "daemon/control/base/method_context.h"
-#include "daemon/control/base/tick_window.h"
 #include "daemon/control/server/varlink_message.h"
+#include "daemon/status/box_status.h"
+#include "rt/base/latency_histogram.h"
 
 namespace hapticd::daemon {
+
+/// Summarises ticks until the summary has been read.
+/// Thread: one.
+class TickWindow {
+ public:
+  void add(const rt::Tick& tick);
+  void clear() { *this = TickWindow(); }
+
+  WindowStatus summary() const;
+
+ private:
+  struct Times {
+    rt::LatencyHistogram wakeup_latency;
+    rt::LatencyHistogram compute_time;
+  };
+
+  WindowStatus summary_;                                      ///< without the percentiles
+  std::unique_ptr<Times> times_ = std::make_unique<Times>();  // 8 KiB, too much to be moved
+};
 
 /// A selection of fields of the status by their paths, such as "mode" and "loop.rateHz".
 class StatusFields {

@@ -9,6 +9,7 @@
 #include <Eigen/Dense>
 
 #include "rt/modelling/focus/corner_kernel.h"
+#include "rt/modelling/focus/outline.h"
 
 namespace hapticd::rt {
 namespace {
@@ -41,6 +42,20 @@ constexpr double kLeastNoise = 0.01;
 constexpr double kNoise_raw = 0.56;
 /// Before anything is known, curvatures have a standard deviation of one over this.
 constexpr double kUsualRadius_m = 0.01;
+/// Standard deviation of the curvatures that a body's outline tells, relative to them: of all together, for
+/// an elliptic section of up to 1.5 times the width or the depth, and of each of them.
+constexpr double kOutlineScale = 0.3;
+constexpr double kOutlineShape = 0.1;
+/// How much likelier than a flat front a round one is inside of an outline, before depths tell. Taken for the
+/// other, a plate feels too near and a rod too far, both by a fifth of half the width; but the rod is let go.
+constexpr double kRoundOverFlat = 4;
+/// A smaller share of a round body in the mean is not worth its fit.
+constexpr double kLeastRound = 0.01;
+/// Gauss-Newton steps, but one, from the outline's curvatures.
+constexpr int kRoundSteps = 1;
+/// Largest evidence of a model with one condition less than the one it is a case of, and of a plane.
+constexpr double kMost = 20;
+constexpr double kMostOfPlane = kMost * kMost;
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
@@ -70,9 +85,60 @@ void change(FocusBody& body, const Vector6& by, double a_per_m) {
   body.updateMatrix();
 }
 
-/// Returns by how much the curvatures change when planes, spheres and cylinders are preferred.
+/// Moves a body along with the surface that it is of.
+void carry(FocusBody& body, const DisparityMotion& moved, const DepthModel& model) {
+  const DepthModelParameters& camera = model.parameters();
+  const double a_per_m = model.disparity().a_per_m;
+  const Vec3 ray = body.ray();
+  body.inverse_depth_per_m +=
+      a_per_m * moved.at(camera.cx_px + camera.fx_px * ray.x, camera.cy_px + camera.fy_px * ray.y);
+  if (!moved.turns()) return;
+  // The tangent plane has the inverse depth P r on the ray r; its slopes change, its value at the focus has.
+  const double x = a_per_m * moved.per_column * camera.fx_px;
+  const double y = a_per_m * moved.per_row * camera.fy_px;
+  const Vec3 plane =
+      (body.inverse_depth_per_m / dot(body.normal, ray)) * body.normal + Vec3{x, y, -x * ray.x - y * ray.y};
+  body.normal = (-1 / norm(plane)) * plane;
+  const Vec3 tangent = body.tangent - dot(body.tangent, body.normal) * body.normal;
+  body.tangent = (1 / norm(tangent)) * tangent;
+  body.updateMatrix();
+}
+
+/// What is known of the curvatures (along e1, twist, along e2) before the depths are.
+struct CurvaturePrior {
+  Vector3 mean = Vector3::Zero();
+  Matrix3 covariance = Matrix3::Zero();
+};
+
+/// Returns what a body's outline tells of its curvatures, if it is round: those of an ellipsoid of revolution
+/// or of a rod. `focal_px`: mean.
+CurvaturePrior roundBody(const FocusBody& body, const BodyOutline& outline, double focal_px) {
+  const Vec3 axis = cross(body.normal, cross(body.ray(), {outline.along_x, outline.along_y, 0}));
+  const double length = norm(axis);
+  const double c = dot(axis, body.tangent) / length;
+  const double s = dot(axis, body.otherTangent()) / length;
+  // A ball of radius R whose front is at the depth Z has an outline at the angle R / (Z + R).
+  const double across = std::max(1.0, focal_px / outline.across_px - 1);
+  const double ratio = outline.across_px / outline.along_px;
+  const double along = outline.ends_share * ratio * ratio * across;
+  CurvaturePrior prior;
+  prior.mean = across * Vector3(s * s, -c * s, c * c) + along * Vector3(c * c, c * s, s * s);
+  prior.covariance = kOutlineScale * kOutlineScale * prior.mean * prior.mean.transpose();
+  const double each = kOutlineShape * across;
+  prior.covariance.diagonal() += each * each * Vector3(1, 0.5, 1);
+  return prior;
+}
+
+/// The mean of several models of the curvatures.
+struct CurvatureModels {
+  Vector3 mean;
+  double weight;  ///< of all of them; of curvatures of which nothing is known before: 1
+  double plane;   ///< evidence of a plane
+};
+
+/// Returns the estimate in which planes, spheres and cylinders are preferred.
 /// `curvature`: along e1, twist, along e2; `covariance`: its own; `prior`: variance before anything is known.
-Vector3 preferred(const Vector3& curvature, const Matrix3& covariance, double prior) {
+CurvatureModels preferred(const Vector3& curvature, const Matrix3& covariance, double prior) {
   const Matrix3 information = covariance.inverse();
   Vector3 sum = curvature;
   double weight = 1;
@@ -80,13 +146,11 @@ Vector3 preferred(const Vector3& curvature, const Matrix3& covariance, double pr
     sum += evidence * model;
     weight += evidence;
   };
-  constexpr double kMost = 20;  // of a model with one condition less than the one it is a case of
-  constexpr double kMostOfPlane = kMost * kMost;
   // Plane.
   const double flat = curvature.dot(information * curvature);
-  add(Vector3::Zero(),
-      std::min(kMostOfPlane,
-               std::sqrt(0.5 * prior * prior * prior / covariance.determinant()) * std::exp(-0.5 * flat)));
+  const double plane =
+      std::sqrt(0.5 * prior * prior * prior / covariance.determinant()) * std::exp(-0.5 * flat);
+  add(Vector3::Zero(), std::min(kMostOfPlane, plane));
   // Sphere: equal curvatures, no twist.
   const Vector3 equal(1, 0, 1);
   const double mean = equal.dot(information * curvature) / equal.dot(information * equal);
@@ -110,7 +174,21 @@ Vector3 preferred(const Vector3& curvature, const Matrix3& covariance, double pr
     add(curvature - (smaller / variance) * spread,
         std::min(kMost, std::sqrt(prior / variance) * std::exp(-0.5 * smaller * smaller / variance)));
   }
-  return (1 / weight) * sum - curvature;
+  return {.mean = (1 / weight) * sum, .weight = weight, .plane = plane};
+}
+
+/// Returns the share of a round body inside of its outline in the mean with other models. `curvature`,
+/// `covariance`, `prior`: see preferred().
+double shareOfRound(const CurvaturePrior& round, double outline_share, const CurvatureModels& models,
+                    const Vector3& curvature, const Matrix3& covariance, double prior) {
+  const Matrix3 spread = covariance + round.covariance;
+  const Vector3 off = curvature - round.mean;
+  const double evidence = std::sqrt(0.5 * prior * prior * prior / spread.determinant()) *
+                          std::exp(-0.5 * off.dot(spread.inverse() * off));
+  // Its curvature is as little free as a plane's: what is too much of evidence for that is for this.
+  const double of_plane = std::min(1.0, kMostOfPlane / models.plane);
+  const double weight = outline_share * kRoundOverFlat * std::min(kMostOfPlane, of_plane * evidence);
+  return weight / (weight + models.weight);
 }
 
 /// Returns by how much the parameters of another estimate of the same place differ, in the basis of `body`.
@@ -179,24 +257,29 @@ BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, double
   const double per_patch =
       FocusImage::kPatch_px * FocusImage::kPatch_px / static_cast<double>(stride * stride);
   const double variance = job.image.sigma_raw * job.image.sigma_raw * per_patch;
-  const double information = variance / job.prior;
   BodyEquations equations{};
   Matrix6 matrix;
   Eigen::LLT<Matrix6> factors;
-  const int steps = cold ? kColdSteps : kSteps;
-  for (int step = 0; step <= steps; ++step) {
-    BodyMeasure measure = job.measure;
-    if (cold) measure.tolerance_raw += std::max(0.0, 1 - 0.34 * step) * kUnknownSag_m / job.image.unit_m;
-    equations = equationsOf(samples_, trial.fitted, measure);
+  const auto step = [&](FocusBody& body, const CurvaturePrior& prior, const BodyMeasure& measure) {
+    equations = equationsOf(samples_, body, measure);
     matrix = matrixOf(equations);
     Vector6 residuals = Eigen::Map<const Vector6>(equations.residuals);
     matrix.diagonal().head<3>().array() += kLeastInformation;
-    matrix.diagonal().tail<3>().array() += information;
-    const TangentCurvature& k = trial.fitted.curvature;
-    residuals.tail<3>() -= information * Vector3(k.along_1, k.twist, k.along_2);
+    const Matrix3 information = variance * prior.covariance.inverse();
+    matrix.bottomRightCorner<3, 3>() += information;
+    const TangentCurvature& k = body.curvature;
+    residuals.tail<3>() += information * (prior.mean - Vector3(k.along_1, k.twist, k.along_2));
     factors.compute(matrix);
-    if (factors.info() != Eigen::Success) return trial;
-    change(trial.fitted, factors.solve(residuals), job.measure.a_per_m);
+    if (factors.info() != Eigen::Success) return false;
+    change(body, factors.solve(residuals), job.measure.a_per_m);
+    return true;
+  };
+  const CurvaturePrior unknown{.covariance = job.prior * Matrix3::Identity()};
+  const int steps = cold ? kColdSteps : kSteps;
+  for (int i = 0; i <= steps; ++i) {
+    BodyMeasure measure = job.measure;
+    if (cold) measure.tolerance_raw += std::max(0.0, 1 - 0.34 * i) * kUnknownSag_m / job.image.unit_m;
+    if (!step(trial.fitted, unknown, measure)) return trial;
   }
   const FitSums& sums = equations.sums;
   const Misfit now = Misfit::of(sums, job.image.sigma_raw, per_patch);
@@ -223,11 +306,37 @@ BodyFit::Trial BodyFit::tryWindow(const Job& job, const FocusBody& start, double
   const Matrix6 covariance = less_noise * variance * factors.solve(Matrix6::Identity());
   const Matrix3 of_curvature = covariance.block<3, 3>(3, 3);
   const TangentCurvature& k = mean.curvature;
+  const Vector3 curvature(k.along_1, k.twist, k.along_2);
+  const CurvatureModels models = preferred(curvature, of_curvature, job.prior);
   Vector6 by;
-  by.tail<3>() = preferred(Vector3(k.along_1, k.twist, k.along_2), of_curvature, job.prior);
+  by.tail<3>() = models.mean - curvature;
   by.head<3>() = covariance.block<3, 3>(0, 3) * (of_curvature.inverse() * by.tail<3>());
   trial.chosen = mean;
   change(trial.chosen, by, job.measure.a_per_m);
+
+  const BodyOutline outline =
+      BodyOutline::of(job.image, trial.fitted, job.measure, equations, stride, trial.radius_px);
+  if (!(outline.share > 0)) {
+    known.round.exists = false;
+    return trial;
+  }
+  FocusBody round = trial.fitted;
+  const CurvaturePrior prior =
+      roundBody(round, outline, std::sqrt(job.measure.focal_x_px * job.measure.focal_y_px));
+  const double share = shareOfRound(prior, outline.share, models, curvature, of_curvature, job.prior);
+  if (share < kLeastRound) {
+    known.round.exists = false;
+    return trial;
+  }
+  round.curvature = {.along_1 = prior.mean[0], .twist = prior.mean[1], .along_2 = prior.mean[2]};
+  round.updateMatrix();
+  for (int i = 0; i <= kRoundSteps; ++i) {
+    if (!step(round, prior, job.measure)) return trial;
+  }
+  if (known.round.exists && before_share > 0)
+    change(round, before_share * differenceTo(round, known.round, job.measure.a_per_m), job.measure.a_per_m);
+  known.round = round;
+  change(trial.chosen, share * differenceTo(trial.chosen, round, job.measure.a_per_m), job.measure.a_per_m);
   return trial;
 }
 
@@ -265,7 +374,7 @@ BodyFit::Job BodyFit::jobFor(const Input& input, double depth_m) const noexcept 
 FocusBody BodyFit::movedTo(const Input& input) const noexcept {
   const DepthModelParameters& camera = model_.parameters();
   FocusBody same = last_;
-  same.inverse_depth_per_m += model_.disparity().a_per_m * input.moved_raw;
+  carry(same, input.moved, model_);
   same = same.movedTo((input.focus.u - camera.cx_px) / camera.fx_px - last_.ray_x,
                       (input.focus.v - camera.cy_px) / camera.fy_px - last_.ray_y);
   same.column_px = input.focus.u;
@@ -282,10 +391,11 @@ void BodyFit::moveWindows(const Input& input, bool warm) noexcept {
     if (!warm || !window.tried) window.frames = 0;
     window.tried = false;
     if (!(window.frames > 0)) continue;
-    FocusBody& mean = window.mean;
-    mean.inverse_depth_per_m += model_.disparity().a_per_m * input.moved_raw;
-    mean = mean.movedTo(here.ray_x - mean.ray_x, here.ray_y - mean.ray_y);
-    if (!mean.exists) window.frames = 0;
+    for (FocusBody* mean : {&window.mean, &window.round}) {
+      carry(*mean, input.moved, model_);
+      *mean = mean->movedTo(here.ray_x - mean->ray_x, here.ray_y - mean->ray_y);
+    }
+    if (!window.mean.exists) window.frames = 0;
   }
 }
 
@@ -323,7 +433,7 @@ FocusBody BodyFit::fit(const Input& input) noexcept {
   const auto fitCorner = [&](std::size_t least, std::size_t first) {
     const double at_focus_raw = model_.disparity().rawOf(1 / start.inverse_depth_per_m);
     corner_ =
-        corner_fit_.fit(job.image, {.least = least, .first = first}, at_focus_raw, input.moved_raw, samples_);
+        corner_fit_.fit(job.image, {.least = least, .first = first}, at_focus_raw, input.moved, samples_);
     if (corner_.faces == 0) return;
     const double radius_px = job.image.radius_px(first);
     const std::size_t seen = job.image.collect(

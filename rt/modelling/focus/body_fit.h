@@ -11,6 +11,7 @@
 #include "rt/modelling/focus/corner_fit.h"
 #include "rt/modelling/focus/focus_samples.h"
 #include "rt/modelling/focus/misfit.h"
+#include "rt/scene/disparity_motion.h"
 #include "rt/scene/focus_body.h"
 #include "rt/scene/focus_corner.h"
 #include "rt/scene/visible_surface.h"
@@ -23,11 +24,14 @@ namespace hapticd::rt {
 /// parameters, by robust Gauss-Newton steps on the pixels' disparities. A wider window counts as far as the
 /// mean residuals of its nine cells look like noise, by a continuous weight. Within what the noise leaves
 /// open, planes, spheres and cylinders are preferred: the estimate is the mean of the four models weighted by
-/// their evidence (Savage and Dickey's ratio: Dickey 1971). Windows that are wider than one body explains are
-/// fitted with a corner, see CornerFit.
+/// their evidence (Savage and Dickey's ratio: Dickey 1971). Where a body ends in the window in front of
+/// something farther, one that is round inside of that outline is a fifth model, with a fit of its own: a rod
+/// of 12 pixels differs from a plane by less than the noise of its depths. Windows that are wider than one
+/// body explains are fitted with a corner, see CornerFit.
 ///
 /// Thread: one (the scene thread).  RT: safe after the first call.  Cost: bounded, at most eleven fits to
-/// FocusSamples::kMax pixels of four passes each; usually one or two of 600 pixels and two passes.
+/// FocusSamples::kMax pixels of six passes each; usually one or two of 600 pixels and two passes, four on
+/// narrow bodies.
 class BodyFit {
  public:
   /// `model` and `column_shift_raw`, see FocusImage, outlive the fit.
@@ -39,10 +43,10 @@ class BodyFit {
     const std::uint16_t* image;  ///< raw disparities in frame layout, valid in `pixels`
     PixelWindow pixels;
     ImagePosition focus;
-    Facet facet;        ///< the facet at the focus, for the start
-    double noise;       ///< see DepthModel::noiseScale()
-    double moved_raw;   ///< change of the disparity at the focus since the frame before, due to motion
-    double max_frames;  ///< number of frames averaged, at least 1
+    Facet facet;            ///< the facet at the focus, for the start
+    double noise;           ///< see DepthModel::noiseScale()
+    DisparityMotion moved;  ///< since the frame before
+    double max_frames;      ///< number of frames averaged, at least 1
   };
   /// Returns the body at the focus; `exists` is false if none fits. A body that the frame's pixels agree with
   /// is averaged over the last frames.
@@ -65,6 +69,7 @@ class BodyFit {
     bool tried = false;  ///< in the newest frame
     double frames = 0;   ///< number of frames in the means; 0: none
     FocusBody mean;      ///< of the fits
+    FocusBody round;     ///< of those of a round body inside of the outline; `exists`: there is one
     Misfit misfit;       ///< mean
   };
 

@@ -72,14 +72,17 @@ BodyEquations equationsOfSamples(const FocusSamples& samples, const FocusBody& b
   auto squares = zero;
   auto explained = zero;
   auto beside = zero;
+  auto of_x = zero, of_y = zero, of_xx = zero, of_xy = zero, of_yy = zero;
   const auto tolerance = all(measure.tolerance_raw), beside_raw = all(measure.beside_raw);
   BodyEquations result;
   for (int cell = 0; cell < FocusSamples::kCells; ++cell) {
     auto cell_residual = zero;
     auto cell_weight = zero;
     for (std::size_t i = samples.cell_begin[cell]; i < samples.cell_begin[cell + 1]; i += lanes) {
-      const auto dx = hn::Mul(hn::Load(d, samples.column_px + i), per_column);
-      const auto dy = hn::Mul(hn::Load(d, samples.row_px + i), per_row);
+      const auto x_px = hn::Load(d, samples.column_px + i);
+      const auto y_px = hn::Load(d, samples.row_px + i);
+      const auto dx = hn::Mul(x_px, per_column);
+      const auto dy = hn::Mul(y_px, per_row);
       const auto tilt = hn::MulAdd(nx, dx, hn::Mul(ny, dy));
       const auto linear = hn::MulAdd(a_r0_x, dx, hn::Mul(a_r0_y, dy));
       const auto square =
@@ -101,7 +104,14 @@ BodyEquations equationsOfSamples(const FocusSamples& samples, const FocusBody& b
       const auto near = hn::Max(zero, hn::NegMulAdd(relative, relative, one));
       const auto counted = hn::IfThenElseZero(hn::And(meets, in_front), hn::Load(d, samples.weight + i));
       const auto distance = hn::Abs(residual);
-      explained = hn::Add(explained, hn::IfThenElseZero(hn::Lt(distance, tolerance), counted));
+      const auto belongs = hn::IfThenElseZero(hn::Lt(distance, tolerance), counted);
+      explained = hn::Add(explained, belongs);
+      const auto belongs_x = hn::Mul(belongs, x_px), belongs_y = hn::Mul(belongs, y_px);
+      of_x = hn::Add(of_x, belongs_x);
+      of_y = hn::Add(of_y, belongs_y);
+      of_xx = hn::MulAdd(belongs_x, x_px, of_xx);
+      of_xy = hn::MulAdd(belongs_x, y_px, of_xy);
+      of_yy = hn::MulAdd(belongs_y, y_px, of_yy);
       beside = hn::Add(beside, hn::IfThenElseZero(hn::Lt(distance, beside_raw), counted));
       const auto weight = hn::Mul(counted, hn::Mul(near, near));
       const auto y_x = hn::MulAdd(t, hn::Add(ray_x, dx), dx);
@@ -138,6 +148,8 @@ BodyEquations equationsOfSamples(const FocusSamples& samples, const FocusBody& b
   result.sums.square = total(squares);
   result.sums.explained = total(explained);
   result.sums.unexplained = total(beside) - result.sums.explained;
+  result.extent = {
+      .x = total(of_x), .y = total(of_y), .xx = total(of_xx), .xy = total(of_xy), .yy = total(of_yy)};
   return result;
 }
 

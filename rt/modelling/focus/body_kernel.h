@@ -7,6 +7,12 @@
 
 namespace hapticd::rt {
 
+/// Sums over the samples that belong to a body, of their positions from the focus in pixels.
+struct BodyExtent {
+  double x = 0, y = 0;
+  double xx = 0, xy = 0, yy = 0;
+};
+
 /// The linear least-squares problem of a body's six parameters: the disparity at the focus in raw units, two
 /// rotations of the normal (about e2 and e1) and the three tangential curvatures.
 struct BodyEquations {
@@ -15,7 +21,8 @@ struct BodyEquations {
 
   double products[kProducts];  ///< upper triangle of the normal matrix, row by row
   double residuals[kParameters];
-  FitSums sums;  ///< samples beside the body: within BodyMeasure::beside_raw
+  FitSums sums;       ///< samples beside the body: within BodyMeasure::beside_raw
+  BodyExtent extent;  ///< of the samples that belong to the body
 };
 
 /// How disparities belong to a body.

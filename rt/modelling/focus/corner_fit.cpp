@@ -234,9 +234,14 @@ void approach(FocusCorner& corner, const FocusCorner& other, double share) noexc
 }
 
 /// Returns the corner relative to another focus, after its surface has moved.
-FocusCorner carriedTo(const FocusImage& image, const FocusCorner& corner, double moved_raw) noexcept {
+FocusCorner carriedTo(const FocusImage& image, const FocusCorner& corner,
+                      const DisparityMotion& moved) noexcept {
   FocusCorner carried = corner.movedTo(image.column_px, image.row_px);
-  for (Face& face : carried.face) face.disparity += moved_raw;
+  for (Face& face : carried.face) {
+    face.disparity += moved.at(image.column_px, image.row_px);
+    face.per_column += moved.per_column;
+    face.per_row += moved.per_row;
+  }
   return carried;
 }
 
@@ -282,14 +287,14 @@ CornerFit::Trial CornerFit::tryWindow(const FocusImage& image, std::size_t windo
 }
 
 FocusCorner CornerFit::fit(const FocusImage& image, const Search& search, double at_focus_raw,
-                           double moved_raw, FocusSamples& samples) noexcept {
+                           const DisparityMotion& moved, FocusSamples& samples) noexcept {
   constexpr std::size_t kWindows = FocusImage::kWindows;
-  const FocusCorner carried = carriedTo(image, last_, moved_raw);
+  const FocusCorner carried = carriedTo(image, last_, moved);
   const bool warm = carried.faces > 0;
   if (!warm && wait_frames_-- > 0) return {};
   for (Window& window : windows_) {
     if (warm)
-      window.mean = carriedTo(image, window.mean, moved_raw);
+      window.mean = carriedTo(image, window.mean, moved);
     else
       window.frames = 0;
   }

@@ -26,10 +26,10 @@ class CornerFit {
     std::size_t first;  ///< where nothing is known from the frame before; at least `least`
   };
   /// Returns the corner at the focus; without faces if there is none.
-  /// `at_focus_raw`: about the disparity of the surface there; `moved_raw`: its change since the frame before
-  /// due to motion. `samples` is working memory.
-  FocusCorner fit(const FocusImage& image, const Search& search, double at_focus_raw, double moved_raw,
-                  FocusSamples& samples) noexcept;
+  /// `at_focus_raw`: about the disparity of the surface there; `moved`: since the frame before. `samples` is
+  /// working memory.
+  FocusCorner fit(const FocusImage& image, const Search& search, double at_focus_raw,
+                  const DisparityMotion& moved, FocusSamples& samples) noexcept;
 
   /// Forgets the frames before.
   void forget() noexcept {

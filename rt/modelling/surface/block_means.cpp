@@ -49,22 +49,57 @@ HWY_INLINE void prefetchRow(const BlockMeans& means, std::size_t first, int bloc
   }
 }
 
+/// Sums over the blocks of a row, in the lanes of vectors.
+struct RowSums {
+  using Sums = hn::Vec<SumTag>;
+  Sums raw, raw_column, count, column, column_column;
+
+  HWY_INLINE RowSums() { raw = raw_column = count = column = column_column = hn::Zero(SumTag()); }
+
+  /// Adds the innovations of the blocks that count; `at`: their columns.
+  HWY_INLINE void add(Blocks innovation, BlockMask counts, Blocks at) {
+    const SumTag ds;
+    const auto difference = hn::PromoteTo(ds, hn::IfThenElseZero(counts, innovation));
+    const auto columns = hn::PromoteTo(ds, hn::IfThenElseZero(counts, at));
+    raw = hn::Add(raw, difference);
+    raw_column = hn::MulAdd(difference, columns, raw_column);
+    count = hn::Add(count, hn::PromoteTo(ds, hn::IfThenElseZero(counts, set(1))));
+    column = hn::Add(column, columns);
+    column_column = hn::MulAdd(columns, columns, column_column);
+  }
+
+  HWY_INLINE void addTo(Innovations& all, double row) const {
+    const auto total = [](Sums lanes) { return hn::GetLane(hn::SumOfLanes(SumTag(), lanes)); };
+    const double of_row = total(raw);
+    const double blocks = total(count);
+    const double columns = total(column);
+    all.raw += of_row;
+    all.raw_column += total(raw_column);
+    all.raw_row += row * of_row;
+    all.count += blocks;
+    all.column += columns;
+    all.row += row * blocks;
+    all.column_column += total(column_column);
+    all.column_row += row * columns;
+    all.row_row += row * row * blocks;
+  }
+};
+
 void follow(const BlockLattice& lattice, const BlockWindow& blocks, const float* observed_raw,
             const float* offset_raw, const MeansUpdate& update, const BlockMeans& means,
             Innovations& innovations) {
-  const SumTag ds;
   const BlockTag d;
   const FrameTag dn;
   const auto lanes = static_cast<int>(hn::Lanes(d));
   const BlockRegion& region = update.region;
   const auto continues = hn::FirstN(d, update.before != 0 ? hn::Lanes(d) : 0);
-  auto sum = hn::Zero(ds);
-  std::size_t count = 0;
   for (int row = blocks.row_first; row <= blocks.row_last; ++row) {
     prefetchRow(means, lattice.at(std::min(row + kRowsAhead, blocks.row_last), blocks.column_first),
                 blocks.columns() + 2 * lanes);
     const bool may_move = row >= region.blocks.row_first && row <= region.blocks.row_last;
     const auto last_column = static_cast<float>(may_move ? region.blocks.column_last : -1);
+    const auto moved_in_row = set(update.moved_raw.atRow(row));
+    RowSums sums;
     for (int column = blocks.column_first; column <= blocks.column_last; column += lanes) {
       const std::size_t index = lattice.at(row, column);
       const auto updated = hn::LoadU(dn, means.updated.get() + index);
@@ -79,12 +114,12 @@ void follow(const BlockLattice& lattice, const BlockWindow& blocks, const float*
       const auto at = hn::Iota(d, static_cast<float>(column));
       auto moves = isWithin(at, static_cast<float>(region.blocks.column_first), last_column);
       moves = hn::And(moves, isWithin(mean, region.disparity_least, region.disparity_greatest));
-      const auto expected = hn::IfThenElse(moves, hn::Add(mean, set(update.moved_raw)), mean);
+      const auto moved = hn::MulAdd(set(update.moved_raw.per_column), at, moved_in_row);
+      const auto expected = hn::IfThenElse(moves, hn::Add(mean, moved), mean);
       const auto innovation = hn::Sub(now, expected);
       const auto size = hn::Abs(innovation);
       const auto counts = hn::And(hn::And(follows, moves), hn::Le(size, set(update.farthest_raw)));
-      sum = hn::Add(sum, hn::PromoteTo(ds, hn::IfThenElseZero(counts, innovation)));
-      count += hn::CountTrue(d, counts);
+      sums.add(innovation, counts, at);
       const auto longer =
           hn::Min(hn::Add(hn::LoadU(d, means.frames.get() + index), set(1)), set(update.max_frames));
       const auto same = hn::And(follows, hn::Le(size, set(update.most_raw)));
@@ -95,9 +130,8 @@ void follow(const BlockLattice& lattice, const BlockWindow& blocks, const float*
       hn::BlendedStore(hn::Set(dn, update.sequence), hn::RebindMask(dn, pending), dn,
                        means.updated.get() + index);
     }
+    if (may_move) sums.addTo(innovations, row);
   }
-  innovations.sum_raw += hn::GetLane(hn::SumOfLanes(ds, sum));
-  innovations.count += static_cast<int>(count);
 }
 
 void continueFrom(const BlockLattice& lattice, const BlockWindow& blocks, std::uint32_t before,
@@ -131,6 +165,14 @@ BlockMeans::BlockMeans(const BlockLattice& lattice)
     : disparity(std::make_unique<float[]>(lattice.blocks() + kVectorPadding)),
       frames(std::make_unique<float[]>(lattice.blocks() + kVectorPadding)),
       updated(std::make_unique<std::uint32_t[]>(lattice.blocks() + kVectorPadding)) {}
+
+BlockMotion BlockMotion::of(const DisparityMotion& motion, int first_row, int first_column) noexcept {
+  constexpr double kBlock_px = BlockLattice::kBlock_px;
+  return {.first = static_cast<float>(motion.at(first_column * kBlock_px + BlockLattice::kMiddle_px,
+                                                first_row * kBlock_px + BlockLattice::kMiddle_px)),
+          .per_column = static_cast<float>(kBlock_px * motion.per_column),
+          .per_row = static_cast<float>(kBlock_px * motion.per_row)};
+}
 
 HWY_EXPORT(follow);
 HWY_EXPORT(continueFrom);

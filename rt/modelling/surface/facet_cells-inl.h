@@ -48,7 +48,8 @@ HWY_INLINE void finishRow(const FacetBlocks& blocks, const FacetMemory& memory, 
                               hn::Le(at, set(last_column)));
     const auto near = hn::And(hn::Ge(disparity, set(region.disparity_least)),
                               hn::Le(disparity, set(region.disparity_greatest)));
-    const auto per_second = hn::IfThenElseZero(hn::And(here, near), set(motion.per_second));
+    const auto rate = hn::MulAdd(set(motion.per_second.per_column), at, set(motion.per_second.atRow(row)));
+    const auto per_second = hn::IfThenElseZero(hn::And(here, near), rate);
     store(disparity, out.disparity + site);
     store(per_column, out.per_column + site);
     store(per_row, out.per_row + site);

@@ -44,8 +44,8 @@ struct FacetFit {
 
 /// Motion of the surface.
 struct FacetMotion {
-  BlockRegion region;  ///< in blocks from the first site; facets elsewhere rest
-  float per_second;    ///< Facet::per_second there
+  BlockRegion region;      ///< in blocks from the first site; facets elsewhere rest
+  BlockMotion per_second;  ///< Facet::per_second there, by blocks from the first site
 };
 
 /// Largest differences between adjacent facets of one surface, in raw units.

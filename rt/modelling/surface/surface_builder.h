@@ -19,9 +19,10 @@ namespace hapticd::rt {
 /// Builds the visible surface around a place from depth frames, in a fixed amount of memory.
 ///
 /// Pixels are grouped into blocks, blocks of a surface at rest are averaged over the last frames, and facets
-/// are fitted to them with as much support as is flat (fitFacets()). Where the surface near the focus moves,
-/// its velocity is estimated from the innovations of all its blocks (an alpha-beta filter); the means are
-/// moved along and shortened to fewer frames, and the facets include the velocity.
+/// are fitted to them with as much support as is flat (fitFacets()). Where the surface near the focus moves
+/// or turns, its velocity is estimated from the innovations of all its blocks (an alpha-beta filter of each
+/// of the three numbers of a DisparityMotion); the means are moved along and shortened to fewer frames, and
+/// the facets include the velocity.
 ///
 /// Thread: one (the scene thread).  RT: build() allocates nothing; its cost is bounded by the pixels of a
 /// frame.
@@ -78,13 +79,14 @@ class SurfaceBuilder {
   void buildLayer(BlockMeans& means, const Job& job, const BlockRegion& region, SurfaceLayer& layer) noexcept;
   BlockWindow clipped(const BlockWindow& window) const noexcept;
   void follow(BlockMeans& means, const Job& job, const BlockRegion& region) noexcept;
+  void comeToRest() noexcept { rate_ = used_rate_ = {}, moving_ = 0; }
   /// `block_noise`: see Job.
   void estimateMotion(double block_noise) noexcept;
   void fit(const BlockMeans& means, const Job& job, const BlockRegion& region, SurfaceLayer& layer) noexcept;
   void startHidden(const Job& job) noexcept;
-  /// Returns the body that the frame shows at the focus. `moved_raw`: see BodyFit::Input.
-  FocusBody bodyAt(const Vec3& focus_m_in_world, const Job& job, double moved_raw,
-                   const VisibleSurface& surface) noexcept;
+  /// Returns the body that the frame shows at the focus. `moved`: see BodyFit::Input.
+  FocusBody bodyAt(const Vec3& focus_m_in_world, const Job& job, const BlockRegion& region,
+                   const DisparityMotion& moved, const VisibleSurface& surface) noexcept;
 
   const DepthModel& model_;
   BlockLattice lattice_;
@@ -110,9 +112,9 @@ class SurfaceBuilder {
   float max_frames_ = 1;  ///< length of the means
 
   // Motion of the surface at the focus, in raw units per second.
-  double rate_ = 0;       ///< estimate
-  double moving_ = 0;     ///< 0: at rest; 1: certainly moving
-  double used_rate_ = 0;  ///< moving_ * rate_
+  DisparityMotion rate_;       ///< estimate
+  DisparityMotion used_rate_;  ///< each of its numbers as far as it is certainly no noise
+  double moving_ = 0;          ///< 0: at rest; 1: certainly moving or turning
   Innovations innovations_;
 };
 

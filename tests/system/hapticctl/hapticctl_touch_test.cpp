@@ -1,21 +1,129 @@
 // SPDX-License-Identifier: Apache-2.0
 // Fixtures and the camera's pose by touch: a person at a terminal, a hand at a device, and files of points.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <array>
+#include <atomic>
 #include <cmath>
+#include <cstdint>
 #include <functional>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <thread>
 
+#include "drivers/handle/udp/udp_settings.h"
+#include "drivers/handle/udp/udp_socket.h"
+#include "rt/base/vec3.h"
 #include "tests/support/file_content.h"
-#include "tests/system/hapticctl/placed_hand.h"
+#include "tests/system/support/bridge_log.h"
 #include "tests/system/support/daemon_under_test.h"
 #include "tests/system/support/terminal_program.h"
+#include "tools/lib/bridge/bridge.h"
+#include "tools/lib/bridge/device.h"
 
 namespace hapticd::test {
 namespace {
 
 using nlohmann::json;
 using rt::Vec3;
+
+/// A hand that is where the test puts it, at a device behind haptic-bridge.
+class PlacedHand : private tools::Device {
+ public:
+  /// It begins where `start_m` is.
+  explicit PlacedHand(const rt::Vec3& start_m);
+  ~PlacedHand() override;
+
+  /// What a configuration has to contain for a daemon that this hand shall reach.
+  static std::string yaml();
+  /// Glides to a place, rests there, and waits until the daemon has it there.
+  bool reaches(Daemon& daemon, const rt::Vec3& position_m);
+  void holdButton(bool held) { button_ = held; }
+  /// Goes to and fro by this much along x until it glides to another place.
+  void tremble(double metres) { tremble_m_ = metres; }
+
+ private:
+  tools::DeviceReading read() override;
+  void exert(const tools::DeviceCommand& /*command*/) override {}
+  tools::DeviceLimits limits() const override { return {.force_n = 10}; }
+
+  std::mutex mutex_;
+  rt::Vec3 position_m_;
+  rt::Vec3 aim_m_;
+  std::atomic<bool> button_ = false;
+  std::atomic<double> tremble_m_ = 0;
+  std::uint64_t readings_ = 0;
+  drivers::udp::UdpSocket socket_;
+  tools::Bridge bridge_;
+  std::atomic<bool> ends_ = false;
+  std::thread thread_;
+};
+
+constexpr int kDaemonPort = 47800;
+constexpr int kHandPort = 47801;
+/// Between two readings, which are a millisecond apart: slower than what counts as a leap.
+constexpr double kStep_m = 0.0005;
+
+drivers::Ipv4Endpoint endpoint(int host, int port) {
+  return *drivers::ipv4EndpointFrom(fmt::format("{}:{}", ownLoopback(host), port));
+}
+
+drivers::udp::UdpSocket openSocket() {
+  auto socket = drivers::udp::UdpSocket::boundTo(endpoint(2, kHandPort));
+  if (!socket) throw std::runtime_error(socket.error().text());
+  return std::move(*socket);
+}
+
+tools::BridgeOptions optionsOf() {
+  tools::BridgeOptions options;
+  options.peer = endpoint(1, kDaemonPort);
+  options.local = endpoint(2, kHandPort);
+  return options;
+}
+
+PlacedHand::PlacedHand(const rt::Vec3& start_m)
+    : position_m_(start_m),
+      aim_m_(start_m),
+      socket_(openSocket()),
+      bridge_(optionsOf(), socket_, *this, nullptr),
+      thread_([this] { bridge_.run([this](double) { return ends_.load(); }); }) {}
+
+PlacedHand::~PlacedHand() {
+  ends_ = true;
+  thread_.join();
+}
+
+std::string PlacedHand::yaml() {
+  return fmt::format("handle: {{driver: udp}}\nudp_handle: {{address: {}, peer: '{}:{}'}}\n", ownLoopback(1),
+                     ownLoopback(2), kHandPort);
+}
+
+bool PlacedHand::reaches(Daemon& daemon, const rt::Vec3& position_m) {
+  {
+    const std::lock_guard lock(mutex_);
+    aim_m_ = position_m;
+    tremble_m_ = 0;
+  }
+  return daemon.reaches([&](const nlohmann::json& status) {
+    return status.at("handle").at("state") == "present" &&
+           rt::norm(vectorOf(status.at("tick").at("hipMInWorld")) - position_m) < 1e-6;
+  });
+}
+
+tools::DeviceReading PlacedHand::read() {
+  const std::lock_guard lock(mutex_);
+  const rt::Vec3 to_aim_m = aim_m_ - position_m_;
+  const double distance_m = rt::norm(to_aim_m);
+  position_m_ = distance_m <= kStep_m ? aim_m_ : position_m_ + (kStep_m / distance_m) * to_aim_m;
+  tools::DeviceReading reading;
+  reading.position_m = position_m_;
+  constexpr int kHalfPeriod = 100;
+  if (++readings_ / kHalfPeriod % 2 == 0) reading.position_m.x += tremble_m_;
+  reading.buttons = button_ ? 2 : 0;
+  return reading;
+}
 
 /// A wall 1 m before a camera that stands 0.5 m along x of the world's origin.
 const std::string kYaml = PlacedHand::yaml() +

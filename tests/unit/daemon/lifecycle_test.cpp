@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/injection/fault_injector.h"
+#include "daemon/fault_injector.h"
 #include "daemon/journal.h"
 #include "daemon/service.h"
 #include "daemon/stop_guard.h"

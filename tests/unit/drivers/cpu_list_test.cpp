@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/base/cpu_list.h"
+#include "drivers/base/cpus.h"
 
 #include <gtest/gtest.h>
 

@@ -12,7 +12,6 @@
 
 #include "child_process.h"
 #include "drivers/camera/freenect/freenect_camera.h"
-#include "drivers/camera/freenect/freenect_session.h"
 #include "drivers/camera/kinect_image.h"
 #include "drivers/camera/recorded/recording_reader.h"
 #include "drivers/camera/recorded/recording_writer.h"

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "rt/safety/stiffness_limit.h"
-#include "rt/tissue/contact_model.h"
 #include "rt/tissue/palpation_cue.h"
+#include "rt/tissue/tissue_contact.h"
 
 namespace hapticd::test {
 namespace {

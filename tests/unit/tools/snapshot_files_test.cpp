@@ -12,7 +12,6 @@
 #include "config/base/whole_file.h"
 #include "drivers/camera/kinect_image.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/hapticctl/snapshot/depth_picture.h"
 #include "tools/hapticctl/snapshot/snapshot.h"
 
 namespace hapticd::tools {

@@ -38,18 +38,8 @@ void addScene(const GodObjectScene& scene, std::uint32_t seed, std::vector<GodOb
   const SceneNoise noise = rows.front().noise;
   std::vector<rt::LiveParameters> settings;
   for (const GodObjectRow& row : rows) settings.push_back(shippedParameters(row.law, distance_m));
-  std::mt19937 random(seed);
-  const ScenePlacement placement{.distance_m = distance_m, .has_wall = seed % 2 == 1};
-  constexpr double kTouch_m = 0.002;
-  const double clear_m = kTouch_m + distance_m / rt::DepthModelParameters{}.fx_px;
-  for (const SceneCase& one : scene.make(placement, random)) {
-    const rt::DepthModelParameters camera = noise == SceneNoise::none
-                                                ? fineDepthModelAround(distance_m, one.beyond_m)
-                                                : rt::DepthModelParameters{};
-    const SceneRun run = runScene(one, {noise, camera, seed}, settings);
-    for (std::size_t i = 0; i < rows.size(); ++i)
-      rows[i].figures.add(judgeScene(run.truth, run.output[i], clear_m, settings[i].force.stiffness_n_per_m));
-  }
+  const std::vector<GodObjectFigures> figures = measureScene(scene, {distance_m, noise, seed}, settings);
+  for (std::size_t i = 0; i < rows.size(); ++i) rows[i].figures.add(figures[i]);
 }
 
 std::vector<GodObjectRow> rowsFor(const GodObjectScene& scene, double distance_m, SceneNoise noise,

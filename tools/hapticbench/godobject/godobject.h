@@ -116,4 +116,15 @@ GodObjectFigures judgeScene(const std::vector<GodObjectTick>& truth,
                             const std::vector<GodObjectForce>& output, double clear_m,
                             double stiffness_n_per_m);
 
+/// How a scene is seen and placed.
+struct SceneSight {
+  double distance_m = 1;
+  SceneNoise noise = SceneNoise::none;
+  std::uint32_t seed = 1;  ///< of its place, its turn and the noise; odd: with a wall behind
+};
+
+/// The figures of all strokes over a scene, by the settings in turn.
+std::vector<GodObjectFigures> measureScene(const GodObjectScene& scene, const SceneSight& sight,
+                                           const std::vector<rt::LiveParameters>& settings);
+
 }  // namespace hapticd::tools

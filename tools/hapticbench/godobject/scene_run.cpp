@@ -209,4 +209,22 @@ GodObjectFigures judgeScene(const std::vector<GodObjectTick>& truth,
   return figures;
 }
 
+std::vector<GodObjectFigures> measureScene(const GodObjectScene& scene, const SceneSight& sight,
+                                           const std::vector<rt::LiveParameters>& settings) {
+  std::mt19937 random(sight.seed);
+  const ScenePlacement placement{.distance_m = sight.distance_m, .has_wall = sight.seed % 2 == 1};
+  constexpr double kTouch_m = 0.002;
+  const double clear_m = kTouch_m + sight.distance_m / rt::DepthModelParameters{}.fx_px;
+  std::vector<GodObjectFigures> figures(settings.size());
+  for (const SceneCase& one : scene.make(placement, random)) {
+    const rt::DepthModelParameters camera = sight.noise == SceneNoise::none
+                                                ? fineDepthModelAround(sight.distance_m, one.beyond_m)
+                                                : rt::DepthModelParameters{};
+    const SceneRun run = runScene(one, {sight.noise, camera, sight.seed}, settings);
+    for (std::size_t i = 0; i < settings.size(); ++i)
+      figures[i].add(judgeScene(run.truth, run.output[i], clear_m, settings[i].force.stiffness_n_per_m));
+  }
+  return figures;
+}
+
 }  // namespace hapticd::tools

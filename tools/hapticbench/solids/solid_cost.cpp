@@ -10,7 +10,7 @@
 #include "rt/fixtures/grid_region.h"
 #include "tools/hapticbench/engine/measures.h"
 #include "tools/hapticbench/solids/solids.h"
-#include "tools/lib/solids/field/spline_field.h"
+#include "tools/lib/solids/field/sampled_field.h"
 
 namespace hapticd::tools {
 namespace {

@@ -14,7 +14,7 @@
 #include "tools/hapticbench/engine/study.h"
 #include "tools/hapticbench/solids/solids.h"
 #include "tools/lib/solids/field/mesh_field.h"
-#include "tools/lib/solids/field/spline_field.h"
+#include "tools/lib/solids/field/sampled_field.h"
 
 namespace hapticd::tools {
 namespace {

@@ -401,6 +401,35 @@ Cases movingPlanes(CaseMaker& make, double speed_m_per_s) {
   return cases;
 }
 
+/// A block that turns about an axis through its middle, across the view: the mean motion of what the camera
+/// sees is none. A HIP beside the axis is left or met by the surface.
+Cases turningBlocks(CaseMaker& make, double speed_rad_per_s) {
+  constexpr double kHalf_m = 0.06;
+  constexpr double kBeside_m = 0.018;
+  constexpr double kJudged_s = 0.3;
+  constexpr double kFramePeriod_s = 1.0 / 30;
+  const ConvexBody block{{{{0, 0, 1}, 0},
+                          {{0, 0, -1}, kBlockThickness_m},
+                          {{1, 0, 0}, kHalf_m},
+                          {{-1, 0, 0}, kHalf_m},
+                          {{0, 1, 0}, kHalf_m},
+                          {{0, -1, 0}, kHalf_m}}};
+  Cases cases;
+  for (const bool upright : {false, true}) {
+    for (const double side : {-1.0, 1.0}) {
+      StrokeCase one{
+          .bodies = {block}, .T_camera_bodies = make.tilted(0, 0), .path = {}, .hip = HipMotion::stays};
+      const Vec3 beside = upright ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+      one.path = make.straight(side * kBeside_m * beside, beside, 0);
+      one.stays_s = kJudged_s;
+      one.phase_s = make.uniform(0, kFramePeriod_s);
+      one.motion.spin_rad_per_s = upright ? Vec3{0, speed_rad_per_s, 0} : Vec3{speed_rad_per_s, 0, 0};
+      cases.push_back(std::move(one));
+    }
+  }
+  return cases;
+}
+
 /// The camera is held by hand: it sways by 3 mm and half a degree and turns slowly.
 Cases handHeld(CaseMaker& make) {
   BodyMotion motion;
@@ -505,6 +534,10 @@ const std::vector<Entry>& entries() {
                        .moving = true,
                        .nearest_m = kNearest_m + 0.3 * speed},
                       [speed](CaseMaker& make) { return movingPlanes(make, speed); }});
+    }
+    for (const double speed : {0.2, 0.6}) {
+      list.push_back({{.name = fmt::format("turning{:g}", speed), .smooth = false, .moving = true},
+                      [speed](CaseMaker& make) { return turningBlocks(make, speed); }});
     }
     for (const OrganMotion& organ : kOrgans) {
       for (const bool is_ball : {false, true}) {

@@ -28,7 +28,7 @@
 #include "tools/lib/options/option_checks.h"
 #include "tools/lib/solids/field/label_field.h"
 #include "tools/lib/solids/field/mesh_field.h"
-#include "tools/lib/solids/field/spline_field.h"
+#include "tools/lib/solids/field/sampled_field.h"
 #include "tools/lib/solids/files/mesh_reader.h"
 #include "tools/lib/text/terminal_text.h"
 

@@ -5,13 +5,29 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "config/base/error.h"
 #include "config/base/whole_file.h"
 #include "tools/hapticctl/base/calls.h"
-#include "tools/hapticctl/base/helpers.h"
 
 namespace hapticd::tools {
+
+/// A command that works on files or devices. Another program does it, a helper, which hapticctl executes with
+/// the words that it was given.
+struct HelpedCommand {
+  std::string_view path;  ///< "trace info"
+  const char* helper;     ///< name of the program, in the folder of the helpers
+  const char* help;       ///< null: the command states it itself
+};
+
+/// The row of a command, by its path without the program's name; null: hapticctl does it itself.
+const HelpedCommand* helpedCommand(std::string_view path);
+
+/// Replaces this program by a helper with these arguments; returns only if that fails. arguments: of main().
+/// The helpers are in a folder beside that of this program, in a build as where it is installed.
+base::Error executeHelper(const HelpedCommand& command, char** arguments);
 
 /// Prints the help of a command as CLI11 does, in lines of at most 80 columns: texts are wrapped, and the
 /// words that an option accepts are listed in its text where they do not fit beside its name.
@@ -44,7 +60,7 @@ class CommandLine {
   CLI::App& addGroup(const std::string& name, const std::string& help);
   /// Adds a command of a group.
   CLI::App& add(CLI::App& group, const std::string& name, const std::string& help, Action action);
-  /// Adds a command that a helper does (helpers.h), to the group that its path names. action: of the helper.
+  /// Adds a command that a helper does, to the group that its path names. action: of the helper.
   CLI::App& addHelped(const std::string& path, Action action = {});
   /// The same for several commands.
   void addAllHelped(const std::vector<std::string>& paths);

@@ -12,8 +12,7 @@
 #include <string>
 
 #include "config/base/counted.h"
-#include "drivers/base/cpu_list.h"
-#include "drivers/base/cpu_quota.h"
+#include "drivers/base/cpus.h"
 #include "tools/hapticctl/doctor/checks.h"
 #include "tools/hapticctl/doctor/machine.h"
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -51,5 +52,9 @@ struct GlanceStyle {
 /// part. Lines that do not fit are omitted from the end; statusText() has all of it. The line of the mode is
 /// green only if the force loop is engaged and nothing is wrong.
 std::vector<std::string> glanceLines(const Json& status, const GlanceStyle& style);
+
+/// What hapticd-ros publishes and takes, and what does not arrive, as text. status: the content of its status
+/// file; columns: of the terminal.
+std::string rosStatusText(const Json& status, std::size_t columns);
 
 }  // namespace hapticd::tools

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "tools/lib/client/reply_reader.h"
-#include "tools/lib/ticks/tick_batch.h"
+#include "tools/lib/client/tick_batch.h"
 
 namespace hapticd::tools::view {
 namespace {

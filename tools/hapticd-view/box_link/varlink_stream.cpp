@@ -9,8 +9,8 @@
 #include <cerrno>
 #include <utility>
 
-#include "tools/lib/client/receive.h"
 #include "tools/lib/client/reply_reader.h"
+#include "tools/lib/client/varlink_client.h"
 
 namespace hapticd::tools::view {
 namespace {

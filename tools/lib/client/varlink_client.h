@@ -6,6 +6,7 @@
 #include <chrono>
 #include <expected>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -81,5 +82,10 @@ class VarlinkClient {
   int interrupt_ = -1;
   bool promises_more_ = false;
 };
+
+/// Takes what has come at a socket, without waiting, as recv() does, and the first descriptor that came with
+/// it (SCM_RIGHTS) unless `descriptor` is one already; further ones are closed.
+/// Thread: any.
+ssize_t receiveSome(int socket, std::span<char> bytes, base::Descriptor& descriptor);
 
 }  // namespace hapticd::tools

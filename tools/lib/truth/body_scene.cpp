@@ -289,20 +289,20 @@ double Beat::displacement_m(double elapsed_s) const {
 
 bool BodyMotion::rests() const {
   const Vec3 none{};
-  return beat.rests() && velocity_m_per_s == none && turning_rad_per_s == none && sway_m == none &&
-         sway_rad == none;
+  return beat.rests() && velocity_m_per_s == none && turning_rad_per_s == none && spin_rad_per_s == none &&
+         sway_m == none && sway_rad == none;
 }
 
 RigidFrame BodyMotion::at(const RigidFrame& rested, double t_s) const {
-  const double elapsed = std::max(0.0, t_s - start_s);
+  const double elapsed = std::clamp(t_s - start_s, 0.0, lasts_s);
   const double phase = 2 * std::numbers::pi * sway_hz * elapsed;
   const Vec3 sway{std::sin(phase), std::sin(1.1 * phase), std::sin(1.2 * phase)};
   const auto swayed = [&sway](const Vec3& amplitude) {
     return Vec3{amplitude.x * sway.x, amplitude.y * sway.y, amplitude.z * sway.z};
   };
-  return rested.moved(
-      elapsed * turning_rad_per_s + swayed(sway_rad),
-      elapsed * velocity_m_per_s + swayed(sway_m) + beat.displacement_m(elapsed) * beat.direction);
+  return rested.spun(elapsed * spin_rad_per_s)
+      .moved(elapsed * turning_rad_per_s + swayed(sway_rad),
+             elapsed * velocity_m_per_s + swayed(sway_m) + beat.displacement_m(elapsed) * beat.direction);
 }
 
 BodyScene::BodyScene(std::vector<TrueBody> bodies, const RigidFrame& T_camera_bodies,

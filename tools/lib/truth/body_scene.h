@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <variant>
 #include <vector>
@@ -54,6 +55,10 @@ struct RigidFrame {
   }
   rt::Vec3 positionIn(const rt::Vec3& outside_m) const noexcept { return directionIn(outside_m - origin_m); }
 
+  /// Turned about its own origin.
+  RigidFrame spun(const rt::Vec3& rotation_rad) const noexcept {
+    return {origin_m, turned(x, rotation_rad), turned(y, rotation_rad), turned(z, rotation_rad)};
+  }
   /// Turned about the origin of the outer frame, then moved.
   RigidFrame moved(const rt::Vec3& rotation_rad, const rt::Vec3& shift_m) const noexcept {
     return {turned(origin_m, rotation_rad) + shift_m, turned(x, rotation_rad), turned(y, rotation_rad),
@@ -138,11 +143,13 @@ struct Beat {
 };
 
 /// The motion of the bodies of a scene in the camera's frame; a moving camera is represented by bodies that
-/// move in the opposite direction. Before `start_s` they rest.
+/// move in the opposite direction. Before `start_s` they rest, and from `lasts_s` later on again.
 struct BodyMotion {
   double start_s = 0;
+  double lasts_s = std::numeric_limits<double>::infinity();
   rt::Vec3 velocity_m_per_s;
   rt::Vec3 turning_rad_per_s;  ///< about the camera
+  rt::Vec3 spin_rad_per_s;     ///< about the origin of the bodies' frame
   rt::Vec3 sway_m;             ///< amplitudes of a sine along each axis
   rt::Vec3 sway_rad;           ///< and about each axis of the camera
   double sway_hz = 1;          ///< along x; the other axes sway a tenth faster each

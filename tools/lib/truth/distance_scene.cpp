@@ -67,36 +67,36 @@ NearestSurface nearestOf(const BowlShape& bowl, const Vec3& p) {
 }
 
 /// The stretch of a ray that may meet a shape.
-struct Stretch {
+struct RayStretch {
   double first = 0;
   double last = kNoSurface;
 };
-Stretch withinBall(double radius, const Vec3& origin, const Vec3& direction) {
+RayStretch withinBall(double radius, const Vec3& origin, const Vec3& direction) {
   const double middle = -dot(origin, direction);
   const double square = radius * radius - dot(origin, origin) + middle * middle;
   if (square < 0) return {kNoSurface, -kNoSurface};
   return {std::max(0.0, middle - std::sqrt(square)), middle + std::sqrt(square)};
 }
-Stretch belowPlane(const Vec3& origin, const Vec3& direction) {
+RayStretch belowPlane(const Vec3& origin, const Vec3& direction) {
   if (origin.z <= 0) return {};
   return {direction.z < 0 ? -origin.z / direction.z : kNoSurface, kNoSurface};
 }
-Stretch stretchOf(const PlaneShape&, const Vec3& origin, const Vec3& direction) {
+RayStretch stretchOf(const PlaneShape&, const Vec3& origin, const Vec3& direction) {
   return belowPlane(origin, direction);
 }
-Stretch stretchOf(const BowlShape&, const Vec3& origin, const Vec3& direction) {
+RayStretch stretchOf(const BowlShape&, const Vec3& origin, const Vec3& direction) {
   return belowPlane(origin, direction);
 }
-Stretch stretchOf(const BallShape& ball, const Vec3& origin, const Vec3& direction) {
+RayStretch stretchOf(const BallShape& ball, const Vec3& origin, const Vec3& direction) {
   return withinBall(ball.radius_m, origin, direction);
 }
-Stretch stretchOf(const CapsuleShape& rod, const Vec3& origin, const Vec3& direction) {
+RayStretch stretchOf(const CapsuleShape& rod, const Vec3& origin, const Vec3& direction) {
   return withinBall(rod.radius_m + rod.half_length_m, origin, direction);
 }
-Stretch stretchOf(const BoxShape& box, const Vec3& origin, const Vec3& direction) {
+RayStretch stretchOf(const BoxShape& box, const Vec3& origin, const Vec3& direction) {
   return withinBall(norm(box.half_m), origin, direction);
 }
-Stretch stretchOf(const RingShape& ring, const Vec3& origin, const Vec3& direction) {
+RayStretch stretchOf(const RingShape& ring, const Vec3& origin, const Vec3& direction) {
   return withinBall(std::hypot(ring.outer_m, ring.half_thickness_m), origin, direction);
 }
 
@@ -105,7 +105,7 @@ template <typename Shape>
 double traced(const Shape& shape, const Vec3& origin, const Vec3& direction) {
   constexpr double kMet_m = 1e-7;
   constexpr int kMaxSteps = 400;
-  const Stretch stretch = stretchOf(shape, origin, direction);
+  const RayStretch stretch = stretchOf(shape, origin, direction);
   double along = stretch.first;
   for (int step = 0; step < kMaxSteps && along <= stretch.last; ++step) {
     const double distance = nearestOf(shape, origin + along * direction).distance_m;

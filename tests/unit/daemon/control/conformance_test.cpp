@@ -16,7 +16,6 @@
 
 #include "control_fixture.h"
 #include "daemon/base/box.h"
-#include "daemon/base/reloads.h"
 #include "daemon/control/base/status_json.h"
 #include "interface_definition.h"
 #include "rt/base/words.h"

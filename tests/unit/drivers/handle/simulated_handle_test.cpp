@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "drivers/driver_table.h"
-#include "drivers/handle/simulated/device_and_hand.h"
 #include "drivers/handle/simulated/simulated_hand.h"
 #include "drivers/handle/simulated/simulated_handle.h"
 #include "rt/base/clock.h"

@@ -54,6 +54,17 @@ class BlockMeans : public EachSimdTarget {
     constexpr std::uint32_t kFrames[] = {kBefore, kBefore, kBefore, kNow, kLongAgo, 0};
     return {upTo(6) == 0 ? -1.0F : near500(), static_cast<float>(1 + upTo(16)), kFrames[upTo(6)]};
   }
+  static void add(rt::Innovations& sums, double innovation, int column, int row) {
+    sums.raw += innovation;
+    sums.raw_column += innovation * column;
+    sums.raw_row += innovation * row;
+    sums.count += 1;
+    sums.column += column;
+    sums.row += row;
+    sums.column_column += column * column;
+    sums.column_row += column * row;
+    sums.row_row += row * row;
+  }
   float near500() { return 500 + static_cast<float>(upTo(4096)) / 256; }
   int upTo(int end) { return static_cast<int>(random_() % static_cast<unsigned>(end)); }
 
@@ -78,11 +89,19 @@ TEST_P(BlockMeans, FollowObservationsBlockByBlock) {
         .max_frames = 8,
         .most_raw = 4,
         .region = {.blocks = {10, 31, 8, 20}, .disparity_least = 502, .disparity_greatest = 512},
-        .moved_raw = 0.75F,
+        .moved_raw = {.first = 0.75F, .per_column = 0.0625F, .per_row = -0.125F},
         .farthest_raw = 9};
     std::vector<OneMean> expected;
-    double sum = 0;
-    int count = 0;
+    rt::Innovations sums{.raw = 1,
+                         .raw_column = 2,
+                         .raw_row = 3,
+                         .count = 4,
+                         .column = 5,
+                         .row = 6,
+                         .column_column = 7,
+                         .column_row = 8,
+                         .row_row = 9};
+    rt::Innovations innovations = sums;
     for (int row = 0; row < lattice_.rows; ++row) {
       for (int column = 0; column < lattice_.columns; ++column) {
         const std::size_t block = lattice_.at(row, column);
@@ -96,11 +115,13 @@ TEST_P(BlockMeans, FollowObservationsBlockByBlock) {
           if (known && now >= 0) {
             const bool moves = row >= 8 && row <= 20 && column >= 10 && column <= 31 &&
                                mean.disparity >= 502 && mean.disparity <= 512;
-            const float from = moves ? mean.disparity + update.moved_raw : mean.disparity;
+            const auto c = static_cast<float>(column);
+            const auto r = static_cast<float>(row);
+            const float moved = 0.75F + 0.0625F * c - 0.125F * r;
+            const float from = moves ? mean.disparity + moved : mean.disparity;
             const float innovation = now - from;
             if (moves && std::abs(innovation) <= update.farthest_raw) {
-              sum += static_cast<double>(innovation);
-              ++count;
+              add(sums, static_cast<double>(innovation), column, row);
             }
             const bool same = std::abs(innovation) <= update.most_raw;
             const float frames = same ? std::min(mean.frames + 1, update.max_frames) : 1;
@@ -112,15 +133,21 @@ TEST_P(BlockMeans, FollowObservationsBlockByBlock) {
         expected.push_back(mean);
       }
     }
-    rt::Innovations innovations{.sum_raw = 1, .count = 2};
     rt::followBlocks(lattice_, window_, observed.data(), offset.data(), update, means, innovations);
     for (std::size_t block = 0; block < lattice_.blocks(); ++block) {
       ASSERT_EQ(meanAt(means, block), expected[block]) << "block " << block;
     }
-    // The terms are multiples of 2^-15 and their sum is below 2^15, so no order of them rounds.
-    EXPECT_EQ(innovations.sum_raw, 1 + sum);
-    EXPECT_EQ(innovations.count, 2 + count);
-    EXPECT_EQ(count > 0, before != 0);
+    // The terms are multiples of 2^-15 and their sums are below 2^30, so no order of them rounds.
+    EXPECT_EQ(innovations.raw, sums.raw);
+    EXPECT_EQ(innovations.raw_column, sums.raw_column);
+    EXPECT_EQ(innovations.raw_row, sums.raw_row);
+    EXPECT_EQ(innovations.count, sums.count);
+    EXPECT_EQ(innovations.column, sums.column);
+    EXPECT_EQ(innovations.row, sums.row);
+    EXPECT_EQ(innovations.column_column, sums.column_column);
+    EXPECT_EQ(innovations.column_row, sums.column_row);
+    EXPECT_EQ(innovations.row_row, sums.row_row);
+    EXPECT_EQ(sums.count > 4, before != 0);
   }
 }
 

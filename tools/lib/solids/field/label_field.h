@@ -6,7 +6,7 @@
 #include <string>
 
 #include "config/base/error.h"
-#include "tools/lib/solids/field/field_options.h"
+#include "tools/lib/solids/field/sampled_field.h"
 #include "tools/lib/solids/files/label_reader.h"
 
 namespace hapticd::solids {

@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "config/base/value_text.h"
-#include "tools/lib/solids/files/byte_stream.h"
+#include "tools/lib/solids/files/source_file.h"
 
 namespace hapticd::solids {
 namespace {

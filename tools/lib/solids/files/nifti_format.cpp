@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
-#include "tools/lib/solids/files/byte_stream.h"
-#include "tools/lib/solids/files/label_formats.h"
+#include "tools/lib/solids/files/label_reader.h"
+#include "tools/lib/solids/files/source_file.h"
 
 namespace hapticd::solids {
 namespace {

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "config/base/value_text.h"
-#include "tools/lib/solids/files/label_formats.h"
+#include "tools/lib/solids/files/label_reader.h"
 
 namespace hapticd::solids {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "daemon/injection/fault_injector.h"
+#include "daemon/fault_injector.h"
 
 #include <fmt/format.h>
 

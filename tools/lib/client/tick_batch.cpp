@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/lib/ticks/tick_batch.h"
+#include "tools/lib/client/tick_batch.h"
 
 #include <cmath>
 #include <concepts>
