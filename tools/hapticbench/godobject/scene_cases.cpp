@@ -527,6 +527,8 @@ SceneCase wandering(Stage& stage, std::vector<ImageGap> gaps, double most_presse
   constexpr double kStride_m = 0.002;
   constexpr double kMost_n = 5;
   constexpr double kStiffness_n_per_m = 500;
+  constexpr double kBeside_m = 0.001;
+  constexpr double kAlike_m = 0.003;
   SceneCase one = stage.along({});
   one.gaps = std::move(gaps);
   const DistanceScene scene(one.bodies, {}, {}, 0);
@@ -539,6 +541,8 @@ SceneCase wandering(Stage& stage, std::vector<ImageGap> gaps, double most_presse
     Vec3 along = unitOf(cross(nearest.outward, randomIn(stage, 1)));
     const double bend = stage.uniform(-3, 3) * kDegree;
     GodObject ideal(scene);
+    GodObject other(scene);
+    const Vec3 beside = kBeside_m * unitOf(randomIn(stage, 1));
     one.path_m = {start};
     Vec3 hip = start;
     for (int corner = 0; corner < kCorners; ++corner) {
@@ -547,8 +551,10 @@ SceneCase wandering(Stage& stage, std::vector<ImageGap> gaps, double most_presse
       bool holds = true;
       for (int tick = 1; tick <= ticks && holds; ++tick) {
         const Vec3 there = hip + (1.0 * tick / ticks) * (next - hip);
-        const Vec3 proxy = ideal.follow(there, 0);
-        holds = kStiffness_n_per_m * norm(proxy - there) < kMost_n && isKnown(scene, there, proxy, 0);
+        const Vec3 pull = ideal.follow(there, 0) - there;
+        const Vec3 pull_beside = other.follow(there + beside, 0) - there - beside;
+        holds = kStiffness_n_per_m * norm(pull) < kMost_n && norm(pull_beside - pull) < kAlike_m &&
+                isKnown(scene, there, there + pull, 0);
       }
       if (!holds) break;
       one.path_m.push_back(next);
