@@ -13,6 +13,8 @@
 namespace hapticd::rt {
 namespace {
 
+/// Places that a proxy on its way looks at. What it does before and after it moves takes four more at most.
+constexpr int kMaxLooks = 20;
 /// Shorter displacements count as zero.
 constexpr double kNone_m = 1e-7;
 /// A proxy may be this far behind the boundary: more than the rounding of facets in single precision.
@@ -155,7 +157,8 @@ class SurfaceTick {
     double share = 1;
     bool tried_alone = false;
     std::size_t met = 0;
-    while (looks_ < kMaxSurfaceSamples) {
+    bool blocked = false;
+    while (looks_ < kMaxLooks) {
       const Vec3 to = towardsHip(share);
       if (norm(to - at_.place_m) < kNone_m) {
         // An older face may end before this place.
@@ -178,6 +181,7 @@ class SurfaceTick {
       next = onAllowedSide(next);
       insert(next);
       if (!isAllowed(next) || toHip_m(next) > toHip_m(at_)) {
+        blocked = true;
         if (norm(to - at_.place_m) < kLeastStep_m) break;
         share *= 0.5;
         continue;
@@ -186,6 +190,7 @@ class SurfaceTick {
       share = 1;
       met = 0;
     }
+    if (blocked) passLedge();
     constexpr double kNear_px = 2;
     if (at_.room_m > kNear_px * field_.pitch_m(at_.place_m)) return;
     // So near to the HIP, rounding decides about the direction from there.
@@ -207,10 +212,27 @@ class SurfaceTick {
     return next.isIn(Where::inside) && (at_.isIn(Where::unseen) || at_.isIn(Where::beyond));
   }
 
+  /// Where facets disagree by no more than their noise, brings a proxy that the ledge between them holds to
+  /// the place over the HIP, if that is nearer to the HIP.
+  void passLedge() noexcept {
+    if (at_.at_side || !(SurfaceView::depthOf(hip_) > SurfaceView::kNearest_m)) return;
+    const SurfaceView& view = field_.view();
+    const ImagePosition image = view.project(hip_);
+    if (!view.isInImage(image)) return;
+    const Sheet over = view.sheetNear(image, SurfaceView::depthOf(at_.place_m));
+    if (!over.exists || SurfaceView::distanceFrom(over, hip_) >= 0) return;
+    constexpr double kNoises = 2;
+    constexpr double kAside_px = 2;
+    const SurfaceLook there = field_.look(view.placeAt(image, over.depth_m()));
+    const double allowed_m = kNoises * field_.noise_m(hip_) + kAside_px * field_.pitch_m(hip_);
+    if (norm(there.place_m - at_.place_m) < allowed_m && isAllowed(there) && toHip_m(there) < toHip_m(at_))
+      at_ = there;
+  }
+
   /// Brings a place behind the boundary back to it.
   SurfaceLook onAllowedSide(SurfaceLook next) noexcept {
     constexpr int kMaxSteps = 3;
-    for (int i = 0; i < kMaxSteps && !isAllowed(next) && looks_ < kMaxSurfaceSamples; ++i)
+    for (int i = 0; i < kMaxSteps && !isAllowed(next) && looks_ < kMaxLooks; ++i)
       next = look(next.place_m - next.room_m * next.normal);
     return next;
   }
@@ -256,7 +278,8 @@ class SurfaceTick {
   Vec3 normalOfMotion() const noexcept {
     constexpr double kFlicker_px = 2;
     const double moved_m = norm(at_.place_m - model_.positionInCamera(memory_.position_m_in_world));
-    if (at_.at_side && moved_m < kFlicker_px * field_.pitch_m(at_.place_m)) return {};
+    const bool steep = SurfaceSight::isSteep(normal_, at_.place_m);
+    if (steep && moved_m < kFlicker_px * field_.pitch_m(at_.place_m)) return {};
     if (contact_.hold == Hold::nothing) return hold() == Hold::surface ? normal_ : Vec3{};
     const Vec3 before = model_.directionInCamera(memory_.normal_in_world);
     const bool is_same = contact_.hold == hold() && !SurfaceSight::isSharpTurn(normal_, before);

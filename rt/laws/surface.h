@@ -9,19 +9,17 @@ namespace hapticd::rt {
 
 /// Computes the force of the law `surface`: a proxy constrained by the visible surface of the scene follows
 /// the HIP, sliding along the surface, and a spring of k_s pulls the HIP towards it (god-object: Zilles and
-/// Salisbury 1995; on implicit surfaces: Salisbury and Tarr 1997). A surface that moves over the proxy
-/// carries it along. What lies behind the surface is unknown: a HIP that is inside a solid without having
-/// come through its surface gets no force until it is out again.
+/// Salisbury 1995; on implicit surfaces: Salisbury and Tarr 1997). The surface is the zero of one signed
+/// distance (SurfaceField), which includes the sides that begin at outlines; the proxy goes down the distance
+/// from the HIP over places outside of it and never jumps, so it stays on the side that the HIP came through.
+/// A surface that moves over the proxy carries it along. What lies behind the surface is unknown: a HIP that
+/// is inside a solid without having come through its surface gets no force until it is out again.
 ///
-/// A HIP that crosses the outline of a body comes through its side, which holds it until the front is nearer.
 /// What comes in front of the proxy faster than a surface moves, or sideways, hides the proxy and does not
 /// move it. Where something else comes to hold the proxy, or nothing, the force changes at a bounded rate.
 ///
 /// `input.scene` must have the visible surface; where that does not cover the proxy, `outside_model` is set.
-/// RT: safe.  Cost: constant, at most kMaxSurfaceSamples look-ups of the surface.
+/// RT: safe.  Cost: bounded, at most 24 look-ups of the distance; one or two where the HIP moves little.
 ForceSample surfaceForce(const LawInput& input, ProxyMemory& proxy) HAPTICD_RT;
-
-/// Largest number of places that one evaluation of the law `surface` looks up.
-inline constexpr int kMaxSurfaceSamples = 20;
 
 }  // namespace hapticd::rt

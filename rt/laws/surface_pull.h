@@ -50,7 +50,10 @@ inline Vec3 moveOver(const PullChange& change, double& speed_m_per_s) noexcept {
   }
   const Vec3 left = jumps || norm(rest) < norm(rest_before) ? rest : rest_before;
   const double length = norm(left);
-  const double step = std::min(furthest_m, speed_m_per_s * change.period_s + change.hip_displacement_m);
+  // What the surface moves on its own counts as well.
+  const double spent_m = jumps ? 0 : std::max(0.0, norm(along) - change.hip_displacement_m);
+  const double step = std::min(std::max(0.0, furthest_m - spent_m),
+                               speed_m_per_s * change.period_s + change.hip_displacement_m);
   return length > step ? change.goal_m + (1 - step / length) * left : change.goal_m;
 }
 

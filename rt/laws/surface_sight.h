@@ -33,6 +33,12 @@ class SurfaceSight {
     return dot(normal, other) < kTurn_cos;
   }
 
+  /// Returns whether a place's ray meets a surface with that normal at more than 60 degrees from it.
+  static bool isSteep(const Vec3& normal, const Vec3& place_m) noexcept {
+    constexpr double kSteep_cos = 0.5;
+    return -dot(normal, place_m) < kSteep_cos * norm(place_m);
+  }
+
   /// Returns the largest change of depth that the motion of a surface explains since it was last seen at the
   /// proxy.
   double largestMove_m(const SurfaceLook& at) const noexcept {
@@ -52,7 +58,7 @@ class SurfaceSight {
         std::min(-dot(hip_velocity_, at.normal) * kFrame_s, kFlicker_px * field_.pitch_m(at.place_m));
     if (is_free_ && at.at_side && -at.room_m < by_hand_m) return false;
     if (contact_.surface_depth_m - at.sheet.depth_m() > largestMove_m(at)) return true;
-    return is_free_ && isSteep(at) &&
+    return is_free_ && isSteep(at.sheet.normal_in_camera, at.place_m) &&
            isSharpTurn(at.sheet.normal_in_camera, contact_.surface_normal_in_camera);
   }
 
@@ -85,13 +91,6 @@ class SurfaceSight {
   /// Usual time between frames, and the longest over which a surface is compared.
   static constexpr double kFrame_s = 1.0 / 30;
   static constexpr double kLongestGap_s = 1.0 / 3;
-
-  /// Returns whether the surface on the proxy's ray is steep: the ray meets it at more than 60 degrees from
-  /// its normal.
-  static bool isSteep(const SurfaceLook& at) noexcept {
-    constexpr double kSteep_cos = 0.5;
-    return -dot(at.sheet.normal_in_camera, at.place_m) < kSteep_cos * norm(at.place_m);
-  }
 
   SurfaceContact& contact_;
   const SurfaceField& field_;

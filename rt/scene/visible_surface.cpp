@@ -211,16 +211,19 @@ struct FromFocus {
 /// Returns the share of a shape at the focus with these numbers at the position.
 FocusShare shareOf(const FromFocus& at, double radius_px, double tolerance_raw, const Four& numbers,
                    std::uint16_t raw) noexcept {
-  const float within_pixel = 0.5F * (std::abs(numbers[1]) + std::abs(numbers[2]));
-  if (raw >= kNoRawDisparity ||
-      std::abs(static_cast<float>(raw) - numbers[0]) > static_cast<float>(tolerance_raw) + within_pixel)
-    return {};
+  if (raw >= kNoRawDisparity) return {};
+  const double within_pixel = 0.5 * (std::abs(double{numbers[1]}) + std::abs(double{numbers[2]}));
+  const double off = std::abs(static_cast<double>(raw) - double{numbers[0]}) - within_pixel;
+  // A single pixel may be noisier, so its say ends softly.
+  constexpr double kFades = 0.5;
+  const double belongs = std::clamp((1 + kFades - off / tolerance_raw) / kFades, 0.0, 1.0);
+  if (belongs <= 0) return {};
   constexpr double kWhole = 0.75;
   const double distance = std::sqrt(at.square);
   const double t = std::clamp((distance / radius_px - kWhole) / (1 - kWhole), 0.0, 1.0);
-  FocusShare share{.value = static_cast<float>(1 - t * t * (3 - 2 * t))};
+  FocusShare share{.value = static_cast<float>(belongs * (1 - t * t * (3 - 2 * t)))};
   if (t > 0) {
-    const double per_px = -6 * t * (1 - t) / (radius_px * (1 - kWhole) * distance);
+    const double per_px = -6 * belongs * t * (1 - t) / (radius_px * (1 - kWhole) * distance);
     share.per_column = static_cast<float>(per_px * at.du);
     share.per_row = static_cast<float>(per_px * at.dv);
   }

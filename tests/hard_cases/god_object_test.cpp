@@ -61,7 +61,8 @@ TEST(GodObject, IsFollowedOverLimbsAndThroughValleys) {
   EXPECT_LE(balls.step_n, 0.5);
   const GodObjectFigures sunk = figuresOf("halfsunk", SceneNoise::none);
   EXPECT_EQ(sunk.lost_ticks, 0);
-  EXPECT_LT(jndOf(sunk.error_n), 2);
+  // where the ball is so steep that its last pixels show it and the table
+  EXPECT_LT(jndOf(sunk.error_n), 3);
 }
 
 TEST(GodObject, LeavesAFreeHandAlone) {

@@ -308,11 +308,12 @@ TEST_P(PassiveHand, ComesToRestBetweenARegionAndTheLiveSurfaceAndGainsNothing) {
 class PassiveHandInAHollow : public testing::TestWithParam<int> {};
 
 TEST_P(PassiveHandInAHollow, ComesToRestAndGainsNothing) {
-  constexpr unsigned kHollows = kMemoryOfSanitizer ? 10 : 250;
   constexpr double kDelays_s[] = {0, 0.002, 0.005, 0.01, 0.02};
   const bool mixed = GetParam() == static_cast<int>(HollowKind::mixed);
+  // of mixed sets so many that a share of one in a hundred is more than chance
+  const unsigned hollows = kMemoryOfSanitizer ? 10 : mixed ? 1000 : 250;
   unsigned restless = 0;
-  for (unsigned seed = 1; seed <= kHollows; ++seed) {
+  for (unsigned seed = 1; seed <= hollows; ++seed) {
     RandomShapes random(seed);
     const Case c{random.between(0, 1) < 0.7 ? 60.0 : 400.0, logBetween(random, 0.045, 0.3),
                  kDelays_s[seed % std::size(kDelays_s)], random.between(0, 1) < 0.3};
@@ -331,7 +332,7 @@ TEST_P(PassiveHandInAHollow, ComesToRestAndGainsNothing) {
   }
   // What the limit permits may rise until the hand touches one more member, and fall again: 0.15 mm to and
   // fro.
-  EXPECT_LE(restless, kHollows / 100);
+  EXPECT_LE(restless, hollows / 100);
 }
 
 INSTANTIATE_TEST_SUITE_P(Kind, PassiveHandInAHollow, testing::Range(0, 8),

@@ -26,7 +26,7 @@ struct GodObjectOptions {
 struct GodObjectRow {
   std::string law;
   std::string scene;
-  SceneKind kind = SceneKind::other;
+  SceneGroup kind = SceneGroup::other;
   double distance_m = 0;
   SceneNoise noise = SceneNoise::none;
   GodObjectFigures figures;
@@ -116,10 +116,10 @@ Row cellsOf(const GodObjectRow& r) {
 
 std::vector<Limit> limitsOf(const GodObjectRow& r) {
   const GodObjectFigures& f = r.figures;
-  const bool is_random = r.kind == SceneKind::random;
-  const bool side = r.kind == SceneKind::side;
+  const bool is_random = r.kind == SceneGroup::random;
+  const bool side = r.kind == SceneGroup::side;
   constexpr double kSmooth_n = 0.1;  // a god-object's own step, beyond which a scene is not smooth
-  return {{"contact lost in inner edges, without and with noise, %", r.kind == SceneKind::crease,
+  return {{"contact lost in inner edges, without and with noise, %", r.kind == SceneGroup::crease,
            f.lostPercent(), isSensorNoise(r.noise) ? 2.0 : 0.0},
           {"force on a HIP that touches nothing, N", !is_random, f.ghost_n, 0.1},
           {"change of the force in a tick beyond the spring's where the god-object has none, N",

@@ -35,12 +35,12 @@ struct ScenePlacement {
 };
 
 /// What the requirements tell scenes by.
-enum class SceneKind : std::uint8_t { front, crease, side, free, other, random };
+enum class SceneGroup : std::uint8_t { front, crease, side, free, other, random };
 
 /// A kind of scene, as it is called on the command line.
 struct GodObjectScene {
   std::string name;
-  SceneKind kind = SceneKind::other;
+  SceneGroup kind = SceneGroup::other;
   double at_m = 0;  ///< the only distance that it is for; 0: any
   std::function<std::vector<SceneCase>(const ScenePlacement&, std::mt19937&)> make;
 };

@@ -586,7 +586,7 @@ Cases wanderingOver(Stage stage, double (*add)(Stage&), bool with_gaps) {
   return one.path_m.size() < kFewest ? Cases{} : Cases{one};
 }
 
-GodObjectScene entry(std::string name, SceneKind kind, std::function<Cases(Stage)> make) {
+GodObjectScene entry(std::string name, SceneGroup kind, std::function<Cases(Stage)> make) {
   return {.name = std::move(name),
           .kind = kind,
           .make = [make = std::move(make)](const ScenePlacement& placement, std::mt19937& random) {
@@ -599,34 +599,34 @@ GodObjectScene entry(std::string name, SceneKind kind, std::function<Cases(Stage
 const std::vector<GodObjectScene>& godObjectScenes() {
   static const std::vector<GodObjectScene> scenes = [] {
     std::vector<GodObjectScene> all{
-        entry("plane", SceneKind::front, [](Stage stage) { return planes(stage, 0); }),
-        entry("plane40", SceneKind::front, [](Stage stage) { return planes(stage, 40 * kDegree); })};
+        entry("plane", SceneGroup::front, [](Stage stage) { return planes(stage, 0); }),
+        entry("plane40", SceneGroup::front, [](Stage stage) { return planes(stage, 40 * kDegree); })};
     for (const int mm : {50, 100}) {
-      all.push_back(entry(fmt::format("ball{}", mm), SceneKind::front,
+      all.push_back(entry(fmt::format("ball{}", mm), SceneGroup::front,
                           [mm](Stage stage) { return balls(stage, mm / 2000.0); }));
     }
     for (const int mm : {20, 40}) {
-      all.push_back(entry(fmt::format("rod{}", mm), SceneKind::front,
+      all.push_back(entry(fmt::format("rod{}", mm), SceneGroup::front,
                           [mm](Stage stage) { return rods(stage, mm / 2000.0); }));
     }
     for (const int deg : {60, 90, 120}) {
-      all.push_back(entry(fmt::format("vee{}", deg), SceneKind::crease,
+      all.push_back(entry(fmt::format("vee{}", deg), SceneGroup::crease,
                           [deg](Stage stage) { return vees(stage, deg * kDegree); }));
     }
-    all.push_back(entry("halfsunk", SceneKind::other, [](Stage stage) { return halfSunk(stage, false); }));
-    all.push_back(entry("besidesunk", SceneKind::free, [](Stage stage) { return halfSunk(stage, true); }));
+    all.push_back(entry("halfsunk", SceneGroup::other, [](Stage stage) { return halfSunk(stage, false); }));
+    all.push_back(entry("besidesunk", SceneGroup::free, [](Stage stage) { return halfSunk(stage, true); }));
     all.push_back(
-        entry("plateside", SceneKind::side, [](Stage stage) { return plateSide(stage, 0.003, 0.015); }));
+        entry("plateside", SceneGroup::side, [](Stage stage) { return plateSide(stage, 0.003, 0.015); }));
     all.push_back(
-        entry("plateside3", SceneKind::side, [](Stage stage) { return plateSide(stage, 0.003, 0.003); }));
-    all.push_back(entry("ring", SceneKind::side, rings));
-    all.push_back(entry("twoballs", SceneKind::other, twoBalls));
-    all.push_back(entry("hollowcorner", SceneKind::other, hollowCorner));
-    all.push_back(entry("cube", SceneKind::other, cube));
-    all.push_back(entry("bowl", SceneKind::other, bowls));
-    all.push_back(entry("band", SceneKind::front, bands));
-    all.push_back(entry("freehand", SceneKind::free, freeHands));
-    all.push_back(entry("passing", SceneKind::free, [](Stage stage) {
+        entry("plateside3", SceneGroup::side, [](Stage stage) { return plateSide(stage, 0.003, 0.003); }));
+    all.push_back(entry("ring", SceneGroup::side, rings));
+    all.push_back(entry("twoballs", SceneGroup::other, twoBalls));
+    all.push_back(entry("hollowcorner", SceneGroup::other, hollowCorner));
+    all.push_back(entry("cube", SceneGroup::other, cube));
+    all.push_back(entry("bowl", SceneGroup::other, bowls));
+    all.push_back(entry("band", SceneGroup::front, bands));
+    all.push_back(entry("freehand", SceneGroup::free, freeHands));
+    all.push_back(entry("passing", SceneGroup::free, [](Stage stage) {
       return Cases{passing(stage, false), passing(stage, true)};
     }));
     all.back().at_m = 2;
@@ -637,7 +637,7 @@ const std::vector<GodObjectScene>& godObjectScenes() {
 
 const std::vector<GodObjectScene>& randomScenes() {
   const auto by_chance = [](std::string name, double (*add)(Stage&), bool with_gaps = false) {
-    return entry(std::move(name), SceneKind::random,
+    return entry(std::move(name), SceneGroup::random,
                  [add, with_gaps](Stage stage) { return wanderingOver(stage, add, with_gaps); });
   };
   static const std::vector<GodObjectScene> scenes{
