@@ -519,7 +519,8 @@ double addThin(Stage& stage) {
 }
 
 /// A stroke by chance: from a free place that the camera sees into the surface nearest to it, then along
-/// that; it ends where the force of the god-object exceeds 5 N or the camera could not know what holds it.
+/// that; it ends where the force of the god-object exceeds 5 N, where the HIP comes within a pixel and 1 mm
+/// of leaving through another face, or where the camera could not know what holds it.
 SceneCase wandering(Stage& stage, std::vector<ImageGap> gaps, double most_pressed_m) {
   constexpr int kTries = 300;
   constexpr int kCorners = 40;
@@ -527,8 +528,7 @@ SceneCase wandering(Stage& stage, std::vector<ImageGap> gaps, double most_presse
   constexpr double kStride_m = 0.002;
   constexpr double kMost_n = 5;
   constexpr double kStiffness_n_per_m = 500;
-  constexpr double kBeside_m = 0.001;
-  constexpr double kAlike_m = 0.003;
+  const double margin = 0.001 - stage.middle_m().z / rt::DepthModelParameters{}.fx_px;
   SceneCase one = stage.along({});
   one.gaps = std::move(gaps);
   const DistanceScene scene(one.bodies, {}, {}, 0);
@@ -541,8 +541,6 @@ SceneCase wandering(Stage& stage, std::vector<ImageGap> gaps, double most_presse
     Vec3 along = unitOf(cross(nearest.outward, randomIn(stage, 1)));
     const double bend = stage.uniform(-3, 3) * kDegree;
     GodObject ideal(scene);
-    GodObject other(scene);
-    const Vec3 beside = kBeside_m * unitOf(randomIn(stage, 1));
     one.path_m = {start};
     Vec3 hip = start;
     for (int corner = 0; corner < kCorners; ++corner) {
@@ -552,9 +550,9 @@ SceneCase wandering(Stage& stage, std::vector<ImageGap> gaps, double most_presse
       for (int tick = 1; tick <= ticks && holds; ++tick) {
         const Vec3 there = hip + (1.0 * tick / ticks) * (next - hip);
         const Vec3 pull = ideal.follow(there, 0) - there;
-        const Vec3 pull_beside = other.follow(there + beside, 0) - there - beside;
-        holds = kStiffness_n_per_m * norm(pull) < kMost_n && norm(pull_beside - pull) < kAlike_m &&
-                isKnown(scene, there, there + pull, 0);
+        const double inside = std::max(-scene.signedDistance(there, 0), 0.0);
+        holds = kStiffness_n_per_m * norm(pull) < kMost_n &&
+                inside >= std::min(0.9 * norm(pull), margin) - 1e-6 && isKnown(scene, there, there + pull, 0);
       }
       if (!holds) break;
       one.path_m.push_back(next);
