@@ -519,7 +519,8 @@ double addThin(Stage& stage) {
 }
 
 /// A stroke by chance: from a free place that the camera sees into the surface nearest to it, then along
-/// that; it ends where the force of the god-object exceeds 5 N or the camera could not know what holds it.
+/// that; it ends where the force of the god-object exceeds 5 N, where the HIP comes within a pixel and 1 mm
+/// of leaving through another face, or where the camera could not know what holds it.
 SceneCase wandering(Stage& stage, std::vector<ImageGap> gaps, double most_pressed_m) {
   constexpr int kTries = 300;
   constexpr int kCorners = 40;
@@ -527,6 +528,7 @@ SceneCase wandering(Stage& stage, std::vector<ImageGap> gaps, double most_presse
   constexpr double kStride_m = 0.002;
   constexpr double kMost_n = 5;
   constexpr double kStiffness_n_per_m = 500;
+  const double margin = 0.001 - stage.middle_m().z / rt::DepthModelParameters{}.fx_px;
   SceneCase one = stage.along({});
   one.gaps = std::move(gaps);
   const DistanceScene scene(one.bodies, {}, {}, 0);
@@ -547,8 +549,10 @@ SceneCase wandering(Stage& stage, std::vector<ImageGap> gaps, double most_presse
       bool holds = true;
       for (int tick = 1; tick <= ticks && holds; ++tick) {
         const Vec3 there = hip + (1.0 * tick / ticks) * (next - hip);
-        const Vec3 proxy = ideal.follow(there, 0);
-        holds = kStiffness_n_per_m * norm(proxy - there) < kMost_n && isKnown(scene, there, proxy, 0);
+        const Vec3 pull = ideal.follow(there, 0) - there;
+        const double inside = std::max(-scene.signedDistance(there, 0), 0.0);
+        holds = kStiffness_n_per_m * norm(pull) < kMost_n &&
+                inside >= std::min(0.9 * norm(pull), margin) - 1e-6 && isKnown(scene, there, there + pull, 0);
       }
       if (!holds) break;
       one.path_m.push_back(next);

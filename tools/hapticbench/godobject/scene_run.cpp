@@ -49,6 +49,40 @@ class Way {
   std::vector<double> ends_s_;
 };
 
+/// The frames of a scene. Those of one at rest are rendered once, as many as a law may fuse and more, and
+/// then played backwards and forwards, so that what drifts in their noise never jumps: noise costs most of a
+/// stroke.
+class FramesOfScene {
+ public:
+  FramesOfScene(DistanceScene& scene, SceneNoise noise)
+      : scene_(scene), noise_(noise), kept_(scene.rests() && isSensorNoise(noise) ? kKept : 1) {}
+
+  /// Valid until the next call.
+  const rt::DepthFrame& next(double t_s, std::int64_t now_ns) {
+    const std::size_t period = std::max(2 * kept_ - 2, std::size_t{1});
+    const std::size_t place = number_ % period;
+    const std::size_t index = place < kept_ ? place : period - place;
+    ++number_;
+    const bool is_new = index == frames_.size();
+    if (is_new) frames_.push_back(std::make_unique<rt::DepthFrame>());
+    rt::DepthFrame& frame = *frames_[index];
+    if (is_new || !scene_.rests()) scene_.render(t_s, number_, noise_, frame);
+    frame.sequence = number_;
+    frame.arrival_ns = now_ns;
+    return frame;
+  }
+  std::uint64_t count() const { return number_; }
+
+ private:
+  static constexpr std::size_t kKept = 24;
+
+  DistanceScene& scene_;
+  SceneNoise noise_;
+  std::size_t kept_;
+  std::vector<std::unique_ptr<rt::DepthFrame>> frames_;
+  std::uint64_t number_ = 0;
+};
+
 /// A box whose safety chain limits nothing.
 std::unique_ptr<OfflineBox> boxWithoutLimits(const rt::LiveParameters& setting,
                                              const rt::DepthModelParameters& camera) {
@@ -82,23 +116,18 @@ SceneRun runScene(const SceneCase& one, const SceneView& view,
 
   SceneRun run;
   run.output.resize(settings.size());
-  const auto frame = std::make_unique<rt::DepthFrame>();
+  FramesOfScene frames(scene, view.noise);
   // The boxes' clock begins at 0, well before the hand moves.
   const long first_tick = -std::lround(kSettlingFrames * kFramePeriod_s / kTick_s);
   const long last_tick = std::lround(way.ends_s() / kTick_s);
-  std::uint64_t frames = 0;
   long ticked = first_tick;
   for (long i = first_tick + 1; i <= last_tick; ++i) {
     const double t_s = static_cast<double>(i) * kTick_s;
     const std::int64_t now_ns = (i - first_tick) * kTick_ns;
-    const bool is_new = now_ns > std::llround(static_cast<double>(frames) * kFramePeriod_s * 1e9);
+    const bool is_new = now_ns > std::llround(static_cast<double>(frames.count()) * kFramePeriod_s * 1e9);
     if (is_new) {
-      ++frames;
-      if (frames == 1 || isSensorNoise(view.noise) || !scene.rests())
-        scene.render(t_s, frames, view.noise, *frame);
-      frame->sequence = frames;
-      frame->arrival_ns = now_ns;
-      for (const auto& box : boxes) box->show(*frame, now_ns);
+      const rt::DepthFrame& frame = frames.next(t_s, now_ns);
+      for (const auto& box : boxes) box->show(frame, now_ns);
     }
     const bool settling = i < 0;
     if (settling && !is_new) continue;
