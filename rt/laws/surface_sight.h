@@ -57,9 +57,9 @@ class SurfaceSight {
     constexpr double kFlicker_px = 1;
     const double by_hand_m = -dot(hip_velocity_, at.normal) * kFrame_s;
     const bool nothing_seen = !(contact_.surface_depth_m > 0);
-    // Where nothing was seen, whatever is there now is new, and what the hand did not come into is no
-    // contact.
-    if (nothing_seen) return is_free_ && was_placed_ && -at.room_m > std::max(0.0, by_hand_m);
+    // Where nothing was seen, a front may have moved here from anywhere; an outline came over the proxy
+    // unless the hand came to it.
+    if (nothing_seen) return is_free_ && was_placed_ && at.at_side && -at.room_m > std::max(0.0, by_hand_m);
     const double flicker_m = kFlicker_px * field_.pitch_m(at.place_m);
     if (is_free_ && at.at_side && -at.room_m < std::min(by_hand_m, flicker_m)) return false;
     if (contact_.surface_depth_m - at.sheet.depth_m() > largestMove_m(at)) return true;
