@@ -215,8 +215,8 @@ class SurfaceTick {
     return next.isIn(Where::inside) && (at_.isIn(Where::unseen) || at_.isIn(Where::beyond));
   }
 
-  /// Where facets disagree by no more than their noise, brings a proxy that the ledge between them holds to
-  /// the place over the HIP, if that is nearer to the HIP.
+  /// Where facets disagree by no more than their noise, brings a proxy that the ledge between them holds
+  /// towards the place over the HIP, as far as friction lets it slide, if that is nearer to the HIP.
   void passLedge() noexcept {
     if (at_.at_side || !(SurfaceView::depthOf(hip_) > SurfaceView::kNearest_m)) return;
     const SurfaceView& view = field_.view();
@@ -226,10 +226,11 @@ class SurfaceTick {
     if (!over.exists || SurfaceView::distanceFrom(over, hip_) >= 0) return;
     constexpr double kNoises = 2;
     constexpr double kAside_px = 2;
-    const SurfaceLook there = field_.look(view.placeAt(image, over.depth_m()));
     const double allowed_m = kNoises * field_.noise_m(hip_) + kAside_px * field_.pitch_m(hip_);
-    if (norm(there.place_m - at_.place_m) < allowed_m && isAllowed(there) && toHip_m(there) < toHip_m(at_))
-      at_ = there;
+    const Vec3 aim = view.placeAt(image, over.depth_m());
+    if (norm(aim - at_.place_m) >= allowed_m) return;
+    const SurfaceLook there = onAllowedSide(field_.look(slideTo(aim, allowed_m)));
+    if (isAllowed(there) && toHip_m(there) < toHip_m(at_)) at_ = there;
   }
 
   /// Brings a place behind the boundary back to it.
@@ -255,15 +256,19 @@ class SurfaceTick {
   /// Returns the next place of the proxy: towards where the faces let it come nearest to the HIP, as far as
   /// friction lets it slide, in a step that passes through nothing.
   Vec3 towardsHip(double share) const noexcept {
-    const Vec3 aim = holding_.nearestTo(hip_);
-    const Vec3 way = aim - at_.place_m;
-    const double length_m = norm(way);
-    const double held_m = input_.friction * norm(aim - hip_);
-    if (length_m <= held_m) return at_.place_m;
     constexpr double kShareOfRoom = 0.8;
     constexpr double kMostRoom_m = 0.05;
     const double most_m =
         share * std::max(field_.pitch_m(at_.place_m), kShareOfRoom * std::min(at_.room_m, kMostRoom_m));
+    return slideTo(holding_.nearestTo(hip_), most_m);
+  }
+
+  /// Returns where the proxy comes on its way to `aim`: as far as friction lets it slide, `most_m` at most.
+  Vec3 slideTo(const Vec3& aim, double most_m) const noexcept {
+    const Vec3 way = aim - at_.place_m;
+    const double length_m = norm(way);
+    const double held_m = input_.friction * norm(aim - hip_);
+    if (length_m <= held_m) return at_.place_m;
     return at_.place_m + (std::min(length_m - held_m, most_m) / length_m) * way;
   }
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <numbers>
+#include <random>
 
 #include "rt/loop/haptic_core.h"
 #include "tests/rt/core_rig.h"
@@ -193,9 +194,28 @@ TEST_F(TissueCore, SlidesWithTheFrictionOfTheRegion) {
   region.stiffness_n_per_m = 300;
   region.friction = 0.4;
   press(0.004);
-  const rt::Tick tick = steps(200, {0.05, 0, 0});
-  EXPECT_NEAR(tick.law_force_n_in_world.z, 1.2, kSurface_n);
-  EXPECT_NEAR(tick.law_force_n_in_world.x, -0.4 * 1.2, 0.01 * 0.4 * 1.2);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> speed_m_per_s(0.01, 0.3);
+  std::uniform_real_distribution<double> angle(0, 2 * std::numbers::pi);
+  for (int stroke = 0; stroke < 200; ++stroke) {
+    const double from_m = 0.005;
+    const Vec3 middle_m = wall.inFrontOfWall(-0.004);
+    const Vec3 inwards = (1 / std::max(from_m, norm(middle_m - handle.position_m_in_world))) *
+                         (middle_m - handle.position_m_in_world);
+    const double towards = angle(random);
+    const Vec3 direction = inwards + 0.3 * Vec3{std::cos(towards), std::sin(towards), 0};
+    const Vec3 velocity = (speed_m_per_s(random) / norm(direction)) * direction;
+    // the way on which friction holds the proxy, from the other end of it, and then a slide
+    const int held = static_cast<int>(std::ceil(2 * 0.4 * 0.004 / (kPeriod_s * norm(velocity))));
+    steps(held, velocity);
+    for (int i = 0; i < 20; ++i) {
+      const rt::Tick tick = step(velocity);
+      ASSERT_NEAR(tick.law_force_n_in_world.z, 1.2, kSurface_n) << stroke;
+      ASSERT_NEAR(std::hypot(tick.law_force_n_in_world.x, tick.law_force_n_in_world.y), 0.4 * 1.2,
+                  0.01 * 0.4 * 1.2)
+          << stroke << ", " << i;
+    }
+  }
 }
 
 TEST_F(TissueCore, DoesNotBlendWhatTheDisplacementExplains) {
