@@ -89,6 +89,7 @@ TEST(Installation, PutsEveryFileInItsPlace) {
       "usr/share/doc/hapticd/docs/box.svg",
       "usr/share/doc/hapticd/docs/cameras.md",
       "usr/share/doc/hapticd/docs/cluster.md",
+      "usr/share/doc/hapticd/docs/comparison.md",
       "usr/share/doc/hapticd/docs/control-api.md",
       "usr/share/doc/hapticd/docs/faults.md",
       "usr/share/doc/hapticd/docs/fixtures.md",

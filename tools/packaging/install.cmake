@@ -90,7 +90,7 @@ endif()
 install(PROGRAMS tools/slurm DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/hapticd-tools/examples COMPONENT tools)
 install(FILES README.md DESTINATION ${doc_folder} COMPONENT hapticd)
 install(FILES ${HAPTICD_GENERATED}/changelog.gz DESTINATION ${doc_folder} COMPONENT hapticd)
-set(documents README architecture cameras cluster control-api faults fixtures glossary handles hardware licensing live-view measurements patents recipes ros2 ros2-check
+set(documents README architecture cameras cluster comparison control-api faults fixtures glossary handles hardware licensing live-view measurements patents recipes ros2 ros2-check
     traces viewers)
 list(TRANSFORM documents PREPEND docs/)
 list(TRANSFORM documents APPEND .md)
