@@ -45,6 +45,11 @@ class SurfaceTick {
     const Vec3 start = memory_.placed ? memory_.position_m_in_world : input_.hip_m_in_world;
     if (!input_.scene.surface.covers(start, 0)) return outside(start);
     normal_ = model_.directionInCamera(memory_.normal_in_world);
+    const Vec3& front = contact_.surface_normal_in_camera;
+    if (contact_.hold == Hold::surface && !SurfaceSight::isSharpTurn(normal_, front)) {
+      field_.bridge(model_.positionInCamera(start), hip_, model_.positionInCamera(contact_.seen_m_in_world),
+                    front, kHeldReach_m);
+    }
     moveTo(model_.positionInCamera(start));
     if (isNewFrame() ? sight_.cameByJump(at_) : contact_.passed_over) {
       passed_over_ = true;
@@ -282,8 +287,9 @@ class SurfaceTick {
   Vec3 goal_m() const noexcept { return in_contact_ && !vanished_ ? at_.place_m : hip_; }
 
   /// Returns the normal along which the surface may have moved in a new frame; zero if another surface holds
-  /// the proxy, or none, or an outline has flickered.
+  /// the proxy, or none, or an outline or an assumed surface has flickered.
   Vec3 normalOfMotion() const noexcept {
+    if (at_.bridged) return {};
     constexpr double kFlicker_px = 2;
     const double moved_m = norm(at_.place_m - model_.positionInCamera(memory_.position_m_in_world));
     const bool steep = SurfaceSight::isSteep(normal_, at_.place_m);
@@ -330,7 +336,7 @@ class SurfaceTick {
     const Vec3 proxy = model_.positionInWorld(at_.place_m);
     const Vec3 normal = in_contact_ ? model_.directionInWorld(normal_) : Vec3{};
     const Vec3 pulled_in_world = model_.positionInWorld(pulled);
-    if (!vanished_ && !held_) {
+    if (!vanished_ && !held_ && !at_.bridged) {
       sight_.remember(at_, in_contact_);
       memory_.frame = input_.scene.frame;
       contact_.seen_m_in_world = proxy;

@@ -70,6 +70,87 @@ bool SurfaceField::hasOutline(const ImagePosition& image, bool or_hidden) const 
   return false;
 }
 
+/// Returns whether there are facets for an image position.
+bool SurfaceField::isModelled(const ImagePosition& image) const noexcept {
+  constexpr int kBlock_px = BlockLattice::kBlock_px;
+  const BlockWindow& blocks = surface_.blocks;
+  return image.u >= blocks.column_first * kBlock_px &&
+         image.u < blocks.column_last * kBlock_px + kBlock_px - 1 &&
+         image.v >= blocks.row_first * kBlock_px && image.v < blocks.row_last * kBlock_px + kBlock_px - 1;
+}
+
+/// Returns whether the pixel that shows an image position has no depth.
+bool SurfaceField::isUnmeasured(const ImagePosition& image) const noexcept {
+  if (!isModelled(image)) return false;
+  const auto column = static_cast<int>(std::lround(image.u));
+  const auto row = static_cast<int>(std::lround(image.v));
+  return surface_.visible.image[row * model_.stride_px() + column] == kNoRawDisparity;
+}
+
+/// Returns the surface that goes on over a gap.
+Sheet SurfaceField::bridgeAt(const ImagePosition& image) const noexcept {
+  Sheet sheet;
+  sheet.distance_m = bridge_distance_m_;
+  sheet.normal_in_camera = bridge_normal_;
+  sheet.inverse_depth_per_m = -dot(bridge_normal_, view_.placeAt(image, 1)) / bridge_distance_m_;
+  sheet.exists = sheet.inverse_depth_per_m > 0;
+  return sheet;
+}
+
+void SurfaceField::bridge(const Vec3& proxy_m, const Vec3& hip_m, const Vec3& seen_m, const Vec3& normal,
+                          double reach_m) noexcept {
+  if (!(SurfaceView::depthOf(hip_m) > SurfaceView::kNearest_m)) return;
+  ImagePosition image = view_.project(hip_m);
+  if (!isModelled(image) || !hasOutline(image, false)) return;
+  // Across the gap, which begins where fewer pixels show the surface.
+  const Share share = shareOf(image, limitAt(SurfaceView::depthOf(seen_m), shell_m_));
+  const ImagePosition from = view_.project(seen_m);
+  const bool is_near =
+      std::hypot(image.u - from.u, image.v - from.v) < kRadius_px && share.value > kLeastShare;
+  double step_u = is_near ? -share.per_column : image.u - from.u;
+  double step_v = is_near ? -share.per_row : image.v - from.v;
+  const double length = std::hypot(step_u, step_v);
+  if (!(length > 0)) return;
+  step_u /= length;
+  step_v /= length;
+  bridge_normal_ = normal;
+  bridge_distance_m_ = -dot(normal, seen_m);
+  const double seen_px = std::hypot(image.u - from.u, image.v - from.v);
+  // Pixels next to a gap may not count as seen.
+  const double most_px = reach_m / pitch_m(seen_m) - seen_px + 2 * kRadius_px;
+  constexpr double kAhead_px = 2;  // the gap begins no farther from the HIP, if it is not in it
+  bool in_gap = !is_near && isUnmeasured(view_.project(proxy_m));
+  for (double px = 0; px < most_px; px += 1) {
+    if (!isModelled(image)) {
+      bridges_ = in_gap;
+      return;
+    }
+    if (isUnmeasured(image)) {
+      in_gap = true;
+    } else if (in_gap) {
+      // Pixels next to a gap show less well how deep the surface is.
+      const ImagePosition inner{image.u + kRadius_px * step_u, image.v + kRadius_px * step_v};
+      const ImagePosition behind_gap = isModelled(inner) ? inner : image;
+      const Sheet behind = view_.sheetOf(surface_.visible, behind_gap);
+      if (!behind.exists) return;
+      const Vec3 over = view_.placeAt(behind_gap, behind.depth_m()) - seen_m;
+      // The surface may be curved, and the slope of a facet as wrong as noise makes it over a block.
+      constexpr double kCurved_m = 0.01;
+      const double blocks = norm(over) / (BlockLattice::kBlock_px * pitch_m(seen_m));
+      if (std::abs(dot(normal, over)) > kCurved_m + (1 + 0.5 * blocks) * noise_m(seen_m)) return;
+      bridges_ = true;
+      const Vec3 upright = normal - (dot(normal, over) / dot(over, over)) * over;
+      bridge_normal_ = (1 / norm(upright)) * upright;
+      bridge_distance_m_ = -dot(bridge_normal_, seen_m);
+      return;
+    } else if (px >= kAhead_px) {
+      return;
+    }
+    image.u += step_u;
+    image.v += step_v;
+  }
+}
+
 /// The pixels that go on the front, or are nearer: what they show may hide more of it.
 SurfaceField::Limit SurfaceField::limitOf(const Sheet& front, double depth_m,
                                           double allowance_m) const noexcept {
@@ -129,9 +210,10 @@ SurfaceField::Share SurfaceField::shareOf(const ImagePosition& image, const Limi
           static_cast<float>(std::max(limit.last, of_row + limit.per_column * (across.first + i - image.u)));
       const std::uint16_t seen = surface_.visible.image[start + i];
       const auto raw = static_cast<float>(seen);
-      bool shows =
-          seen != kNoRawDisparity && (raw <= last || seen == SurfaceLayer::kBeyondView) && raw >= first;
-      float shown_raw = raw;
+      bool shows = seen == kNoRawDisparity
+                       ? bridges_
+                       : (raw <= last || seen == SurfaceLayer::kBeyondView) && raw >= first;
+      float shown_raw = seen == kNoRawDisparity ? last : raw;
       if (!shows && limit.or_hidden) {
         const std::uint16_t behind = surface_.hidden.image[start + i];
         shown_raw = static_cast<float>(behind);
@@ -192,6 +274,14 @@ SurfaceLook SurfaceField::look(const Vec3& p) const HAPTICD_RT {
   if (!(depth_m > SurfaceView::kNearest_m)) return at;
   const ImagePosition image = view_.project(p);
   if (!view_.isInImage(image)) return at;
+  if (bridges_ && !own.exists && isUnmeasured(image)) {
+    at.sheet = bridgeAt(image);
+    if (!at.sheet.exists) return at;
+    at.bridged = true;
+    at.room_m = SurfaceView::distanceFrom(at.sheet, p);
+    at.normal = at.sheet.normal_in_camera;
+    return at;
+  }
   // Pixels this much deeper still belong to the same front: noise, and its curvature over the kernel.
   constexpr double kCurved_m = 0.003;
   const double allowance_m = 2 * noise_m(p) + kCurved_m;

@@ -15,6 +15,7 @@ struct SurfaceLook {
   Vec3 normal;               ///< gradient of the distance, a unit vector; zero where nothing is known
   Sheet sheet;               ///< the front of the body that the distance is of; may not exist
   bool at_side = false;      ///< the side of that body is nearer than its front
+  bool bridged = false;      ///< it is not measured there, but assumed to go on
   SurfaceView::Place own{};  ///< what the place's own ray shows
 
   bool isIn(SurfaceView::Where where) const noexcept { return own.where == where; }
@@ -43,6 +44,13 @@ class SurfaceField {
   const SurfaceView& view() const noexcept { return view_; }
   /// From now on, a surface more than a shell behind what hides it is looked up in its place.
   void lookPast() noexcept { view_.lookPast(); }
+  /// From now on, the surface that holds a proxy goes on over a gap in the measurements, if it is seen on
+  /// both sides: last at `seen_m`, and on the line from there to the HIP, or behind that, within `reach_m`.
+  void bridge(const Vec3& proxy_m, const Vec3& hip_m, const Vec3& seen_m, const Vec3& normal,
+              double reach_m) noexcept;
+
+  /// Returns whether surfaces of different bodies, or the end of one, are seen within the kernel's reach.
+  bool isNearOutline(const Vec3& p) const noexcept { return hasOutline(view_.project(p), false); }
 
   double pitch_m(const Vec3& p) const noexcept { return view_.pitch_m(SurfaceView::depthOf(p)); }
   /// Returns by how much facets of the same surface may disagree.
@@ -69,6 +77,9 @@ class SurfaceField {
     bool or_hidden;  ///< the hidden layer may show it as well
   };
   bool hasOutline(const ImagePosition& image, bool or_hidden) const noexcept;
+  bool isModelled(const ImagePosition& image) const noexcept;
+  bool isUnmeasured(const ImagePosition& image) const noexcept;
+  Sheet bridgeAt(const ImagePosition& image) const noexcept;
   Share shareOf(const ImagePosition& image, const Limit& limit) const noexcept;
   Limit limitOf(const Sheet& front, double depth_m, double allowance_m) const noexcept;
   Limit limitAt(double depth_m, double allowance_m) const noexcept;
@@ -78,6 +89,9 @@ class SurfaceField {
   const VisibleSurface& surface_;
   const DepthModel& model_;
   double shell_m_;
+  bool bridges_ = false;
+  double bridge_distance_m_ = 0;  ///< of the surface over the gap, from the camera
+  Vec3 bridge_normal_;
 };
 
 }  // namespace hapticd::rt

@@ -62,8 +62,14 @@ class SurfaceSight {
     if (nothing_seen) return is_free_ && was_placed_ && at.at_side && -at.room_m > std::max(0.0, by_hand_m);
     const double flicker_m = kFlicker_px * field_.pitch_m(at.place_m);
     if (is_free_ && at.at_side && -at.room_m < std::min(by_hand_m, flicker_m)) return false;
-    if (contact_.surface_depth_m - at.sheet.depth_m() > largestMove_m(at)) return true;
-    return is_free_ && isSteep(at.sheet.normal_in_camera, at.place_m) &&
+    const double came_m = contact_.surface_depth_m - at.sheet.depth_m();
+    if (came_m > largestMove_m(at)) return true;
+    if (!is_free_) return false;
+    // Next to an outline, a front that came so fast more likely came from the side; facets round off the
+    // step.
+    constexpr double kBesideOutline = 0.5;
+    if (came_m > kBesideOutline * largestMove_m(at) && field_.isNearOutline(at.place_m)) return true;
+    return isSteep(at.sheet.normal_in_camera, at.place_m) &&
            isSharpTurn(at.sheet.normal_in_camera, contact_.surface_normal_in_camera);
   }
 
