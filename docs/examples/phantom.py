@@ -47,9 +47,13 @@ Segment1_Layer:=0
 Segment1_Extent:=0 {SIZE[0] - 1} 0 {SIZE[1] - 1} 0 {SIZE[2] - 1}
 
 """
-    with open(file, "wb") as output:
-        output.write(header.encode())
-        output.write(gzip.compress(bytes(voxels)))
+    try:
+        with open(file, "wb") as output:
+            output.write(header.encode())
+            output.write(gzip.compress(bytes(voxels)))
+    except OSError as error:
+        sys.exit(f"phantom.py: {file}: cannot be written: {error.strerror}")
+    print(f"{file}: {SIZE[0]} x {SIZE[1]} x {SIZE[2]} voxels of 1 mm, segments organ and vessel")
 
 
 if __name__ == "__main__":

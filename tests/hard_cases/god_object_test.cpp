@@ -65,6 +65,17 @@ TEST(GodObject, IsFollowedOverLimbsAndThroughValleys) {
   EXPECT_LT(jndOf(sunk.error_n), 3);
 }
 
+TEST(GodObject, IsFollowedOverAGapInTheMeasurements) {
+  for (const SceneNoise noise : {SceneNoise::none, SceneNoise::sensor, SceneNoise::harsh}) {
+    SCOPED_TRACE(nameOf(noise));
+    const GodObjectFigures figures = figuresOf("band", noise);
+    EXPECT_EQ(figures.lost_ticks, 0);
+    EXPECT_EQ(figures.aside_ticks, 0);
+    // over the gap the surface is a plane through two places of a noisy one
+    EXPECT_LT(jndOf(figures.error_n), 1.5);
+  }
+}
+
 TEST(GodObject, LeavesAFreeHandAlone) {
   for (const SceneNoise noise : {SceneNoise::none, SceneNoise::sensor, SceneNoise::harsh}) {
     SCOPED_TRACE(nameOf(noise));

@@ -20,6 +20,7 @@ namespace fs = std::filesystem;
 constexpr const char* kBox = "hapticd";
 constexpr const char* kTools = "hapticd-tools";
 constexpr const char* kRos = "hapticd-ros";
+constexpr const char* kPython = "python3-hapticd";
 
 /// Returns the path of a package that ctest has built from this build.
 std::string packagePath(const std::string& package = kBox) {
@@ -118,6 +119,16 @@ TEST(DebianPackage, ForRos2BringsDdsAndAUnitThatNobodyHasEnabled) {
   }
 }
 
+TEST(DebianPackage, ForPythonIsOfAnyArchitectureAndCompiledWhereItIsInstalled) {
+  expectDependencies(kPython, {"libzstd", "python3"});
+  EXPECT_EQ(field("Architecture", kPython), "all");
+  const Unpacked package(kPython);
+  EXPECT_TRUE(fs::exists(package.path("usr/lib/python3/dist-packages/hapticd/__init__.py")));
+  for (const char* script : {"postinst", "prerm"})
+    EXPECT_NE(contentOf(package.path("DEBIAN") / script).find("-p python3-hapticd"), std::string::npos)
+        << script;
+}
+
 TEST(DebianPackage, OfAnotherVariantOfALibraryIsTakenForAnotherLibrary) {
   EXPECT_EQ(withoutVersion("libyaml-cpp0.7"), withoutVersion("libyaml-cpp0.8"));
   EXPECT_NE(withoutVersion("libusb-1.0-0"), withoutVersion("libusb-mock-1.0-0"));
@@ -188,8 +199,8 @@ TEST(DebianPackage, HoldsProgramsWithoutDebugInformation) {
 
 TEST(DebianPackage, HaveNoErrorThatLintianFinds) {
   HAPTICD_NEEDS("lintian");
-  std::vector<std::string> arguments{"--fail-on", "error", "--allow-root", packagePath(),
-                                     packagePath(kTools)};
+  std::vector<std::string> arguments{
+      "--fail-on", "error", "--allow-root", packagePath(), packagePath(kTools), packagePath(kPython)};
   if (HAPTICD_WITH_ROS) arguments.push_back(packagePath(kRos));
   const Finished checked = runTool("lintian", arguments);
   EXPECT_EQ(checked.ending, exitedWith(0)) << checked.output << checked.errors;

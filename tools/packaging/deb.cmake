@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # The Debian packages, made by CPack of the components of install.cmake: `hapticd` for the box, `hapticd-tools` for what
-# studies it, `hapticd-ros` for ROS 2, which brings libraries that a box does not need. The test debian_package_test.cpp
-# states which packages each may depend on.
+# studies it, `hapticd-ros` for ROS 2, which brings libraries that a box does not need, `python3-hapticd` for programs of
+# users. The test debian_package_test.cpp states which packages each may depend on.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME hapticd)
 # The project has no mail address; Debian wants the form of one.
@@ -19,7 +19,7 @@ if(HAPTICD_ROS)
   set(ros_component ros)
 endif()
 set(CPACK_COMPONENTS_GROUPING IGNORE)
-set(CPACK_COMPONENTS_ALL hapticd tools ${ros_component})
+set(CPACK_COMPONENTS_ALL hapticd tools python ${ros_component})
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
@@ -38,7 +38,7 @@ device on another computer (haptic-bridge).")
 # systemd: for the users too, also where it does not run. udev: what has no devices can do without.
 set(CPACK_DEBIAN_HAPTICD_PACKAGE_DEPENDS systemd)
 set(CPACK_DEBIAN_HAPTICD_PACKAGE_RECOMMENDS udev)
-set(CPACK_DEBIAN_HAPTICD_PACKAGE_SUGGESTS "hapticd-tools, gnuplot-nox, acl")
+set(CPACK_DEBIAN_HAPTICD_PACKAGE_SUGGESTS "hapticd-tools, python3-hapticd, gnuplot-nox, acl")
 set(CPACK_DEBIAN_HAPTICD_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_HAPTICD_PACKAGE_CONTROL_EXTRA
     ${CMAKE_SOURCE_DIR}/tools/packaging/conffiles
@@ -56,6 +56,23 @@ set(CPACK_DEBIAN_TOOLS_PACKAGE_DEPENDS "hapticd (= ${PROJECT_VERSION}-${CPACK_DE
 set(CPACK_DEBIAN_TOOLS_PACKAGE_RECOMMENDS gnuplot-nox)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_SUGGESTS "rt-tests, stress-ng")
 set(CPACK_DEBIAN_TOOLS_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+
+# Of any version of the box, and of any computer: it asks the daemon what it can do. libzstd: for traces.
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-hapticd)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS OFF)
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION "use the haptic controller daemon hapticd from Python
+State, parameters, virtual fixtures, moving frames and every tick of a running
+hapticd, traces as arrays of NumPy, and haptic devices of one's own as a
+function from force to position.")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.11), libzstd1")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS python3-numpy)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "hapticd, python3-pandas")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA
+    ${CMAKE_SOURCE_DIR}/tools/packaging/python/postinst
+    ${CMAKE_SOURCE_DIR}/tools/packaging/python/prerm)
 
 # Without scripts: its unit is there, and an administrator enables it.
 set(CPACK_DEBIAN_ROS_PACKAGE_NAME hapticd-ros)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # What `cmake --install` puts where. All places are below the prefix, whatever it is, so that an installation
 # into a home folder needs no privileges. The components become packages (deb.cmake): `hapticd` is what a box needs,
-# `tools` is for studies of it, on any machine, `ros` for those who use ROS 2.
+# `tools` is for studies of it, on any machine, `ros` for those who use ROS 2, `python` for those who use it from Python.
 include(GNUInstallDirs)
 
 # Where systemd and udev look below /usr, on every system with merged folders.
@@ -77,6 +77,9 @@ endfunction()
 
 install_documents(hapticd hapticd)
 install_documents(tools hapticd-tools)
+install_documents(python python3-hapticd)
+install(DIRECTORY tools/python/hapticd DESTINATION lib/python3/dist-packages COMPONENT python
+        FILES_MATCHING PATTERN *.py PATTERN py.typed PATTERN __pycache__ EXCLUDE)
 if(HAPTICD_ROS)
   install(TARGETS hapticd-ros haptic-crtk-bridge RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ros)
   install_manual_pages(ros 8 hapticd-ros)

@@ -7,8 +7,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -116,48 +114,6 @@ class HapticctlTraceFiles : public testing::Test {
   const DaemonHome home;
   const std::string trace = file("a.mcap");
 };
-
-TEST_F(HapticctlTraceFiles, TheExampleMakesHdf5WithEveryValueOfTheTrace) {
-  const std::string programs =
-      "PATH=" + fs::path(HAPTICCTL_PROGRAM).parent_path().string() + ":/usr/bin:/bin";
-  const std::vector<std::string> example{"/usr/bin/env", programs, "/usr/bin/python3", HAPTICD_HDF5_EXAMPLE};
-  const auto make = [&](const std::string& from, const std::string& to) {
-    std::vector<std::string> command = example;
-    command.insert(command.end(), {from, to});
-    return runToEnd(command);
-  };
-  const Finished made = make(trace, file("a.h5"));
-  ASSERT_EQ(made.ending, exitedWith(0)) << made.errors;
-  const MadeUpRecords records = madeUpRecords(2, kTicks / 2);
-  const auto tick = std::ranges::find_if(records.ticks, [](const rt::Tick& one) {
-    return std::isfinite(rt::norm(one.command_force_n_in_world));
-  });
-  ASSERT_NE(tick, records.ticks.end());
-  const Finished shown =
-      runToEnd({"/usr/bin/python3", "-c",
-                "import h5py, sys\n"
-                "file, row = h5py.File(sys.argv[1]), int(sys.argv[2])\n"
-                "print(sorted(file), len(file['ticks/number']), file['ticks/mode'].asstr()[row])\n"
-                "print(file['ticks/wakeup_latency_ns'][row], "
-                "*file['ticks/command_force_n_in_world'][row].view('u8'))\n"
-                "print(file['events/text'].asstr()[1])\n",
-                file("a.h5"), std::to_string(tick - records.ticks.begin())});
-  ASSERT_EQ(shown.ending, exitedWith(0)) << shown.errors;
-  const rt::Vec3& force = tick->command_force_n_in_world;
-  const auto bits = [](double value) { return std::bit_cast<std::uint64_t>(value); };
-  EXPECT_EQ(shown.output,
-            fmt::format("['directives', 'events', 'models', 'settings', 'ticks'] 2000 {}\n{} {} {} {}\n{}\n",
-                        rt::wordOf(tick->mode), tick->wakeup_latency_ns, bits(force.x), bits(force.y),
-                        bits(force.z), records.events[1].text));
-
-  const Finished again = make(trace, file("a.h5"));
-  EXPECT_EQ(again.ending, exitedWith(1));
-  EXPECT_TRUE(contains(again.errors, "exists already"));
-  const Finished absent = make(file("absent.mcap"), file("b.h5"));
-  EXPECT_EQ(absent.ending, exitedWith(1));
-  EXPECT_TRUE(contains(absent.errors, "absent.mcap"));
-  EXPECT_FALSE(fs::exists(file("b.h5")));
-}
 
 TEST_F(HapticctlTraceFiles, LongWorkShowsHowFarItIsOnATerminal) {
   TerminalProgram program(home.controlCommand({"trace", "export", trace, "--out", file("a.csv")}),
