@@ -29,7 +29,7 @@ endfunction()
 
 # hapticd_headers is for targets that link fmt::fmt, hapticd_json_headers for those that link nlohmann_json as well:
 # `hapticd_precompile(target REUSE_FROM hapticd_headers)`.
-file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/headers.cpp "")
+file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/headers.cpp CONTENT "")  # untouched where it exists
 foreach(headers hapticd_headers hapticd_json_headers)
   add_library(${headers} OBJECT EXCLUDE_FROM_ALL ${CMAKE_CURRENT_BINARY_DIR}/headers.cpp)
   target_link_libraries(${headers} PRIVATE hapticd_options fmt::fmt)
