@@ -181,6 +181,7 @@ hapticd_together(hapticd_control APART
   daemon/control/methods/calibration_methods.cpp
   daemon/control/methods/force_methods.cpp
   daemon/control/methods/frame_methods.cpp
+  daemon/control/methods/hand_methods.cpp
   --
   daemon/control/methods/profile_methods.cpp
   daemon/control/streams/status_streams.cpp)
