@@ -326,7 +326,10 @@ hapticd_together(tools_tests)
 hapticd_together(trace_tests APART
   tests/unit/daemon/trace/other_writers_test.cpp)
 hapticd_together(vendor_arms_tests)
-hapticd_together(view_bridge_tests)
+hapticd_together(view_bridge_tests APART
+  tests/view_bridge/hand_rights_test.cpp)
 hapticd_together(view_bridge_unit_tests APART
+  tests/view_bridge/hand_moves_test.cpp
+  --
   tests/view_bridge/box_link_test.cpp
   tests/view_bridge/live_session_test.cpp)
