@@ -4,8 +4,8 @@
 import { ForceFeedback } from './force_feedback.js';
 import { add, dot, isVector, norm, scale, subtract } from './vectors.js';
 
-/** How often the gamepad is read and a target that has changed is sent. */
-const kSendMs = 20;
+/** How often the gamepad is read and a target that has changed is sent; a bridge takes 100 messages a second, of all kinds. */
+const kSendMs = 25;
 /** A target that stays is sent so often, within the 0.2 s after which the box lets it rest; and after a refusal. */
 const kKeepMs = 60;
 const kRetryMs = 500;
