@@ -92,7 +92,9 @@ hapticd_together(drivers_tests APART
   tests/unit/drivers/handle/udp_handle_test.cpp
   tests/unit/drivers/recorded_files_test.cpp
   --
-  tests/unit/drivers/edge_errors_test.cpp)
+  tests/unit/drivers/edge_errors_test.cpp
+  --
+  tests/unit/drivers/handle/led_hand_test.cpp)
 hapticd_together(emulator_tests)
 hapticd_together(hapticctl)
 hapticd_together(hapticctl_additions)
@@ -181,8 +183,8 @@ hapticd_together(hapticd_control APART
   daemon/control/methods/calibration_methods.cpp
   daemon/control/methods/force_methods.cpp
   daemon/control/methods/frame_methods.cpp
-  daemon/control/methods/hand_methods.cpp
   --
+  daemon/control/methods/hand_methods.cpp
   daemon/control/methods/profile_methods.cpp
   daemon/control/streams/status_streams.cpp)
 hapticd_together(hapticd_crtk_arm)
