@@ -92,7 +92,9 @@ hapticd_together(drivers_tests APART
   tests/unit/drivers/handle/udp_handle_test.cpp
   tests/unit/drivers/recorded_files_test.cpp
   --
-  tests/unit/drivers/edge_errors_test.cpp)
+  tests/unit/drivers/edge_errors_test.cpp
+  --
+  tests/unit/drivers/handle/led_hand_test.cpp)
 hapticd_together(emulator_tests)
 hapticd_together(hapticctl)
 hapticd_together(hapticctl_additions)
@@ -182,6 +184,7 @@ hapticd_together(hapticd_control APART
   daemon/control/methods/force_methods.cpp
   daemon/control/methods/frame_methods.cpp
   --
+  daemon/control/methods/hand_methods.cpp
   daemon/control/methods/profile_methods.cpp
   daemon/control/streams/status_streams.cpp)
 hapticd_together(hapticd_crtk_arm)
@@ -325,7 +328,10 @@ hapticd_together(tools_tests)
 hapticd_together(trace_tests APART
   tests/unit/daemon/trace/other_writers_test.cpp)
 hapticd_together(vendor_arms_tests)
-hapticd_together(view_bridge_tests)
+hapticd_together(view_bridge_tests APART
+  tests/view_bridge/hand_rights_test.cpp)
 hapticd_together(view_bridge_unit_tests APART
+  tests/view_bridge/hand_moves_test.cpp
+  --
   tests/view_bridge/box_link_test.cpp
   tests/view_bridge/live_session_test.cpp)

@@ -146,6 +146,8 @@ void FaultyHandle::relay(drivers::HandleChannels& outer) {
   const auto relayOnce = [&] {
     if (outer.command.refresh()) inner_.command.write(asAnsweredTo(outer.command.front()));
     if (inner_.state.refresh()) pass(inner_.state.front(), outer);
+    if (outer.hand_target_m_in_world.refresh())
+      inner_.hand_target_m_in_world.write(outer.hand_target_m_in_world.front());
   };
   auto due = std::chrono::steady_clock::now();
   do {

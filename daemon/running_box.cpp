@@ -239,6 +239,13 @@ bool RunningBox::feedForce(const rt::ExternalForce& force) {
   return true;
 }
 
+void RunningBox::moveHand(const rt::Vec3& target_m_in_world) {
+  const double most_m = std::min(settings_.live.safety.workspace_radius_m, rt::kWorkspaceHalfEdge_m);
+  const double distance_m = norm(target_m_in_world);
+  handle_channels_.hand_target_m_in_world.write(
+      distance_m > most_m ? (most_m / distance_m) * target_m_in_world : target_m_in_world);
+}
+
 rt::LiveParameters RunningBox::live() const {
   return !settings_.live.force.law ? config::liveWith(settings_, law_decision_) : settings_.effectiveLive();
 }

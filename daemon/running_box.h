@@ -82,6 +82,7 @@ class RunningBox final : public Box {
   void setMeasuredStiffness(const std::vector<MeasuredStiffness>& measured) override;
   bool feedPose(const rt::FramePose& pose) override;
   bool feedForce(const rt::ExternalForce& force) override;
+  void moveHand(const rt::Vec3& target_m_in_world) override;
   std::uint64_t engage(bool engaged, bool inside) override;
   bool engaged() override;
   std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const override {

@@ -89,6 +89,8 @@ struct HandleDriver {
   std::string_view help;  ///< one line for users: the device, without a full stop
   std::span<const Parameter> parameters = {};
   bool stands_in = false;  ///< for a device: its parameters are for tests and demonstrations
+  /// Whether a person may lead its simulated hand through the control API; never with a real device.
+  bool (*follows_person)(const HandleSettings&) = [](const HandleSettings&) { return false; };
   /// Whether the device exerts forces; its thread then has real-time priority.
   bool (*exerts_force)(const HandleSettings&) = [](const HandleSettings&) { return true; };
   /// Step of the positions that the device measures, which the driver's thread interpolates; 0: unknown or

@@ -129,6 +129,9 @@ class Box {
   /// Hands an external force to the force loop, in place of the one before; see rt::externalForceAt().
   /// Returns false, and drops it, while the box is not engaged and exerts none.
   virtual bool feedForce(const rt::ExternalForce& force) = 0;
+  /// Leads the hand of a simulated handle to a target, cut to where the handle may be: a finite one, for a
+  /// driver that follows a person (config::HandleDriver::follows_person).
+  virtual void moveHand(const rt::Vec3& target_m_in_world) = 0;
   /// Requests `engaged` or `idle`. `inside`: even if the HIP is inside a surface. A request to engage changes
   /// nothing while the box is engaged or holding. Returns the generation to wait for.
   virtual std::uint64_t engage(bool engaged, bool inside) = 0;

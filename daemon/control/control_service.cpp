@@ -84,16 +84,18 @@ ControlService::ControlService(Box& box, const ControlServiceOptions& options)
       additions_(context_),
       frames_(context_),
       forces_(context_),
+      hand_(context_),
       traces_(context_),
       profiles_(context_, worker_),
       calibration_(context_, worker_, options.calibration),
       reloads_(context_, options.reloads),
       solids_(context_, worker_),
       undo_(context_) {
-  for (auto&& theme : {serviceMethods(), monitors_.methods(), ticks_.methods(), events_.methods(),
-                       snapshots_.methods(), depth_.methods(), parameters_.methods(), additions_.methods(),
-                       frames_.methods(), forces_.methods(), traces_.methods(), profiles_.methods(),
-                       calibration_.methods(), reloads_.methods(), solids_.methods(), undo_.methods()}) {
+  for (auto&& theme :
+       {serviceMethods(), monitors_.methods(), ticks_.methods(), events_.methods(), snapshots_.methods(),
+        depth_.methods(), parameters_.methods(), additions_.methods(), frames_.methods(), forces_.methods(),
+        hand_.methods(), traces_.methods(), profiles_.methods(), calibration_.methods(), reloads_.methods(),
+        solids_.methods(), undo_.methods()}) {
     methods_.insert(methods_.end(), theme.begin(), theme.end());
   }
 }
@@ -133,12 +135,14 @@ void ControlService::closed(ConnectionId connection) {
   depth_.closed(connection);
   frames_.closed(connection);
   forces_.closed(connection);
+  hand_.closed(connection);
 }
 
 std::vector<std::string> ControlService::warnings() const {
   std::vector<std::string> list = calibration_.warnings();
   frames_.addWarnings(list);
   forces_.addWarnings(list);
+  hand_.addWarnings(list);
   return list;
 }
 

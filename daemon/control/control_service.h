@@ -70,6 +70,7 @@ class ControlService final : public CallHandler {
   AdditionMethods additions_;
   FrameMethods frames_;
   ForceMethods forces_;
+  HandMethods hand_;
   TraceMethods traces_;
   ProfileMethods profiles_;
   CalibrationMethods calibration_;

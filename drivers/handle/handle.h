@@ -16,10 +16,13 @@
 
 namespace hapticd::drivers {
 
-/// The two channels between a handle's thread and the force thread.
+/// The channels of a handle's thread: two between it and the force thread, and one to it from the control
+/// thread.
 struct HandleChannels {
   rt::HandleStateChannel state;      ///< written by the handle thread
   rt::HandleCommandChannel command;  ///< read by the handle thread
+  /// To which a person leads the hand of a simulated handle; other drivers ignore it.
+  rt::TripleBuffer<rt::Vec3> hand_target_m_in_world;
 };
 
 /// Connection state of a handle.

@@ -67,6 +67,7 @@ std::vector<std::string> seeds() {
       "POST\n/?token=1\nevil.example\nnull\ncross-site\nhapticd-view=\n",
       R"({"type":"depth","maxHz":30})",
       R"({"type":"drawn"})",
+      R"({"type":"hand","target":[0.1,0,-0.8]})",
   };
 }
 

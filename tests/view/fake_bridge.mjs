@@ -100,6 +100,10 @@ export class FakeBridge {
     this.ofFixtures = {};
     /** Takes a request `fixture` and returns what is wrong with it, or a promise of that; null: the bridge takes none. */
     this.change = null;
+    /** Whether it takes messages `hand`, those that came, and what it answers to each; null: nothing. */
+    this.movesHand = false;
+    this.targets = [];
+    this.handProblem = null;
     this.message = depthMessage();
   }
 
@@ -149,15 +153,20 @@ export class FakeBridge {
         return;
       }
       if (message.type === 'depth') this.depthHz = message.maxHz;
+      if (message.type === 'hand') {
+        this.targets.push(message.target);
+        if (this.handProblem !== null) send({ type: 'hand', problem: this.handProblem });
+      }
       if (message.type !== 'fixture') return;
       const problem = await this.change(message);
       if (client.readyState === client.OPEN) send({ type: 'fixture', name: message.remove ?? message.add.name, problem });
     });
-    send({ type: 'hello', protocol: 1, version: '0.1.0', addsFixtures: this.change !== null });
+    send({ type: 'hello', protocol: 1, version: '0.1.0', addsFixtures: this.change !== null, movesHand: this.movesHand });
     send({ type: 'additions', ...this.additions });
     send({ type: 'parameters', parameters: {
       'force.radius_m': 0.04, 'contact.proxy_radius_m': 0.008, 'camera.near_m': 0.4, 'camera.far_m': 4,
-      'safety.max_force_n': 4, 'proximity.warning_m': 0.01 } });
+      'safety.max_force_n': 4, 'proximity.warning_m': 0.01,
+      'handle.driver': 'simulated', 'simulated_handle.follows_person': true } });
     ['mode changed from idle to engaged: requested', 'engaged by uid 1000'].forEach((text, i) => send({
       type: 'event', event: { number: i + 1, timeNs: Date.now() * 1e6, kind: 'mode', text, priority: 'info', fields: {} } }));
   }

@@ -15,22 +15,26 @@ const source = process.env.HAPTICD_SOURCE;
 /** The sphere of its camera, which stands at the world's origin; nothing behind it. */
 export const kBoxSphere = { centre: [0, 0, -1], radiusM: 0.15 };
 
-const kSphereAlone = [
+export const kSphereAlone = [
   'synthetic.scene=sphere', 'synthetic.noise=off', `synthetic.distance_m=${-kBoxSphere.centre[2]}`,
   `synthetic.sphere_radius_m=${kBoxSphere.radiusM}`];
 
 export class RealBox {
   /**
    * Returns the address of the page. `everybody`: whether visitors need no token; `configuration`: its file in config/;
-   * `settings`: parameters that differ from it, as "name=value"; `fixtures`: whether pages may add some.
+   * `settings`: parameters that differ from it, as "name=value"; `fixtures`: whether pages may add some; `hand`: whether they
+   * may move the hand.
    */
-  async start({ everybody = true, configuration = 'demo.yaml', settings = kSphereAlone, fixtures = false } = {}) {
+  async start({ everybody = true, configuration = 'demo.yaml', settings = kSphereAlone, fixtures = false, hand = false } = {}) {
     this.folder = await mkdtemp(join(tmpdir(), 'hapticd-view-test-'));
     this.configuration = configuration;
     this.settings = [`control.depth_for_everyone=${everybody}`, ...settings];
     this.startDaemon();
-    const rights = fixtures ? ['--add-fixtures', '--control-socket', join(this.folder, 'Control')] : [];
-    if (fixtures) await this.control('status');
+    const rights = [...fixtures ? ['--add-fixtures'] : [], ...hand ? ['--move-hand'] : []];
+    if (rights.length > 0) {
+      rights.push('--control-socket', join(this.folder, 'Control'));
+      await this.control('status');
+    }
     this.view = spawn(join(bin, 'hapticd-view'),
       ['--listen', '127.0.0.1:0', '--page', process.env.HAPTICD_VIEW_PAGE,
         '--socket', join(this.folder, 'Status'), '--token-file', join(this.folder, 'token'), ...rights],

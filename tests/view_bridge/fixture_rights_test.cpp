@@ -54,7 +54,7 @@ TEST(ViewFixtureRight, IsThatOfItsUser) {
   // who may only read is refused there in the same way
   const Finished reader = finishedWith({"--add-fixtures", "--control-socket", box.home.statusSocket()});
   EXPECT_EQ(reader.ending, exitedWith(EX_NOPERM)) << reader.errors;
-  EXPECT_TRUE(contains(reader.errors, "this user may not change fixtures"));
+  EXPECT_TRUE(contains(reader.errors, "this user may not control the box"));
   if (::geteuid() != 0) GTEST_SKIP() << "needs root to be another user";
   const Finished nobody = finishedWith(box.adding(), {.user = 65534});
   EXPECT_EQ(nobody.ending, exitedWith(EX_NOPERM)) << nobody.errors;

@@ -18,12 +18,31 @@ namespace hapticd::tools::view {
 namespace {
 
 TEST(ClientMessage, IsNothingWhereItIsNoneOfTheProtocol) {
-  for (const std::string& text : std::vector<std::string>{
-           "", "{", "[]", "null", "1", R"("depth")", "{}", R"({"type":1})", R"({"type":"engage"})",
-           R"({"type":"depth"})", R"({"type":"depth","maxHz":"30"})", R"({"type":"depth","maxHz":-1})",
-           R"({"type":"depth","maxHz":1e9})", R"({"type":"depth","maxHz":1e999})",
-           R"({"type":"depth","maxHz":null})", "{\"type\":\"drawn\"}\x01", "{\"type\":\"dr\xff\"}",
-           std::string(4096, '['), std::string(2048, '[') + std::string(2048, ']')}) {
+  for (const std::string& text : std::vector<std::string>{"",
+                                                          "{",
+                                                          "[]",
+                                                          "null",
+                                                          "1",
+                                                          R"("depth")",
+                                                          "{}",
+                                                          R"({"type":1})",
+                                                          R"({"type":"engage"})",
+                                                          R"({"type":"depth"})",
+                                                          R"({"type":"depth","maxHz":"30"})",
+                                                          R"({"type":"depth","maxHz":-1})",
+                                                          R"({"type":"depth","maxHz":1e9})",
+                                                          R"({"type":"depth","maxHz":1e999})",
+                                                          R"({"type":"depth","maxHz":null})",
+                                                          R"({"type":"hand"})",
+                                                          R"({"type":"hand","target":[0,0]})",
+                                                          R"({"type":"hand","target":[0,0,null]})",
+                                                          R"({"type":"hand","target":[1e308,1e308,0]})",
+                                                          R"({"type":"hand","target":[0,0,1e999]})",
+                                                          R"({"type":"hand","target":{"x":0}})",
+                                                          "{\"type\":\"drawn\"}\x01",
+                                                          "{\"type\":\"dr\xff\"}",
+                                                          std::string(4096, '['),
+                                                          std::string(2048, '[') + std::string(2048, ']')}) {
     EXPECT_FALSE(parseClientMessage(text)) << text;
   }
 }

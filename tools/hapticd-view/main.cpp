@@ -31,7 +31,9 @@ namespace {
 
 struct BridgeOptions {
   std::string socket = config::Settings().control.status_socket;
-  std::string control_socket = {};        ///< empty: viewers may not add fixtures
+  std::string control_socket = {};        ///< empty: viewers may not change the box
+  bool add_fixtures = false;              ///< they may add fixtures
+  bool move_hand = false;                 ///< they may move the hand of a simulated handle
   std::string listen = "127.0.0.1:8765";  ///< unused where the service manager passes sockets
   std::vector<std::string> hosts = {};
   std::vector<std::string> origins = {};
@@ -40,6 +42,11 @@ struct BridgeOptions {
   std::optional<double> idle_exit_s = {};
   std::string version = {};
 };
+
+/// The first of the options that let viewers change the box.
+const char* controlOption(const BridgeOptions& options) {
+  return options.add_fixtures ? "--add-fixtures" : "--move-hand";
+}
 
 struct BridgeFailure {
   base::Error error;
@@ -63,7 +70,9 @@ class Context : public boost::asio::io_context {
 class Bridge {
  public:
   Bridge(const BridgeOptions& options, PageFiles page)
-      : source_(context_, options.socket, options.version, options.control_socket),
+      : source_(context_, options.socket, options.version,
+                options.add_fixtures ? options.control_socket : std::string(),
+                options.move_hand ? options.control_socket : std::string()),
         open_to_everybody_(context_, options.socket),
         server_{.context = context_,
                 .source = source_,
@@ -73,9 +82,9 @@ class Bridge {
                           .token = options.token},
                 .page = std::move(page),
                 .ask_open_to_everybody =
-                    [this, adds = !options.control_socket.empty()](OpenToEverybody::Answer answer) {
-                      // to add fixtures takes the token, whoever may look
-                      if (adds) return answer(false);
+                    [this, changes = !options.control_socket.empty()](OpenToEverybody::Answer answer) {
+                      // to change the box takes the token, whoever may look
+                      if (changes) return answer(false);
                       open_to_everybody_.ask(std::move(answer));
                     }},
         signals_(context_, SIGTERM, SIGINT),
@@ -98,7 +107,7 @@ class Bridge {
       listeners_.push_back(std::move(*listener));
     }
     if (options.idle_exit_s) idle_exit_s_ = options.idle_exit_s;
-    return options.control_socket.empty() ? std::nullopt : beyondLoopback();
+    return options.control_socket.empty() ? std::nullopt : beyondLoopback(controlOption(options));
   }
 
   void run() {
@@ -117,12 +126,12 @@ class Bridge {
   }
 
  private:
-  /// Why fixtures cannot be added from where it listens; nothing: they can.
-  std::optional<BridgeFailure> beyondLoopback() const {
+  /// Why the box cannot be changed from where it listens; nothing: it can. `option` lets viewers do so.
+  std::optional<BridgeFailure> beyondLoopback(const char* option) const {
     for (const Listener& listener : listeners_) {
       if (listener.isLoopback()) continue;
       return BridgeFailure{
-          {"--add-fixtures",
+          {option,
            listener.endpointText() + " can be reached over the network, and the link is not encrypted",
            "listen on 127.0.0.1, and use 'ssh -L' from elsewhere"},
           EX_USAGE};
@@ -201,7 +210,7 @@ int run(int argc, char** argv) {
   CLI::App app{
       "hapticd-view: shows what the box sees and exerts, live, to browsers and to viewers that speak the\n"
       "Foxglove WebSocket protocol. It only reads, unless --add-fixtures lets its page add virtual "
-      "fixtures."};
+      "fixtures,\nor --move-hand lets it move the hand of a simulated handle."};
   app.footer(
       "SIGTERM or Ctrl-C ends it. 'hapticctl view' prints the address with the token.\n"
       "From another computer: ssh -L 8765:127.0.0.1:8765 BOX, and then the same address there.\n"
@@ -212,7 +221,6 @@ int run(int argc, char** argv) {
   std::string token_file = kTokenFile;
   bool no_token = false;
   bool make_token = false;
-  bool add_fixtures = false;
   std::string control_socket = config::Settings().control.control_socket;
   app.add_option("--socket", options.socket, "of a running hapticd (" + options.socket + ")")
       ->type_name("FILE");
@@ -239,14 +247,18 @@ int run(int argc, char** argv) {
           ->type_name("FILE");
   app.add_flag("--no-token", no_token, "everybody who reaches the address may look")->excludes(file);
   auto* adds = app.add_flag(
-      "--add-fixtures", add_fixtures,
+      "--add-fixtures", options.add_fixtures,
       "let the page add virtual fixtures, with the rights of who runs this program: whoever has "
       "the token can then push a hand. Only on a loopback address, and with a token file that no "
       "other user can read");
   adds->excludes("--no-token")->excludes(origin);
-  app.add_option("--control-socket", control_socket, "for that (" + control_socket + ")")
-      ->type_name("FILE")
-      ->needs(adds);
+  auto* moves = app.add_flag("--move-hand", options.move_hand,
+                             "let the page move the hand of a simulated handle that follows a person "
+                             "(simulated_handle.follows_person), one page at a time; on the same conditions");
+  moves->excludes("--no-token")->excludes(origin);
+  const auto* control =
+      app.add_option("--control-socket", control_socket, "for these two (" + control_socket + ")")
+          ->type_name("FILE");
   app.add_flag("--make-token", make_token, "only make the token file if it is absent, and end");
   app.add_option("--idle-exit", options.idle_exit_s,
                  "end after this long without a viewer (60 where the service manager listens, else never)")
@@ -255,18 +267,21 @@ int run(int argc, char** argv) {
   app.set_version_flag("-V,--version", std::string("hapticd-view ") + HAPTICD_VERSION);
   try {
     app.parse(argc, argv);
+    if (!control->empty() && adds->empty() && moves->empty())
+      throw CLI::RequiresError("--control-socket", "--add-fixtures or --move-hand");
   } catch (const CLI::ParseError& error) {
     return base::endWithoutWork(app, error, EX_USAGE);
   }
+  const bool controls = options.add_fixtures || options.move_hand;
   if (!no_token) {
-    const auto token =
-        tokenOf(token_file, add_fixtures ? TokenReaders::owner : TokenReaders::owner_and_group);
+    const auto token = tokenOf(token_file, controls ? TokenReaders::owner : TokenReaders::owner_and_group);
     if (!token) return fail(token.error(), EX_CANTCREAT);
     options.token = *token;
   }
   if (make_token) return EX_OK;
-  if (add_fixtures) {
-    if (auto allowed = mayChangeFixtures(control_socket); !allowed) return fail(allowed.error(), EX_NOPERM);
+  if (controls) {
+    if (auto allowed = mayControl(control_socket, controlOption(options)); !allowed)
+      return fail(allowed.error(), EX_NOPERM);
     options.control_socket = control_socket;
   }
   if (options.page.empty()) options.page = pageFolder();

@@ -100,6 +100,26 @@ class ForceMethods {
   Feed feed_{"forces", kMaxPerSecond};
 };
 
+/// The method by which a person leads the hand of a simulated handle.
+/// Thread: control thread only.
+class HandMethods {
+ public:
+  using Clock = std::chrono::steady_clock;
+  static constexpr int kMaxPerSecond = 250;
+
+  explicit HandMethods(MethodContext& context) : context_(context) {}
+  std::vector<Method> methods();
+
+  void closed(ConnectionId connection) { feed_.closed(connection); }
+  void addWarnings(std::vector<std::string>& list) const { feed_.addWarnings(Clock::now(), list); }
+
+ private:
+  Answer moveHand(const Call&, const Caller&);
+
+  MethodContext& context_;
+  Feed feed_{"targets of the hand", kMaxPerSecond};
+};
+
 /// The camera's pose at the start of the daemon.
 struct CalibrationAtStart {
   rt::PoseParameters configured_T_world_camera;

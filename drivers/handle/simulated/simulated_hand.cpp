@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <utility>
 
 #include <Eigen/Core>
 #include <unsupported/Eigen/MatrixFunctions>
@@ -119,6 +120,16 @@ DeviceAndHand systemOf(const SimulatedHandleSettings& settings, double grip) {
           .hand_damping_n_s_per_m = std::sqrt(grip) * settings.hand_damping_n_s_per_m};
 }
 
+/// Device and hand of a person who leads it, critically damped.
+DeviceAndHand ledSystemOf(const SimulatedHandleSettings& settings) {
+  DeviceAndHand system = systemOf(settings, 1);
+  system.hand_mass_kg = SimulatedHand::kHandMass_kg;
+  system.hand_stiffness_n_per_m = SimulatedHand::kLeadStiffness_n_per_m;
+  const double critical = 2 * std::sqrt(system.hand_stiffness_n_per_m * system.inertia_kg());
+  system.hand_damping_n_s_per_m = std::max(critical - system.damping_n_s_per_m, 0.0);
+  return system;
+}
+
 Motion motionOf(const DeviceAndHand& system, double step_s, double position_m) {
   constexpr int kSubSteps = 4;  // 0.25 ms of resolution for stops by dry friction
   Motion motion(system, step_s, system.coulomb_friction_n > 0 ? kSubSteps : 1);
@@ -159,8 +170,44 @@ rt::Quaternion SimulatedHand::orientation_in_world() const {
 
 void SimulatedHand::step(const Vec3& force_n_in_world) {
   force_n_ = limited(force_n_in_world);
-  aim(-dot(force_n_, forward_));
+  if (is_led_) {
+    follow();
+  } else {
+    aim(-dot(force_n_, forward_));
+  }
   move(force_n_);
+}
+
+void SimulatedHand::lead(const Vec3& target_m_in_world) {
+  if (!isFinite(target_m_in_world)) return;
+  target_ = target_m_in_world;
+  silence_s_ = 0;
+  if (std::exchange(is_led_, true)) return;
+  system_ = ledSystemOf(settings_);
+  for (Motion& axis : axes_) axis.become(system_);
+}
+
+/// Aims at the person's target, but no farther ahead of the handle than the largest force stretches the
+/// spring.
+void SimulatedHand::follow() {
+  const bool rested = silence_s_ >= kLeadSilence_s;
+  silence_s_ += step_s_;
+  if (!rested && silence_s_ >= kLeadSilence_s) target_ = position_m_in_world();
+  const Vec3 ahead = target_ - position_m_in_world();
+  const double reach_m = kLead_n / kLeadStiffness_n_per_m;
+  aim_ = position_m_in_world() + (reach_m / std::max(norm(ahead), reach_m)) * ahead;
+  aim_velocity_ = {};
+  if (silence_s_ >= kScriptAgain_s) letGo();
+}
+
+/// Goes on with the script, which begins with moving to the start.
+void SimulatedHand::letGo() {
+  is_led_ = false;
+  beginRound();
+  taps_left_ = 0;
+  aim_ = position_m_in_world();
+  turn_ = settings_.start_m_in_world;
+  phase_ = Phase::retreating;
 }
 
 void SimulatedHand::beginRound() {

@@ -92,6 +92,7 @@ struct SimulatedHandleSettings {
   double press_s = 2;      ///< time for which it strokes or leans before it retreats
   double stroke_m = 0.05;  ///< amplitude of the stroke across the direction of approach
   double stroke_period_s = 2;
+  bool follows_person = false;  ///< a person may lead the hand instead of the script
 };
 
 /// A handle (mass, viscous and dry friction) held by a hand (spring and damper) that follows a script. In
@@ -110,7 +111,16 @@ struct SimulatedHandleSettings {
 ///
 /// Each axis moves as a separate Motion, with its own dry friction; the hand's aim and the external force are
 /// held over a step, as a device holds its force. The same calls always give the same motion.
-/// Thread: one at a time.  RT: safe.
+///
+/// A person can take the place of the script with lead(). The handle then moves with the hand's mass, drawn
+/// to the person's target x_t by a spring k whose force is limited to kLead_n, and damped against the world.
+/// While the target rests, such a hand is passive at its force port, whatever forces come: with the potential
+/// V of the limited spring (k d^2 / 2 up to its limit, linear beyond), E = m v^2 / 2 + V(|x_t - x|) grows in
+/// no step by more than the work (force) * (displacement). Proof: over a step that moves it by s, the spring
+/// is held at the aim a = x_n + clamp(x_t - x_n) and does the work k c.s - k s^2 / 2 with c = a - x_n; Motion
+/// is exact, so m v^2 / 2 grows by this work and that of the force, less what the damper takes. The gradient
+/// of V is k c and changes by at most k per metre, so V falls by at least k c.s - k s^2 / 2. A target that
+/// moves does the person's work. Thread: one at a time.  RT: safe.
 class SimulatedHand {
  public:
   enum class Phase { approaching, pressing, retreating };
@@ -132,6 +142,14 @@ class SimulatedHand {
   static constexpr double kLooseGrip = 0.5;
   static constexpr double kFirmGrip = 2;
 
+  static constexpr double kHandMass_kg = 0.1;            ///< of the hand of a person who leads it
+  static constexpr double kLeadStiffness_n_per_m = 200;  ///< critically damped
+  static constexpr double kLead_n = 8;                   ///< the most that a person pushes with
+  /// Without a new target for that long, the target rests where the hand is, so that it does not push.
+  static constexpr double kLeadSilence_s = 0.2;
+  /// Without one for that long, the script goes on: the hand moves back to the start.
+  static constexpr double kScriptAgain_s = 30;
+
   static constexpr double kForearm_m = 0.3;
   static constexpr double kOpen_rad = 0.5;
 
@@ -142,6 +160,10 @@ class SimulatedHand {
   /// Simulates one step under `force_n_in_world`, the force that the handle exerts on the hand. A force that
   /// is not finite counts as zero.
   void step(const rt::Vec3& force_n_in_world);
+  /// Sets the target to which a person leads the hand from now on. One that is not finite is ignored.
+  void lead(const rt::Vec3& target_m_in_world);
+  /// Whether a person leads it in place of the script.
+  bool isLed() const { return is_led_; }
 
   rt::Vec3 position_m_in_world() const;
   rt::Vec3 velocity_m_per_s_in_world() const;
@@ -164,6 +186,8 @@ class SimulatedHand {
   void advanceAim();
   void stroke();
   void retreat();
+  void follow();
+  void letGo();
   void move(const rt::Vec3& force_n);
   double progress(const rt::Vec3& point_m) const {
     return dot(point_m - settings_.start_m_in_world, forward_);
@@ -185,6 +209,9 @@ class SimulatedHand {
   Phase phase_ = Phase::approaching;
   double phase_time_s_ = 0;
   int rounds_ = 0;
+  bool is_led_ = false;
+  rt::Vec3 target_;       // of the person
+  double silence_s_ = 0;  // since it was set
 };
 
 }  // namespace hapticd::drivers

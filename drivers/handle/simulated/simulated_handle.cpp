@@ -102,6 +102,8 @@ void SimulatedHandle::simulate(HandleChannels& channels) {
     const std::int64_t steps = std::max<std::int64_t>(1, (rt::monotonicNow_ns() - due_ns) / kStepNs + 1);
     due_ns += steps * kStepNs;
 
+    if (settings_.follows_person && channels.hand_target_m_in_world.refresh())
+      hand.lead(channels.hand_target_m_in_world.front());
     channels.command.refresh();
     const std::int64_t now_ns = rt::monotonicNow_ns();
     const rt::Vec3 force = gate_.pass(channels.command.front(), kSession, now_ns).value_or(rt::Vec3{});

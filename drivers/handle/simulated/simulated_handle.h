@@ -114,6 +114,9 @@ inline constexpr auto kSimulatedHandleRows = std::to_array<config::Parameter>({
     config::row<HAPTICD_OWN_MEMBER(handle, SimulatedHandleSettings, stroke_period_s)>(
         "simulated_handle.stroke_period_s", config::Effect::restart, "s", {0.05, 600}, "",
         "period of the stroke"),
+    config::row<HAPTICD_OWN_MEMBER(handle, SimulatedHandleSettings, follows_person)>(
+        "simulated_handle.follows_person", config::Effect::restart, "", {}, "",
+        "whether a person may lead the hand by MoveHand, as in the picture of hapticd-view --move-hand"),
 });
 // clang-format on
 
@@ -136,6 +139,10 @@ inline constexpr config::HandleDriver kSimulatedHandle{
     .help = "a handle in a simulated hand that strokes, taps and leans by itself",
     .parameters = kSimulatedHandleRows,
     .stands_in = true,
+    .follows_person =
+        [](const config::HandleSettings& handle) {
+          return handle.of<SimulatedHandleSettings>().follows_person;
+        },
     .device_mass_kg =
         [](const config::HandleSettings& handle) { return handle.of<SimulatedHandleSettings>().mass_kg; },
     .check = checkSimulatedHandle};

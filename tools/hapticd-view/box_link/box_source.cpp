@@ -171,7 +171,7 @@ bool changesParameters(std::string_view kind) {
 }  // namespace
 
 BoxSource::BoxSource(boost::asio::io_context& context, const std::string& socket, std::string version,
-                     const std::string& control_socket)
+                     const std::string& control_socket, const std::string& hand_socket)
     : context_(context),
       socket_(socket),
       version_(std::move(version)),
@@ -203,13 +203,20 @@ BoxSource::BoxSource(boost::asio::io_context& context, const std::string& socket
         for (Viewer* viewer : viewers_) viewer->onSolids(shapes);
       }) {
   if (!control_socket.empty()) fixture_changes_.emplace(context, control_socket);
+  if (!hand_socket.empty()) hand_moves_.emplace(context, hand_socket);
 }
 
 Json BoxSource::hello() const {
   return {{"type", "hello"},
           {"protocol", 1},
           {"version", version_},
-          {"addsFixtures", fixture_changes_.has_value()}};
+          {"addsFixtures", fixture_changes_.has_value()},
+          {"movesHand", hand_moves_.has_value()}};
+}
+
+void BoxSource::moveHand(Viewer& viewer, const rt::Vec3& target_m_in_world) {
+  if (!hand_moves_) return Source::moveHand(viewer, target_m_in_world);
+  hand_moves_->request(viewer, target_m_in_world);
 }
 
 void BoxSource::changeFixture(Viewer& viewer, const FixtureRequest& request) {
@@ -237,6 +244,7 @@ void BoxSource::add(Viewer& viewer) {
 void BoxSource::remove(Viewer& viewer) {
   std::erase(viewers_, &viewer);
   if (fixture_changes_) fixture_changes_->forget(viewer);
+  if (hand_moves_) hand_moves_->forget(viewer);
   wantsChanged();
   if (!viewers_.empty()) return;
   monitor_.close();

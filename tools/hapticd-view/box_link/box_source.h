@@ -18,6 +18,7 @@
 #include "drivers/depth_region/depth_region.h"
 #include "rt/loop/loop_state.h"
 #include "tools/hapticd-view/box_link/fixture_changes.h"
+#include "tools/hapticd-view/box_link/hand_moves.h"
 #include "tools/hapticd-view/box_link/solid_shapes.h"
 #include "tools/hapticd-view/box_link/varlink_stream.h"
 #include "tools/hapticd-view/live/source.h"
@@ -105,14 +106,16 @@ class BoxSource final : public Source {
  public:
   /// `socket`: path of io.hapticd.Status. `version`: of this program, for `hello`. `control_socket`: path of
   /// io.hapticd.Control, by which viewers may add fixtures; empty: they may not, and nothing connects there.
+  /// `hand_socket`: likewise, by which they may move the hand of a simulated handle.
   BoxSource(boost::asio::io_context& context, const std::string& socket, std::string version,
-            const std::string& control_socket = "");
+            const std::string& control_socket = "", const std::string& hand_socket = "");
 
   Json hello() const override;
   void add(Viewer& viewer) override;
   void remove(Viewer& viewer) override;
   void wantsChanged() override;
   void changeFixture(Viewer& viewer, const FixtureRequest& request) override;
+  void moveHand(Viewer& viewer, const rt::Vec3& target_m_in_world) override;
 
  private:
   void onStatus(const Json& reply);
@@ -138,6 +141,7 @@ class BoxSource final : public Source {
   AdditionsFetch additions_fetch_;
   SolidShapes solid_shapes_;
   std::optional<FixtureChanges> fixture_changes_;
+  std::optional<HandMoves> hand_moves_;
   std::shared_ptr<VarlinkStream> parameters_call_;
   bool parameters_changed_ = false;  // since parameters_call_ was sent
 

@@ -61,9 +61,9 @@ std::uint64_t generationAt(const Json& json, std::string_view member) {
 
 }  // namespace
 
-base::Result<void> mayChangeFixtures(const std::string& control_socket) {
+base::Result<void> mayControl(const std::string& control_socket, const char* option) {
   const auto refused = [&](const std::string& what, const char* remedy) {
-    return std::unexpected(base::Error{"--add-fixtures", what, remedy});
+    return std::unexpected(base::Error{option, what, remedy});
   };
   constexpr const char* kMembers =
       "start hapticd-view as a member of the group haptic, or without this option";
@@ -78,7 +78,7 @@ base::Result<void> mayChangeFixtures(const std::string& control_socket) {
   const auto reply = client->call(kMethod, {{"generation", -1}});
   if (!reply && reply.error().what == kMeanwhile) return {};
   if (!reply && reply.error().what == kDenied)
-    return refused("this user may not change fixtures through " + control_socket, kMembers);
+    return refused("this user may not control the box through " + control_socket, kMembers);
   return refused(reply ? control_socket + ": the answer is not one of hapticd" : reasonOf(reply.error()), "");
 }
 

@@ -18,10 +18,10 @@
 
 namespace hapticd::tools::view {
 
-/// Asks the box at a control socket whether this process may change its fixtures, and changes nothing. Blocks
-/// for at most VarlinkClient::kTimeLimit.  Thread: any.
+/// Asks the box at a control socket whether this process may change it, and changes nothing. `option`: of
+/// this program, which needs that, for the error. Blocks for at most VarlinkClient::kTimeLimit.  Thread: any.
 /// Errors: it may not, or no box answers there.
-base::Result<void> mayChangeFixtures(const std::string& control_socket);
+base::Result<void> mayControl(const std::string& control_socket, const char* option);
 
 /// Adds fixtures to a box for viewers, through its control socket, with the rights of the user who runs this
 /// program. A viewer removes again what it has added itself, unless somebody else has changed or replaced it

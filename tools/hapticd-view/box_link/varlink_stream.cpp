@@ -53,6 +53,13 @@ ClientError connectError(const std::string& path, const error_code& error) {
   }
 }
 
+/// A call as it is sent.
+std::string callText(const std::string& method, const Json& parameters, bool more) {
+  Json call{{"method", method}, {"parameters", parameters}};
+  if (more) call["more"] = true;
+  return call.dump(-1, ' ', false, Json::error_handler_t::replace) + '\0';
+}
+
 ClientError errorReply(const Json& reply) {
   ClientError error{ClientError::Kind::error_reply, reply["error"].get<std::string>(), "", Json::object(), 0};
   if (const Json* parameters = fieldAt(reply, "parameters"); parameters && parameters->is_object())
@@ -70,12 +77,10 @@ VarlinkStream::~VarlinkStream() = default;
 void VarlinkStream::start(const std::string& path, const std::string& method, const Json& parameters,
                           bool more, Handler handler) {
   path_ = path;
+  method_ = method;
   handler_ = std::move(handler);
   stopped_ = false;
-  Json call{{"method", method}, {"parameters", parameters}};
-  if (more) call["more"] = true;
-  call_ = call.dump(-1, ' ', false, Json::error_handler_t::replace);
-  call_.push_back('\0');
+  call_ = callText(method, parameters, more);
   watchSilence();
   const auto self = shared_from_this();
   if (path.empty() || path.size() >= sizeof(sockaddr_un::sun_path)) {
@@ -100,11 +105,21 @@ void VarlinkStream::onConnected(const error_code& error) {
   if (stopped_) return;
   if (error) return end(connectError(path_, error));
   socket_.native_non_blocking(true);
-  const auto self = shared_from_this();
-  boost::asio::async_write(socket_, boost::asio::buffer(call_), [self](const error_code&, std::size_t) {
-    // a service that refuses closes its end after the reason, which is still to be read
-    self->waitForInput();
-  });
+  writeCall();
+  waitForInput();
+}
+
+void VarlinkStream::callAgain(const Json& parameters) {
+  if (stopped_) return;
+  call_ = callText(method_, parameters, /*more=*/false);
+  watchSilence();
+  writeCall();
+}
+
+void VarlinkStream::writeCall() {
+  // a service that refuses closes its end after the reason, which is still to be read
+  boost::asio::async_write(socket_, boost::asio::buffer(call_),
+                           [self = shared_from_this()](const error_code&, std::size_t) {});
 }
 
 void VarlinkStream::waitForInput() {
@@ -151,7 +166,8 @@ void VarlinkStream::takeReply(const std::string& message) {
   static const Json none = Json::object();
   const base::Descriptor descriptor = std::exchange(received_, base::Descriptor());
   handler_.on_reply(parameters && parameters->is_object() ? *parameters : none, descriptor);
-  if (!stopped_ && !flagAt(reply, "continues")) end(brokenLink(path_ + ": hapticd has ended the stream"));
+  if (!stopped_ && !keeps_open_ && !flagAt(reply, "continues"))
+    end(brokenLink(path_ + ": hapticd has ended the stream"));
 }
 
 void VarlinkStream::watchSilence() {

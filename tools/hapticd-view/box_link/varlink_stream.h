@@ -36,12 +36,16 @@ class VarlinkStream : public std::enable_shared_from_this<VarlinkStream> {
   void start(const std::string& path, const std::string& method, const Json& parameters, bool more,
              Handler handler);
   void stop();
+  /// From now on the connection stays open after the last reply to a call, for callAgain().
+  void keepOpen() { keeps_open_ = true; }
+  /// Calls the same method over the connection that was kept open, once the call before has been answered.
+  void callAgain(const Json& parameters);
 
  private:
   using Socket = boost::asio::local::stream_protocol::socket;
 
   void onConnected(const boost::system::error_code& error);
-  void write(std::size_t sent);
+  void writeCall();
   void waitForInput();
   void read();
   void takeMessages();
@@ -53,12 +57,14 @@ class VarlinkStream : public std::enable_shared_from_this<VarlinkStream> {
   boost::asio::steady_timer silence_timer_;
   std::chrono::milliseconds silence_;
   std::string path_;
+  std::string method_;
   std::string call_;
   std::string input_;
   std::size_t searched_ = 0;  // of input_, without finding the end of a message
   base::Descriptor received_;
   Handler handler_;
   bool stopped_ = true;
+  bool keeps_open_ = false;
 };
 
 /// A VarlinkStream that is called again one second after it has ended, for as long as it is open.

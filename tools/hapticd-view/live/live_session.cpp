@@ -27,6 +27,14 @@ std::optional<ClientMessage> fixtureRequest(const Json& message) {
   return std::nullopt;
 }
 
+std::optional<ClientMessage> handTarget(const Json& message) {
+  const auto target = message.find("target");
+  if (target == message.end() || !target->is_array() || target->size() != 3) return std::nullopt;
+  if (!std::ranges::all_of(*target, [](const Json& one) { return one.is_number(); })) return std::nullopt;
+  const rt::Vec3 place{(*target)[0], (*target)[1], (*target)[2]};
+  return std::isfinite(rt::norm(place)) ? std::optional<ClientMessage>(HandTarget{place}) : std::nullopt;
+}
+
 }  // namespace
 
 std::string nameIn(const FixtureRequest& request) {
@@ -41,6 +49,10 @@ void Source::changeFixture(Viewer& viewer, const FixtureRequest& request) {
       "nothing was changed: hapticd-view may not change the box (start it with --add-fixtures)");
 }
 
+void Source::moveHand(Viewer& viewer, const rt::Vec3& /*target_m_in_world*/) {
+  viewer.onHandAnswer("hapticd-view may not move the hand (start it with --move-hand)");
+}
+
 std::optional<ClientMessage> parseClientMessage(std::string_view text) {
   constexpr double kFastestDepthHz = 1000;
   // depth is bounded by the length of a message, which is bounded by Session::longestMessage()
@@ -50,6 +62,7 @@ std::optional<ClientMessage> parseClientMessage(std::string_view text) {
   if (type == message.end()) return std::nullopt;
   if (*type == "drawn") return Drawn{};
   if (*type == "fixture") return fixtureRequest(message);
+  if (*type == "hand") return handTarget(message);
   const auto max_hz = message.find("maxHz");
   if (*type != "depth" || max_hz == message.end() || !max_hz->is_number()) return std::nullopt;
   const double hz = max_hz->get<double>();
@@ -123,7 +136,17 @@ namespace {
 using Clock = LiveSession::Clock;
 
 /// The keys of what a newer message replaces.
-enum Key : std::uint64_t { kBox = 1, kDepthState, kParameters, kAdditions, kSolids, kState, kWindow, kDepth };
+enum Key : std::uint64_t {
+  kBox = 1,
+  kDepthState,
+  kParameters,
+  kAdditions,
+  kSolids,
+  kState,
+  kWindow,
+  kDepth,
+  kHand
+};
 
 MessageKey key(Key value) {
   return static_cast<MessageKey>(value);
@@ -221,6 +244,10 @@ void LiveSession::onFixtureAnswer(const std::string& name, const std::string& pr
              MessageKey::queued);
 }
 
+void LiveSession::onHandAnswer(const std::string& problem) {
+  sink_.send(textMessage(textOf({{"type", "hand"}, {"problem", problem}})), key(kHand));
+}
+
 void LiveSession::onText(std::string_view message) {
   const auto request = parseClientMessage(message);
   if (!request) return;
@@ -232,6 +259,8 @@ void LiveSession::onText(std::string_view message) {
   }
   if (const auto* fixture = std::get_if<FixtureRequest>(&*request))
     return source_.changeFixture(*this, *fixture);
+  if (const auto* hand = std::get_if<HandTarget>(&*request))
+    return source_.moveHand(*this, hand->target_m_in_world);
   depth_max_hz_ = std::get<DepthRate>(*request).max_hz;
   source_.wantsChanged();
 }

@@ -24,8 +24,13 @@ struct DepthRate {
 /// The client has drawn the newest depth frame that it got.
 struct Drawn {};
 
+/// The client leads the hand of a simulated handle.
+struct HandTarget {
+  rt::Vec3 target_m_in_world;  ///< finite
+};
+
 /// What a client of `/live` may ask for.
-using ClientMessage = std::variant<DepthRate, Drawn, FixtureRequest>;
+using ClientMessage = std::variant<DepthRate, Drawn, FixtureRequest, HandTarget>;
 
 /// Parses a text message from a client; nothing: it is none of these, or a number is out of range.
 std::optional<ClientMessage> parseClientMessage(std::string_view text);
@@ -80,6 +85,7 @@ class LiveSession final : public Session {
   void onDepthState(bool available, const std::string& reason) override;
   void onBox(bool reachable, const std::string& reason) override;
   void onFixtureAnswer(const std::string& name, const std::string& problem) override;
+  void onHandAnswer(const std::string& problem) override;
   bool wantsTicks() const override { return true; }
   bool wantsDepth() const override { return depth_max_hz_ > 0; }
 

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "rt/base/vec3.h"
 #include "rt/depth/depth_frame_header.h"
 #include "rt/loop/loop_state.h"
 #include "tools/lib/client/varlink_client.h"
@@ -62,6 +63,9 @@ class Viewer {
   /// The answer to Source::changeFixture(). problem: a sentence about why nothing was
   /// changed, or why that is not known; empty: it was done.
   virtual void onFixtureAnswer(const std::string& /*name*/, const std::string& /*problem*/) {}
+  /// Whether it leads the hand, after Source::moveHand(). problem: why it does not, and what to do; empty: it
+  /// does.
+  virtual void onHandAnswer(const std::string& /*problem*/) {}
 
   /// What the source needs to fetch for this viewer. After a change call Source::wantsChanged().
   virtual bool wantsTicks() const = 0;
@@ -95,6 +99,8 @@ class Source {
 
   /// Changes a fixture for a viewer, which gets the answer while it is added. A source that may not refuses.
   virtual void changeFixture(Viewer& viewer, const FixtureRequest& request);
+  /// Leads the hand of a simulated handle to a finite target for a viewer. A source that may not refuses.
+  virtual void moveHand(Viewer& viewer, const rt::Vec3& target_m_in_world);
 };
 
 /// The name of the fixture that a request is about; empty: it has none.

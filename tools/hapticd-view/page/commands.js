@@ -45,7 +45,7 @@ async function savePng(picture) {
 }
 
 /** Clicks and taps on the picture: pick a point, or bring it to the middle. */
-function connectPicking({ scene, orbit, bridge, redraw, onMove }) {
+function connectPicking({ scene, orbit, bridge, hand, redraw, onMove }) {
   const missed = new Missed();
   const picks = new PickList({
     list: element('picks'), distance: element('pick-distance'), command: element('pick-command'),
@@ -67,6 +67,7 @@ function connectPicking({ scene, orbit, bridge, redraw, onMove }) {
   let picked = null;
   new Controls(element('view'), orbit, {
     onMove,
+    hand,
     onPick: (xPx, yPx) => {
       const found = find(xPx, yPx);
       picked = found ? picks.add(found) : null;
@@ -100,10 +101,11 @@ function connectKeys(actions) {
 
 /**
  * `look(name)` goes to a named view; `onMove()` after the eye was moved by hand; `onPause(wanted)`. `picture` may be
- * null, where the browser cannot draw it; `bridge` is the connection. Returns the list of picked points.
+ * null, where the browser cannot draw it; `bridge` is the connection, `hand` what a person moves. Returns the list of
+ * picked points.
  */
-export function connectCommands({ scene, orbit, picture, theme, bridge, redraw, look, onMove, onPause }) {
-  const picks = connectPicking({ scene, orbit, bridge, redraw, onMove });
+export function connectCommands({ scene, orbit, picture, theme, bridge, hand, redraw, look, onMove, onPause }) {
+  const picks = connectPicking({ scene, orbit, bridge, hand, redraw, onMove });
 
   const pause = element('pause');
   const togglePause = () => {
@@ -146,6 +148,7 @@ export function connectCommands({ scene, orbit, picture, theme, bridge, redraw, 
     2: () => look('hand'),
     3: () => look('above'),
     c: () => setColouring(kColourings[(kColourings.indexOf(scene.colouring) + 1) % kColourings.length]),
+    h: () => hand.toggle(),
     p: () => savePng(picture),
     ' ': togglePause,
     '?': () => element('keys').showModal(),

@@ -14,10 +14,10 @@ const kDoublePx = 12;
 export class Controls {
   /**
    * `onMove()` after each change of the orbit; `onPick(xPx, yPx)` and `onFocus(xPx, yPx, {isDoubleClick})` in CSS
-   * pixels of the canvas.
+   * pixels of the canvas. `hand`: moved in place of the eye while a person leads it; panning stays.
    */
-  constructor(canvas, orbit, { onMove, onPick, onFocus }) {
-    Object.assign(this, { canvas, orbit, onMove, onPick, onFocus });
+  constructor(canvas, orbit, { onMove, onPick, onFocus, hand }) {
+    Object.assign(this, { canvas, orbit, onMove, onPick, onFocus, hand });
     this.pointers = new Map();
     this.movedPx = 0;
     canvas.addEventListener('pointerdown', (event) => this.down(event));
@@ -45,13 +45,19 @@ export class Controls {
     const other = [...this.pointers].find(([id]) => id !== event.pointerId)?.[1];
     this.pointers.set(event.pointerId, now);
     if (this.movedPx < kClickPx) return;
+    const distance = (p) => Math.max(Math.hypot(p.x - other.x, p.y - other.y), 1);
+    const pans = event.buttons & 2 || event.buttons & 4 || event.shiftKey;
+    if (this.hand.isOn && (other || !pans)) {
+      if (other) this.hand.pinch(distance(now) / distance(before));
+      this.hand.moveInPicture(other ? x / 2 : x, other ? y / 2 : y);
+      return;
+    }
     if (other) {
       // each of two fingers reports on its own, so that half of its displacement is that of their middle
-      const distance = (p) => Math.max(Math.hypot(p.x - other.x, p.y - other.y), 1);
       const place = this.placeOf((now.x + other.x) / 2, (now.y + other.y) / 2);
       this.orbit.zoom(distance(now) / distance(before), place.x, place.y);
       this.orbit.pan(x / 2, y / 2);
-    } else if (event.buttons & 2 || event.buttons & 4 || event.shiftKey) {
+    } else if (pans) {
       this.orbit.pan(x, y);
     } else {
       this.orbit.turn(-x * kRadPerPx, -y * kRadPerPx);
@@ -80,6 +86,10 @@ export class Controls {
   wheel(event) {
     event.preventDefault();
     const px = event.deltaY * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 30 : 1);
+    if (this.hand.isOn) {
+      this.hand.wheel(px);
+      return;
+    }
     const { x, y } = this.placeOf(event.clientX, event.clientY);
     this.orbit.zoom(Math.exp(-px * 0.0015), x, y);
     this.onMove();
@@ -90,6 +100,12 @@ export class Controls {
     const { orbit } = this;
     const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
     const arrow = arrows[event.key];
+    const ahead = { '+': 1, '=': 1, '-': -1 }[event.key];
+    if (this.hand.isOn && ((arrow && !event.shiftKey) || ahead)) {
+      this.hand.step(arrow?.[0] ?? 0, -(arrow?.[1] ?? 0), ahead ?? 0);
+      event.preventDefault();
+      return;
+    }
     if (arrow && event.shiftKey) orbit.pan(-arrow[0] * kPxPerKey, -arrow[1] * kPxPerKey);
     else if (arrow) orbit.turn(arrow[0] * kRadPerKey, -arrow[1] * kRadPerKey);
     else if (event.key === '+' || event.key === '=') orbit.zoom(kZoomPerKey);

@@ -4,6 +4,7 @@
 import { Additions } from './additions.js';
 import { Charts } from './charts.js';
 import { connectCommands } from './commands.js';
+import { Hand } from './hand.js';
 import { Orbit } from './orbit.js';
 import { Notices } from './notices.js';
 import { Panel } from './panel.js';
@@ -30,6 +31,8 @@ const scene = {
   frame: null,
   hip: null,
   held: null,
+  /** To which the person at the page leads the hand; null: nobody does. */
+  target: null,
   proxy: null,
   force: null,
   forceText: '',
@@ -68,6 +71,12 @@ const notices = new Notices();
 const panel = new Panel();
 const charts = new Charts(element('charts'));
 const additions = new Additions(element('fixtures'), element('fixtures-card'));
+const hand = new Hand({
+  tool: element('hand-tool'), button: element('hand-move'), feel: element('hand-feel'), note: element('hand-note'),
+}, orbit, (message) => bridge.send(message), () => {
+  scene.target = hand.target;
+  redraw();
+});
 let picture = null;
 let bridge = null;
 
@@ -106,6 +115,7 @@ function takeWindow(window_) {
   scene.proxy = isVector(window_.proxy) && window_.contact !== 'behind' ? window_.proxy : null;
   scene.force = isVector(window_.force) ? window_.force : null;
   const forceN = scene.force ? norm(scene.force) : NaN;
+  hand.takeWindow(scene.hip, forceN);
   scene.forceText = forceN >= 0.005 ? `${forceN.toFixed(2)} N` : '';
   takeFixtures(window_);
   if (window_.law && window_.law !== known.law) {
@@ -188,10 +198,13 @@ const kTakers = {
   hello: (message) => {
     takeHello(message);
     picks.form.takeHello(message);
+    hand.takeHello(message);
   },
   fixture: (message) => picks.form.takeAnswer(message),
+  hand: (message) => hand.takeAnswer(message),
   parameters: ({ parameters }) => {
     known.parameters = parameters;
+    hand.takeParameters(parameters);
     takeRadii();
   },
   additions: (message) => additions.take(message),
@@ -226,7 +239,10 @@ bridge = new Bridge({
   onDepth: takeDepth,
   onConnection: (connection) => {
     notices.connection = connection;
-    if (connection.state === 'closed') picks.form.takeLoss();
+    if (connection.state === 'closed') {
+      picks.form.takeLoss();
+      hand.takeLoss();
+    }
     if (connection.state === 'open') notices.box = { reachable: true, reason: '' };
     showNotices();
   },
@@ -262,13 +278,14 @@ function look(name) {
 }
 
 const picks = connectCommands({
-  scene, orbit, picture, theme, bridge, redraw, look,
+  scene, orbit, picture, theme, bridge, hand, redraw, look,
   onMove: () => {
     known.touched = true;
     redraw();
   },
   onPause: (wanted) => {
     paused = wanted;
+    if (wanted) hand.set(false);
     notices.paused = wanted;
     notices.show();
   },
@@ -296,6 +313,10 @@ window.hapticdView = Object.freeze({
   },
   get hip() {
     return scene.hip && [...scene.hip];
+  },
+  /** Where the person leads the hand; null: nobody does. */
+  get handTarget() {
+    return hand.target && [...hand.target];
   },
   /** {name, kind, ...} of what the form would add; null: nothing. */
   get preview() {

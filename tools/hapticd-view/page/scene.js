@@ -16,6 +16,7 @@ const kCircleCorners = 72;
 /** The largest permitted force is an arrow of this length. */
 const kLongestArrowM = 0.4;
 const kCoreM = 0.006;
+const kTargetM = 0.004;
 const kToolM = 0.08; // from the interaction point to the end of the tool that the hand holds
 const kToolRadiusM = 0.0025;
 const kThicknessM = 0.005;
@@ -230,7 +231,7 @@ export class Picture {
   }
 
   drawHand() {
-    const { hip, held, proxy, force, guidance, radii, theme, layers, arrowMPerN, forceText, guidanceText } = this.scene;
+    const { hip, held, target, proxy, force, guidance, radii, theme, layers, arrowMPerN, forceText, guidanceText } = this.scene;
     if (!hip) return;
     this.solids.begin(this.orbit);
     this.solids.drawSphere(hip, Math.min(kCoreM, radii.hipM), { colour: theme.accent, shade: 0.25 });
@@ -238,6 +239,7 @@ export class Picture {
       const end = add(hip, rotate(held, [0, 0, kToolM]));
       this.solids.drawCapsule(hip, end, kToolRadiusM, { colour: theme.ink, shade: 0.35 });
     }
+    if (target) this.solids.drawSphere(target, kTargetM, { colour: theme.ink, shade: 0.25 });
     if (force && layers.force) {
       const vector = this.insidePicture(hip, scale(force, arrowMPerN));
       this.solids.drawArrow(hip, vector, kThicknessM, { colour: theme.force, shade: 0.3 });

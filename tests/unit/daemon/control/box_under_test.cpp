@@ -108,6 +108,11 @@ bool BoxUnderTest::feedForce(const rt::ExternalForce& force) {
   return box_->feedForce(force);
 }
 
+void BoxUnderTest::moveHand(const rt::Vec3& target_m_in_world) {
+  const std::lock_guard lock(mutex_);
+  box_->moveHand(target_m_in_world);
+}
+
 std::uint64_t BoxUnderTest::engage(bool engaged, bool inside) {
   const std::lock_guard lock(mutex_);
   return counted(box_->engage(engaged, inside));

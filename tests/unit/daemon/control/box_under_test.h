@@ -41,6 +41,7 @@ class BoxUnderTest final : public Box {
   std::optional<std::size_t> regionAt(const rt::Vec3& position_m_in_world) const override;
   bool feedPose(const rt::FramePose& pose) override;
   bool feedForce(const rt::ExternalForce& force) override;
+  void moveHand(const rt::Vec3& target_m_in_world) override;
   std::uint64_t engage(bool engaged, bool inside) override;
   bool engaged() override;
   bool knowsSolid(const std::string& sha256) const override { return box_->knowsSolid(sha256); }

@@ -201,9 +201,9 @@ void haveLabels(config::Settings& settings) {
 INSTANTIATE_TEST_SUITE_P(All, ControlSessions,
                          testing::Values(Session{"additions"}, Session{"calibration"},
                                          Session{"forces", allowForces}, Session{"frames", haveFrames},
-                                         Session{"labels", haveLabels}, Session{"parameters"},
-                                         Session{"profiles"}, Session{"streams"}, Session{"traces"},
-                                         Session{"undo"}),
+                                         Session{"hand"}, Session{"labels", haveLabels},
+                                         Session{"parameters"}, Session{"profiles"}, Session{"streams"},
+                                         Session{"traces"}, Session{"undo"}),
                          [](const auto& session) { return std::string(session.param.name); });
 
 }  // namespace

@@ -10,10 +10,12 @@
 #include <thread>
 
 #include "config/base/rate_limit.h"
+#include "config/settings/driver_rows.h"
 #include "control_fixture.h"
 #include "daemon/control/methods/methods.h"
 #include "daemon/control/methods/stiffness_feed.h"
 #include "daemon/running_box.h"
+#include "drivers/handle/simulated/simulated_hand.h"
 
 namespace hapticd::daemon::test {
 namespace {
@@ -209,6 +211,102 @@ TEST_F(ForceMethodsTest, TakesForcesOfOneConnectionAtATime) {
   std::this_thread::sleep_for(std::chrono::milliseconds(150));  // longer than a turn
   const json reply = feedBy(second);
   EXPECT_FALSE(reply.contains("error") && reply["parameters"]["cause"] == "other_sender") << reply;
+}
+
+class HandMethodsTest : public ControlFixture {
+ protected:
+  void allow(bool follows) {
+    config::Settings settings = box.settings();
+    settings.handle.of<drivers::SimulatedHandleSettings>().follows_person = follows;
+    box.setSettings(settings);
+    start();
+  }
+  static json moveBy(RawClient& client, const json& target) {
+    client.call(
+        json{{"method", "io.hapticd.Control.MoveHand"}, {"parameters", {{"targetMInWorld", target}}}}.dump());
+    return client.json();
+  }
+  rt::Vec3 hip() {
+    const json p = askStatus("io.hapticd.Status.GetStatus")["parameters"]["status"]["tick"]["hipMInWorld"];
+    return {p["x"].get<double>(), p["y"].get<double>(), p["z"].get<double>()};
+  }
+};
+
+TEST_F(HandMethodsTest, LeadsTheHandToItsTarget) {
+  allow(true);
+  RawClient client = controlClient();
+  const rt::Vec3 target{0.1, -0.05, -0.4};
+  double distance_m = 1;
+  for (int i = 0; i < 20'000 && distance_m > 0.001; ++i) {
+    const json reply = moveBy(client, {target.x, target.y, target.z});
+    ASSERT_TRUE(!reply.contains("error") || reply["error"] == "io.hapticd.Control.FeedLimited") << reply;
+    distance_m = norm(hip() - target);
+  }
+  EXPECT_LE(distance_m, 0.001);
+  const std::vector<JournalEntry> entries = log();
+  EXPECT_EQ(1, std::ranges::count_if(entries, [](const JournalEntry& entry) {
+              return entry.text.ends_with("leads the simulated hand");
+            }));
+}
+
+TEST_F(HandMethodsTest, CutsAFarTargetToTheWorkspace) {
+  config::Settings settings = box.settings();
+  settings.live.safety.workspace_radius_m = 0.6;
+  box.setSettings(settings);
+  allow(true);
+  RawClient client = controlClient();
+  for (int i = 0; i < 20'000 && hip().x < 0.599; ++i) {
+    moveBy(client, {1e300, 0, 0});
+    ASSERT_LE(norm(hip()), 0.6 + 1e-9);
+  }
+  EXPECT_NEAR(hip().x, 0.6, 0.001);
+}
+
+TEST_F(HandMethodsTest, RefusesWhereTheHandFollowsNoPersonAndWhatIsNoPlace) {
+  allow(false);
+  RawClient client = controlClient();
+  const json reply = moveBy(client, {0, 0, -0.5});
+  EXPECT_EQ("io.hapticd.Control.HandRefused", reply["error"]);
+  EXPECT_EQ("not_allowed", reply["parameters"]["cause"]);
+  EXPECT_EQ(
+      "the handle simulated follows no person (only a simulated one does, started with "
+      "simulated_handle.follows_person)",
+      reply["parameters"]["reason"]);
+  EXPECT_EQ(invalidParameter("targetMInWorld"), moveBy(client, {0, 0}));
+  EXPECT_EQ(invalidParameter("targetMInWorld"), moveBy(client, {0, nullptr, 0}));
+}
+
+TEST_F(HandMethodsTest, RefusesWithAnotherHandleWhateverTheSimulatedOneMay) {
+  config::Settings settings = box.settings();
+  settings.handle.of<drivers::SimulatedHandleSettings>().follows_person = true;
+  for (const config::HandleDriver& driver : config::handleDrivers()) {
+    settings.handle.driver = driver.word;
+    EXPECT_EQ(driver.word == "simulated", driver.follows_person(settings.handle)) << driver.word;
+  }
+}
+
+TEST_F(HandMethodsTest, IsLedByOneConnectionAtATime) {
+  allow(true);
+  RawClient second = controlClient();
+  {
+    RawClient first = controlClient();
+    EXPECT_EQ("not_finite", moveBy(second, {1e308, 1e308, 1e308})["parameters"]["cause"]);
+    bool was_refused = false;
+    // on a busy machine the turn of the first one may have ended before the second one comes
+    for (int i = 0; i < 100 && !was_refused; ++i) {
+      ASSERT_FALSE(moveBy(first, {0, 0, -0.5}).contains("error"));
+      const json reply = moveBy(second, {0, 0, -0.4});
+      was_refused = reply.contains("error") && reply["parameters"]["cause"] == "other_sender";
+      if (!was_refused) std::this_thread::sleep_for(std::chrono::milliseconds(2100));  // its own turn ends
+    }
+    EXPECT_TRUE(was_refused);
+  }
+  json reply;
+  for (int i = 0; i < 100'000; ++i) {  // until the box knows that the first one has left
+    reply = moveBy(second, {0, 0, -0.5});
+    if (!reply.contains("error")) break;
+  }
+  EXPECT_FALSE(reply.contains("error")) << reply;
 }
 
 TEST(RateLimit, DropsTheSurplusEvenlyAndSaysHowMuchComes) {
