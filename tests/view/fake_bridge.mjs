@@ -166,7 +166,7 @@ export class FakeBridge {
     send({ type: 'parameters', parameters: {
       'force.radius_m': 0.04, 'contact.proxy_radius_m': 0.008, 'camera.near_m': 0.4, 'camera.far_m': 4,
       'safety.max_force_n': 4, 'proximity.warning_m': 0.01,
-      'handle.driver': 'simulated', 'simulated_handle.follows_person': true } });
+      'handle.driver': 'simulated' } });
     ['mode changed from idle to engaged: requested', 'engaged by uid 1000'].forEach((text, i) => send({
       type: 'event', event: { number: i + 1, timeNs: Date.now() * 1e6, kind: 'mode', text, priority: 'info', fields: {} } }));
   }

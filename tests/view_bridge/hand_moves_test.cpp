@@ -141,7 +141,8 @@ TEST(HandMoves, TellsWhyTheBoxRefusesAndAsksAgainAfterAPause) {
   ASSERT_TRUE(box.hasAnswers(page, 1));
   EXPECT_EQ(page.answers[0], "the handle udp follows no person");
   box.moves.request(page, {0.2, 0, -1});
-  EXPECT_EQ(box.context.poll(), 0U) << "not at once";
+  box.context.poll();
+  EXPECT_EQ(box.service.calls.size(), 1U) << "not at once";
   box.now += HandMoves::kPause;
   box.moves.request(page, {0.3, 0, -1});
   ASSERT_TRUE(box.hasCalls(2));

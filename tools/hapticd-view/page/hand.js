@@ -35,7 +35,8 @@ export class Hand {
     this.target = null;
     this.hip = null;
     this.mayMove = false;
-    this.follows = false;
+    /** Whether the handle is one that may follow a person; the box says where it does not. */
+    this.isSimulated = false;
     this.problem = '';
     this.changed = false;
     this.sentMs = -Infinity;
@@ -54,7 +55,7 @@ export class Hand {
   }
 
   takeParameters(parameters) {
-    this.follows = parameters['handle.driver'] === 'simulated' && parameters['simulated_handle.follows_person'] === true;
+    this.isSimulated = parameters['handle.driver'] === 'simulated';
     this.mostN = parameters['safety.max_force_n'] ?? this.mostN;
     this.showTool();
   }
@@ -84,7 +85,7 @@ export class Hand {
 
   /** Takes the hand where it is, or lets it go. */
   set(wanted) {
-    this.isOn = wanted && this.mayMove && this.follows;
+    this.isOn = wanted && this.mayMove && this.isSimulated;
     this.problem = '';
     this.target = null;
     if (this.isOn) {
@@ -104,7 +105,7 @@ export class Hand {
   }
 
   showTool() {
-    const may = this.mayMove && this.follows;
+    const may = this.mayMove && this.isSimulated;
     this.elements.tool.hidden = !may;
     if (!may && this.isOn) this.set(false);
   }
