@@ -97,58 +97,63 @@ Sheet SurfaceField::bridgeAt(const ImagePosition& image) const noexcept {
   return sheet;
 }
 
-void SurfaceField::bridge(const Vec3& proxy_m, const Vec3& hip_m, const Vec3& seen_m, const Vec3& normal,
-                          double reach_m) noexcept {
-  if (!(SurfaceView::depthOf(hip_m) > SurfaceView::kNearest_m)) return;
-  ImagePosition image = view_.project(hip_m);
-  if (!isModelled(image) || !hasOutline(image, false)) return;
-  // Across the gap, which begins where fewer pixels show the surface.
-  const Share share = shareOf(image, limitAt(SurfaceView::depthOf(seen_m), shell_m_));
-  const ImagePosition from = view_.project(seen_m);
-  const bool is_near =
-      std::hypot(image.u - from.u, image.v - from.v) < kRadius_px && share.value > kLeastShare;
-  double step_u = is_near ? -share.per_column : image.u - from.u;
-  double step_v = is_near ? -share.per_row : image.v - from.v;
-  const double length = std::hypot(step_u, step_v);
-  if (!(length > 0)) return;
-  step_u /= length;
-  step_v /= length;
-  bridge_normal_ = normal;
-  bridge_distance_m_ = -dot(normal, seen_m);
-  const double seen_px = std::hypot(image.u - from.u, image.v - from.v);
-  // Pixels next to a gap may not count as seen.
-  const double most_px = reach_m / pitch_m(seen_m) - seen_px + 2 * kRadius_px;
+/// Follows a line from a HIP over a gap to the first pixel behind it, `image` then. Without a gap, or one
+/// that is longer than `most_px`, there is no such pixel.
+SurfaceField::GapEnd SurfaceField::crossGap(ImagePosition& image, const ImagePosition& step, double most_px,
+                                            bool in_gap) const noexcept {
   constexpr double kAhead_px = 2;  // the gap begins no farther from the HIP, if it is not in it
-  bool in_gap = !is_near && isUnmeasured(view_.project(proxy_m));
   for (double px = 0; px < most_px; px += 1) {
-    if (!isModelled(image)) {
-      bridges_ = in_gap;
-      return;
-    }
+    if (!isModelled(image)) return in_gap ? GapEnd::unknown : GapEnd::none;
     if (isUnmeasured(image)) {
       in_gap = true;
     } else if (in_gap) {
-      // Pixels next to a gap show less well how deep the surface is.
-      const ImagePosition inner{image.u + kRadius_px * step_u, image.v + kRadius_px * step_v};
-      const ImagePosition behind_gap = isModelled(inner) ? inner : image;
-      const Sheet behind = view_.sheetOf(surface_.visible, behind_gap);
-      if (!behind.exists) return;
-      const Vec3 over = view_.placeAt(behind_gap, behind.depth_m()) - seen_m;
-      // The surface may be curved, and the slope of a facet as wrong as noise makes it over a block.
-      constexpr double kCurved_m = 0.01;
-      const double blocks = norm(over) / (BlockLattice::kBlock_px * pitch_m(seen_m));
-      if (std::abs(dot(normal, over)) > kCurved_m + (1 + 0.5 * blocks) * noise_m(seen_m)) return;
-      bridges_ = true;
-      const Vec3 upright = normal - (dot(normal, over) / dot(over, over)) * over;
-      bridge_normal_ = (1 / norm(upright)) * upright;
-      bridge_distance_m_ = -dot(bridge_normal_, seen_m);
-      return;
+      return GapEnd::seen;
     } else if (px >= kAhead_px) {
-      return;
+      return GapEnd::none;
     }
-    image.u += step_u;
-    image.v += step_v;
+    image.u += step.u;
+    image.v += step.v;
   }
+  return GapEnd::none;
+}
+
+void SurfaceField::bridge(const Vec3& proxy_m, const Vec3& hip_m, const Vec3& seen_m, const Vec3& normal,
+                          double reach_m) noexcept {
+  if (!(SurfaceView::depthOf(hip_m) > SurfaceView::kNearest_m)) return;
+  const ImagePosition from = view_.project(seen_m);
+  ImagePosition image = view_.project(hip_m);
+  if (!isModelled(image) || !hasOutline(image, false)) return;
+  const double seen_px = std::hypot(image.u - from.u, image.v - from.v);
+  // Across the gap: where it begins, to where fewer pixels show the surface.
+  const Share share = shareOf(image, limitAt(SurfaceView::depthOf(seen_m), shell_m_));
+  const bool begins = seen_px < kRadius_px && share.value > kLeastShare;
+  ImagePosition step = begins ? ImagePosition{-share.per_column, -share.per_row}
+                              : ImagePosition{image.u - from.u, image.v - from.v};
+  const double length = std::hypot(step.u, step.v);
+  if (!(length > 0)) return;
+  step = {step.u / length, step.v / length};
+  // Pixels next to a gap may not count as seen.
+  const double most_px = reach_m / pitch_m(seen_m) - seen_px + 2 * kRadius_px;
+  const bool in_gap = !begins && isUnmeasured(view_.project(proxy_m));
+  const GapEnd end = crossGap(image, step, most_px, in_gap);
+  bridges_ = end == GapEnd::unknown;
+  bridge_normal_ = normal;
+  if (end == GapEnd::seen) {
+    // Pixels next to a gap show less well how deep the surface is.
+    const ImagePosition inner{image.u + kRadius_px * step.u, image.v + kRadius_px * step.v};
+    const ImagePosition behind = isModelled(inner) ? inner : image;
+    const Sheet sheet = view_.sheetOf(surface_.visible, behind);
+    if (!sheet.exists) return;
+    const Vec3 over = view_.placeAt(behind, sheet.depth_m()) - seen_m;
+    const double rise_m = dot(normal, over);
+    // The surface may be curved, and the slope of a facet as wrong as noise makes it over a block.
+    constexpr double kCurved_m = 0.01;
+    const double blocks = norm(over) / (BlockLattice::kBlock_px * pitch_m(seen_m));
+    bridges_ = std::abs(rise_m) < kCurved_m + (1 + 0.5 * blocks) * noise_m(seen_m);
+    const Vec3 upright = normal - (rise_m / dot(over, over)) * over;
+    bridge_normal_ = (1 / norm(upright)) * upright;
+  }
+  bridge_distance_m_ = -dot(bridge_normal_, seen_m);
 }
 
 /// The pixels that go on the front, or are nearer: what they show may hide more of it.

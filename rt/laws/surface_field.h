@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+
 #include "rt/base/realtime_safe.h"
 #include "rt/base/vec3.h"
 #include "rt/laws/force_law.h"
@@ -44,8 +46,9 @@ class SurfaceField {
   const SurfaceView& view() const noexcept { return view_; }
   /// From now on, a surface more than a shell behind what hides it is looked up in its place.
   void lookPast() noexcept { view_.lookPast(); }
-  /// From now on, the surface that holds a proxy goes on over a gap in the measurements, if it is seen on
-  /// both sides: last at `seen_m`, and on the line from there to the HIP, or behind that, within `reach_m`.
+  /// From now on, the surface that holds a proxy goes on over a gap in the measurements around the HIP, as
+  /// the plane between where it was last seen, with that `normal`, and where it is seen again behind the gap,
+  /// within `reach_m`; if that is not modelled, as the plane that it was. What is seen there must fit.
   void bridge(const Vec3& proxy_m, const Vec3& hip_m, const Vec3& seen_m, const Vec3& normal,
               double reach_m) noexcept;
 
@@ -79,6 +82,14 @@ class SurfaceField {
   bool hasOutline(const ImagePosition& image, bool or_hidden) const noexcept;
   bool isModelled(const ImagePosition& image) const noexcept;
   bool isUnmeasured(const ImagePosition& image) const noexcept;
+  /// What is behind a gap in the measurements.
+  enum class GapEnd : std::uint8_t {
+    none,     ///< there is no gap, or it is too long
+    unknown,  ///< it goes on beyond what is modelled
+    seen,
+  };
+  GapEnd crossGap(ImagePosition& image, const ImagePosition& step, double most_px,
+                  bool in_gap) const noexcept;
   Sheet bridgeAt(const ImagePosition& image) const noexcept;
   Share shareOf(const ImagePosition& image, const Limit& limit) const noexcept;
   Limit limitOf(const Sheet& front, double depth_m, double allowance_m) const noexcept;
