@@ -201,10 +201,12 @@ class SurfaceTick {
     if (blocked) passLedge();
     constexpr double kNear_px = 2;
     if (at_.room_m > kNear_px * field_.pitch_m(at_.place_m)) return;
+    // Without friction the proxy would be there.
+    const Vec3 out = (input_.friction > 0 ? holding_.nearestTo(hip_) : at_.place_m) - hip_;
     // So near to the HIP, rounding decides about the direction from there.
     constexpr double kDirected_m = 1e-5;
-    const double lag_m = norm(toHip());
-    normal_ = lag_m > kDirected_m ? (-1 / lag_m) * toHip() : at_.normal;
+    const double out_m = norm(out);
+    normal_ = out_m > kDirected_m ? (1 / out_m) * out : at_.normal;
     in_contact_ = pressesOn(normal_);
   }
 

@@ -210,7 +210,8 @@ TEST_F(TissueCore, SlidesWithTheFrictionOfTheRegion) {
     steps(held, velocity);
     for (int i = 0; i < 20; ++i) {
       const rt::Tick tick = step(velocity);
-      ASSERT_NEAR(tick.law_force_n_in_world.z, 1.2, kSurface_n) << stroke;
+      constexpr double kBehind_m = 3e-6;  // what the law allows a proxy to be behind the surface
+      ASSERT_NEAR(tick.law_force_n_in_world.z, 1.2, 300 * kBehind_m) << stroke;
       ASSERT_NEAR(std::hypot(tick.law_force_n_in_world.x, tick.law_force_n_in_world.y), 0.4 * 1.2,
                   0.01 * 0.4 * 1.2)
           << stroke << ", " << i;
