@@ -72,7 +72,7 @@ std::vector<int> chosen(int rate_hz, int count) {
   // a box that has been on for a year, at an odd phase
   const std::int64_t start_ns = std::int64_t{365} * 86400 * rt::kNsPerSecond + 123'456;
   for (int i = 0; i < count; ++i) {
-    if (choice.takes(start_ns + i * 1'000'000)) numbers.push_back(i);
+    if (choice.takes(start_ns + std::int64_t{i} * 1'000'000)) numbers.push_back(i);
   }
   return numbers;
 }
