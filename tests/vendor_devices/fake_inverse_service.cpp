@@ -352,8 +352,9 @@ void FakeInverseService::moveArm(std::int64_t now_ns) {
   // a test on a loaded machine: the hand does not wait for it, but makes no leaps either
   constexpr std::int64_t kMostBehindNs = 50'000'000;
   moved_to_ns_ = std::max(moved_to_ns_, now_ns - kMostBehindNs);
-  const bool idle = now_ns - record_.last_frame_ns > settings_.idle_ns;
-  for (; now_ns - moved_to_ns_ >= kStepNs; moved_to_ns_ += kStepNs) {
+  while (now_ns - moved_to_ns_ >= kStepNs) {
+    moved_to_ns_ += kStepNs;
+    const bool idle = moved_to_ns_ - record_.last_frame_ns > settings_.idle_ns;
     constexpr std::uint64_t kStepsPerFilter = 4;
     rt::Vec3 wanted_n = idle || (faults_ & kUnplugged) != 0 ? rt::Vec3{} : settings_.force_scale * target_n_;
     if ((faults_ & kPushes) != 0) wanted_n = {0.5, 0, 0};
@@ -363,7 +364,7 @@ void FakeInverseService::moveArm(std::int64_t now_ns) {
     if (norm(record_.exerted_n) < kNothingN) record_.exerted_n = {};
     const double exerted_n = norm(record_.exerted_n);
     record_.most_exerted_n = std::max(record_.most_exerted_n, exerted_n);
-    if (exerted_n > 0) record_.last_exerted_ns = now_ns;
+    if (exerted_n > 0) record_.last_exerted_ns = moved_to_ns_;
     hand_.step(record_.exerted_n);
   }
 }

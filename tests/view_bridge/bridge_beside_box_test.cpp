@@ -139,7 +139,11 @@ TEST(View, SaysWhyThereIsNoBoxAndShowsOneThatComes) {
   for (int start = 0; start < 2; ++start) {
     Daemon daemon(home);
     ASSERT_TRUE(daemon.answers());
-    EXPECT_EQ(peer.nextOf("box").value("reachable", false), true) << start;
+    json there;
+    do {  // the reason why there is none may change before
+      there = peer.nextOf("box");
+      ASSERT_TRUE(there.is_object()) << start;
+    } while (!there.value("reachable", false));
     EXPECT_TRUE(peer.nextOf("window").is_object()) << start;
     EXPECT_FALSE(peer.nextBinary().empty()) << start;
     daemon.terminate();
