@@ -194,6 +194,9 @@ TEST_F(TissueCore, SlidesWithTheFrictionOfTheRegion) {
   region.stiffness_n_per_m = 300;
   region.friction = 0.4;
   press(0.004);
+  const rt::Tick first = steps(200, {0.05, 0, 0});
+  EXPECT_NEAR(first.law_force_n_in_world.z, 1.2, kSurface_n);
+  EXPECT_NEAR(first.law_force_n_in_world.x, -0.4 * 1.2, 0.01 * 0.4 * 1.2);
   std::mt19937 random(1);
   std::uniform_real_distribution<double> speed_m_per_s(0.01, 0.3);
   std::uniform_real_distribution<double> angle(0, 2 * std::numbers::pi);
